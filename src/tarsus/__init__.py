@@ -1,0 +1,1 @@
+"""Tarsus: contact dynamics of legged piezoelectric micro-robots."""
