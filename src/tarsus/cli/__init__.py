@@ -1,0 +1,33 @@
+"""The command line: one short file a verb, no numerics.
+
+Nothing heavy is imported before a verb runs, so `tarsus --help` answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+__all__ = ["main"]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    argv
+        words after `tarsus`; the process's own when None.
+
+    Returns
+    -------
+    int
+        0 done, 1 the physics or a check failed, 2 bad input, 130 interrupted.
+    """
+    from tarsus.cli.app import run
+
+    return run(list(sys.argv[1:] if argv is None else argv))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""The verbs of the command line, and what becomes of their errors."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import version
+
+from cyclopts import App, CycloptsError
+
+from tarsus.cli import bench, check, console, devices, show, simulate, validate
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+VERBS = (
+    devices.devices,
+    show.show,
+    check.check,
+    simulate.simulate,
+    validate.validate,
+    bench.bench,
+)
+
+
+def build() -> App:
+    """The application: one command a verb, results returned, errors left to `run`."""
+    app = App(
+        name="tarsus",
+        help="Contact dynamics of legged piezoelectric micro-robots, from device file to report.",
+        version=lambda: version("tarsus"),
+        help_format="plaintext",
+        exit_on_error=False,
+        print_error=False,
+        suppress_keyboard_interrupt=False,
+        result_action="return_value",
+    )
+    for verb in VERBS:
+        app.command(verb)
+    return app
+
+
+def run(argv: list[str]) -> int:
+    """Run one command line.
+
+    Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for bad
+    input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
+    """
+    try:
+        code = build()(argv)
+        sys.stdout.flush()
+    except CycloptsError as error:
+        error.verbose = False
+        console.complain([f"{error} `tarsus {_verb(argv)}--help` shows what is accepted."])
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        console.complain(["Interrupted; nothing further was written."])
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Python would complain again when it flushes stdout at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except Exception as error:
+        from tarsus.errors import InputError
+
+        if isinstance(error, InputError):
+            console.complain(error.problems)
+            return BAD_INPUT
+        if isinstance(error, OSError):
+            console.complain([console.os_sentence(error)])
+            return BAD_INPUT
+        if os.environ.get("TARSUS_TRACEBACK"):
+            raise
+        console.complain(
+            [
+                f"Something went wrong inside tarsus ({type(error).__name__}: {error}). This is a defect; please "
+                "report it. Set TARSUS_TRACEBACK=1 to see where it happened."
+            ]
+        )
+        return FAILED
+    return code if isinstance(code, int) else DONE
+
+
+def _verb(argv: list[str]) -> str:
+    """`verb ` when the line begins with one, for pointing at the right help page."""
+    names = {verb.__name__ for verb in VERBS}
+    return f"{argv[0]} " if argv and argv[0] in names else ""

@@ -1,0 +1,103 @@
+"""What the verbs share: sentences and progress on stderr, tables and JSON on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+Progress = Callable[[int, int, str], None]
+"""Called as `progress(done, total, what)` by long work."""
+
+
+def complain(problems: Sequence[str]) -> None:
+    """Print each problem as one line on stderr."""
+    for problem in problems:
+        print(f"tarsus: {problem}", file=sys.stderr)
+
+
+def os_sentence(error: OSError) -> str:
+    """The operating system's refusal as a sentence naming the file."""
+    where = f"`{error.filename}`" if error.filename else "a file"
+    reason = (error.strerror or str(error)).lower()
+    return f"Cannot use {where}: {reason}."
+
+
+def say(text: str) -> None:
+    """One line for the person watching: on stderr, and only when stderr is a terminal."""
+    if sys.stderr.isatty():
+        print(text, file=sys.stderr, flush=True)
+
+
+def print_json(value: Any) -> None:
+    """One JSON object on stdout; a number that is not finite becomes null."""
+    print(json.dumps(plain(value), indent=2, ensure_ascii=False))
+
+
+def plain(value: Any) -> Any:
+    """`value` with numpy scalars, arrays, enums and non-finite numbers turned into what JSON has."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set):
+        return [plain(item) for item in value]
+    if isinstance(value, bool | int | str) or value is None:
+        return value
+    if isinstance(value, float):
+        return value if value - value == 0.0 else None
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    return str(value)
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_from: int = 1) -> None:
+    """A plain table on stdout, columns from `numbers_from` on flushed right; wide cells are never cut."""
+    widths = [max(len(row[i]) for row in (headings, *rows)) for i in range(len(headings))]
+    for row in (headings, tuple("-" * width for width in widths), *rows):
+        cells = [
+            cell.rjust(width) if i >= numbers_from else cell.ljust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        print("  ".join(cells).rstrip())
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Progress]:
+    """A progress bar on stderr for the length of the block; silent when stderr is no terminal.
+
+    Yields a function `progress(done, total, what)`.
+    """
+    if not sys.stderr.isatty():
+        yield lambda done, total, what: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+
+        def progress(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=f"{title}: {what}" if what else title)
+
+        yield progress
+
+
+@contextmanager
+def spinner(text: str) -> Iterator[None]:
+    """A moving line on stderr for the length of the block; silent when stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield

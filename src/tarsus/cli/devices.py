@@ -1,0 +1,35 @@
+"""`tarsus devices`: the devices that can be named."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def devices(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
+    """List the packaged devices and those that installed packages add.
+
+    Parameters
+    ----------
+    json
+        print one JSON object instead of a table.
+    """
+    from tarsus.cli import console
+    from tarsus.files.library import device_names, load_scene
+
+    listing = []
+    for name in device_names():
+        scene = load_scene(name)
+        listing.append((name, scene.name, len(scene.robot.feet), sorted(scene.robot.drives)))
+    if json:
+        console.print_json(
+            {"devices": [dict(zip(("name", "title", "feet", "drives"), row, strict=True)) for row in listing]}
+        )
+        return 0
+    console.table(
+        ("device", "title", "feet", "drives"),
+        [(name, title, str(feet), ", ".join(drives)) for name, title, feet, drives in listing],
+        numbers_from=4,
+    )
+    return 0

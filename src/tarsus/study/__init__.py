@@ -1,0 +1,1 @@
+"""Studies: loops around simulations that score them against something."""
