@@ -1,0 +1,121 @@
+"""Protocols of ground laws: what happens between a foot and the ground.
+
+A law is a frozen description (its parameters, with units and bounds) and one plain function of floats.
+The parameters reach the function by position, in the order of the fields.  Four protocols:
+
+* `ResistiveLaw`: a smooth force opposing the motion, given as the momentum it takes out;
+* `SmoothLaw`: any other smooth force of gap, gap rate, volts and time;
+* `ImpactLaw`: how fast a foot departs after an impact;
+* `LatchLaw`: how strongly a foot in contact is held.
+
+Forces are positive along the ground normal (they push the foot away), gaps are positive when open, a
+negative gap rate approaches.  The functions are compiled, so they may use arithmetic, ``if``, ``math.*``
+and nothing else.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, ClassVar
+
+from tarsus.spec import Description
+
+__all__ = ["ImpactLaw", "LatchLaw", "Law", "ResistiveLaw", "SmoothLaw"]
+
+
+class Law(Description):
+    """Base of every ground law; its fields are float quantities, nothing else."""
+
+    function_name: ClassVar[str | None] = None
+    """Name of the law's function; None for laws that are only parameters."""
+    leading: ClassVar[tuple[str, ...]] = ()
+    """What the function takes before the parameters."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        for name, field in cls.model_fields.items():
+            extra = field.json_schema_extra
+            if field.annotation is not float or not isinstance(extra, dict) or "unit" not in extra:
+                raise TypeError(
+                    f"{cls.__name__}.{name}: a law's field is a float with a unit, written "
+                    f"{name}: float = quantity('N', 'what it is')"
+                )
+        own = cls.__dict__.get(cls.function_name or "")
+        if isinstance(own, FunctionType):
+            own = staticmethod(own)
+            setattr(cls, cls.function_name or "", own)
+        if own is not None:
+            _check_arguments(cls, own.__func__)
+
+    @classmethod
+    def name(cls) -> str:
+        """Name of the law in files and on the command line: the class name in snake_case."""
+        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls.__name__).lower()
+
+    @classmethod
+    def function(cls) -> Callable[..., float] | None:
+        """The law's plain Python function, or None for a law that is only parameters."""
+        return getattr(cls, cls.function_name, None) if cls.function_name else None
+
+    def parameters(self) -> tuple[float, ...]:
+        """Values of the fields, in field order, as the law's function takes them."""
+        return tuple(getattr(self, name) for name in type(self).model_fields)
+
+
+def _check_arguments(cls: type[Law], function: Callable[..., float]) -> None:
+    expected = (*cls.leading, *cls.model_fields)
+    taken = list(inspect.signature(function).parameters)
+    if len(taken) != len(expected):
+        raise TypeError(
+            f"{cls.__name__}.{cls.function_name}: takes ({', '.join(taken)}), but must take "
+            f"({', '.join(expected)}): the leading ones, then every field in order"
+        )
+
+
+class ResistiveLaw(Law):
+    """A force ``-D(gap) * gap_rate`` with ``D >= 0``, given as the total derivative of a momentum.
+
+    A subclass defines ``momentum(gap, *parameters)`` [N s]; the force along the normal is
+    ``d/dt momentum(gap(t)) = momentum'(gap) * gap_rate``, so ``D = -momentum'``.
+    """
+
+    function_name = "momentum"
+    leading = ("gap",)
+    momentum: ClassVar[Callable[..., float]]
+
+
+class SmoothLaw(Law):
+    """A smooth force; a subclass defines ``force(gap, gap_rate, volts, time, *parameters)`` [N]."""
+
+    function_name = "force"
+    leading = ("gap", "gap_rate", "volts", "time")
+    uses_rate: ClassVar[bool] = True
+    """False when the force does not depend on ``gap_rate``: it is then solved faster."""
+    force: ClassVar[Callable[..., float]]
+
+
+class ImpactLaw(Law):
+    """An instantaneous impact; a subclass defines ``rebound(speed, *parameters)`` [m/s].
+
+    ``speed > 0`` is the approach speed just before; the departing speed returned is ``>= 0``.
+    """
+
+    function_name = "rebound"
+    leading = ("speed",)
+    rebound: ClassVar[Callable[..., float]]
+
+
+class LatchLaw(Law):
+    """A hold on a foot in contact; a subclass defines ``strength(age, *parameters)`` [N].
+
+    ``age`` [s] is the time since the contact began.  A foot is captured when the structure's pull on it at
+    impact is at most ``strength(0)``, and leaves when the pull exceeds ``strength(age)``.
+    """
+
+    function_name = "strength"
+    leading = ("age",)
+    strength: ClassVar[Callable[..., float]]
