@@ -1,0 +1,469 @@
+"""A run on disk: one folder that anyone can open without this package.
+
+`write_run` writes scene, series, events, measures, provenance, citations and a summary; `read_run` reads them
+back as a `StoredRun`, which offers what a report needs of a run. Files are written beside their destination and
+moved into place, the summary last: a folder with a `summary.json` holds one whole run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import math
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from importlib import metadata
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from tarsus.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+FORMAT = 1
+"""Version of the folder's layout, stored in `summary.json`."""
+
+SCENE_FILE = "scene.toml"
+SERIES_FILE = "series.nc"
+MATLAB_FILE = "series.mat"
+EVENTS_FILE = "events.csv"
+MEASURES_FILE = "measures.json"
+PROVENANCE_FILE = "provenance.json"
+CITATIONS_FILE = "citations.txt"
+SUMMARY_FILE = "summary.json"
+REPORT_FILE = "report.html"
+
+EVENT_WORDS: dict[int, str] = {
+    1: "bounce",
+    2: "capture",
+    3: "release",
+    4: "rest",
+    5: "contact at start",
+}
+"""Kind number of an event -> the word used in `events.csv` and in reports."""
+
+EVENT_UNITS: dict[str, str] = {
+    "time": "s",
+    "speed_before": "m/s",
+    "speed_after": "m/s",
+    "pull": "N",
+    "strength": "N",
+    "energy": "J",
+    "apex": "m",
+    "apex_time": "s",
+}
+"""Unit of every dimensional column of the event table."""
+
+_CITE_TARSUS = "The Tarsus developers: Tarsus, contact dynamics of legged piezoelectric micro-robots"
+
+
+class RunLike(Protocol):
+    """What the store and the report read of a run (SI units throughout)."""
+
+    @property
+    def scene(self) -> Any: ...
+    @property
+    def events(self) -> np.ndarray: ...
+    @property
+    def foot_names(self) -> Sequence[str]: ...
+    @property
+    def code(self) -> Any: ...
+    @property
+    def ok(self) -> bool: ...
+    @property
+    def ledger(self) -> Any: ...
+    @property
+    def measures(self) -> Mapping[str, Any]: ...
+    @property
+    def duration(self) -> float: ...
+    @property
+    def wall_s(self) -> float: ...
+    def to_dataset(self) -> xarray.Dataset: ...
+
+
+@dataclass(frozen=True)
+class StoredCode:
+    """Result code of a stored run: its `name` and the sentence it stands for (`value`)."""
+
+    name: str
+    value: str
+
+
+@dataclass(frozen=True)
+class StoredMeasure:
+    """One measure of a stored run; `per_foot` maps foot name -> value in `unit`."""
+
+    value: float
+    unit: str
+    spread: float
+    n: int
+    definition: str
+    per_foot: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StoredLedger:
+    """Energy ledger of a stored run [J]; `closure` is relative to the largest term."""
+
+    work_in: float
+    kinetic: float
+    elastic: float
+    damping: float
+    film: float
+    electrostatic: float
+    impacts: float
+    adhesion: float
+    laws: float
+    residual: float
+    closure: float
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run read back from a folder; series as `dataset`, events as the run's structured array."""
+
+    scene: Any
+    dataset: xarray.Dataset
+    events: np.ndarray
+    foot_names: tuple[str, ...]
+    code: StoredCode
+    ok: bool
+    ledger: StoredLedger
+    measures: Mapping[str, StoredMeasure]
+    duration: float
+    version: str
+    wall_s: float = math.nan
+
+    def to_dataset(self) -> xarray.Dataset:
+        """The stored series."""
+        return self.dataset
+
+
+def package_version() -> str:
+    """Installed version of tarsus, or "unknown" when run from a bare source tree."""
+    try:
+        return metadata.version("tarsus")
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all (temporary file beside it, then `os.replace`).
+
+    Raises InputError if the folder cannot be written or `path` is a folder.
+    """
+    if path.is_dir():
+        raise InputError([f"cannot write {path}: it is a folder"])
+    part = path.with_name(f".tarsus-{os.getpid()}-{path.name}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(part, path)
+    except OSError as error:
+        raise InputError([f"cannot write {path}: {_reason(error)}"]) from error
+    finally:
+        with contextlib.suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Path]:
+    """Write a run into `directory` (made if missing) and return the files written.
+
+    Files of an earlier run in the same folder are replaced, its report and `.mat` removed, everything else in it is
+    left alone. `mat` adds `series.mat` (MATLAB v5). Raises InputError if `directory` is a file or cannot be written.
+    """
+    folder = Path(directory)
+    with _staging(folder) as stage:
+        dataset = run.to_dataset()
+        _write_scene(run.scene, stage / SCENE_FILE)
+        _write_netcdf(run, dataset, stage / SERIES_FILE)
+        if mat:
+            _write_matlab(run, dataset, stage / MATLAB_FILE)
+        (stage / EVENTS_FILE).write_text(events_csv(run.events, run.foot_names), encoding="utf-8")
+        _write_json(stage / MEASURES_FILE, {"measures": measures_table(run), "ledger": ledger_table(run)})
+        _write_json(stage / PROVENANCE_FILE, provenance_table(run.scene))
+        (stage / CITATIONS_FILE).write_text(_citations(run.scene), encoding="utf-8")
+        _write_json(stage / SUMMARY_FILE, _summary(run, dataset))
+        return _move_into(stage, folder)
+
+
+def read_run(directory: str | Path) -> StoredRun:
+    """Read a folder made by `write_run`. Raises InputError if it holds no whole run or one of another format."""
+    folder = Path(directory)
+    summary = _read_json(folder / SUMMARY_FILE)
+    if summary.get("format") != FORMAT:
+        found = summary.get("format")
+        raise InputError([f"{folder} holds a run of format {found!r}; this version reads format {FORMAT}"])
+    table = _read_json(folder / MEASURES_FILE)
+    from tarsus.files.toml import read_scene
+
+    names = tuple(summary["feet"])
+    return StoredRun(
+        scene=read_scene(folder / SCENE_FILE),
+        dataset=_read_netcdf(folder / SERIES_FILE),
+        events=_read_events(folder / EVENTS_FILE, names),
+        foot_names=names,
+        code=StoredCode(summary["code"], summary["sentence"]),
+        ok=summary["ok"],
+        ledger=StoredLedger(**{key: _float(value) for key, value in table["ledger"].items()}),
+        measures={name: _stored_measure(entry) for name, entry in table["measures"].items()},
+        duration=_float(summary["duration_s"]),
+        version=summary["tarsus"],
+    )
+
+
+def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
+    """Measures as plain data: name -> value, unit, spread, n, definition, per_foot (foot name -> value)."""
+    return {
+        name: {
+            "value": float(m.value),
+            "unit": m.unit,
+            "spread": float(m.spread),
+            "n": int(m.n),
+            "definition": m.definition,
+            "per_foot": {foot: float(value) for foot, value in m.per_foot.items()},
+        }
+        for name, m in run.measures.items()
+    }
+
+
+def ledger_table(run: RunLike) -> dict[str, float]:
+    """Energy ledger as plain data [J]; `closure` [1]."""
+    return {f.name: float(getattr(run.ledger, f.name)) for f in fields(StoredLedger)}
+
+
+def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
+    """Where each stated value comes from: path -> source, note, and value with its SI unit if it is one number."""
+    from tarsus.spec import float_paths
+
+    values = float_paths(scene)
+    table: dict[str, dict[str, Any]] = {}
+    for path, origin in scene.provenance.items():
+        entry: dict[str, Any] = {"source": origin.source.value, "note": origin.note}
+        if path in values:
+            entry |= {"value": float(values[path].value), "unit": values[path].unit}
+        table[path] = entry
+    return table
+
+
+def events_csv(events: np.ndarray, foot_names: Sequence[str]) -> str:
+    """Event table as CSV text: SI values at full precision, units in the header, empty where not applicable."""
+    names = [name for name in events.dtype.names or () if name not in ("time", "foot", "kind")]
+    header = ["time [s]", "foot", "kind", *(f"{n} [{EVENT_UNITS[n]}]" if n in EVENT_UNITS else n for n in names)]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    columns = [events[name].tolist() for name in names]
+    feet = [foot_names[index] for index in events["foot"].tolist()]
+    kinds = [EVENT_WORDS[kind] for kind in events["kind"].tolist()]
+    for time, foot, kind, *values in zip(events["time"].tolist(), feet, kinds, *columns, strict=True):
+        writer.writerow([repr(time), foot, kind, *("" if math.isnan(v) else repr(v) for v in values)])
+    return out.getvalue()
+
+
+def _write_scene(scene: Any, path: Path) -> None:
+    from tarsus.files.toml import write_scene
+
+    write_scene(scene, path)
+
+
+def _described(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The series with plain types: flags as int8 with meanings, every variable with units and long_name."""
+    out = dataset.copy()
+    for name, variable in out.variables.items():
+        attrs = {"long_name": str(name).replace("_", " ")} | dict(variable.attrs)
+        if variable.dtype.kind in "US" or variable.dtype == object:
+            out[name].attrs = {"long_name": f"name of the {name}"} | dict(variable.attrs)
+            continue
+        attrs.setdefault("units", "1")
+        if variable.dtype == bool:
+            out[name] = (variable.dims, variable.values.astype(np.int8))
+            attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "open contact"}
+        out[name].attrs = attrs
+    return out
+
+
+def _write_netcdf(run: RunLike, dataset: xarray.Dataset, path: Path) -> None:
+    described = _described(dataset)
+    described.attrs = {
+        "title": str(run.scene.name),
+        "source": f"tarsus {package_version()}",
+        "result_code": run.code.name,
+        "result": str(run.code.value),
+    }
+    encoding: dict[Any, dict[str, Any]] = {}
+    for name, variable in described.variables.items():
+        text = variable.dtype.kind in "US" or variable.dtype == object
+        encoding[name] = {"dtype": "S1"} if text else {"_FillValue": None}
+    described.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+
+
+def _read_netcdf(path: Path) -> xarray.Dataset:
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as stored:
+            dataset = stored.load()
+    except OSError as error:
+        raise InputError([f"cannot read {path}: {_reason(error)}"]) from error
+    for name, variable in dataset.data_vars.items():
+        if variable.attrs.get("flag_meanings") == "open contact":
+            attrs = {k: v for k, v in variable.attrs.items() if not k.startswith("flag_")}
+            dataset[name] = (variable.dims, variable.values.astype(bool), attrs)
+    return dataset
+
+
+def _write_matlab(run: RunLike, dataset: xarray.Dataset, path: Path) -> None:
+    from scipy.io import savemat
+
+    content: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    for name, variable in _described(dataset).variables.items():
+        if variable.dtype.kind in "US" or variable.dtype == object:
+            content[f"{name}_names"] = np.array([str(v) for v in variable.values], dtype=object)
+        else:
+            content[str(name)] = variable.values
+            units[str(name)] = str(variable.attrs["units"])
+    content["units"] = units
+    content["events"] = {name: run.events[name].astype(float) for name in run.events.dtype.names or ()}
+    content["event_units"] = EVENT_UNITS
+    content["event_kinds"] = np.array([EVENT_WORDS[k] for k in sorted(EVENT_WORDS)], dtype=object)
+    savemat(path, content, format="5", long_field_names=True, oned_as="column")
+
+
+def _summary(run: RunLike, dataset: xarray.Dataset) -> dict[str, Any]:
+    """What was run and how it ended; nothing of the machine, so that equal runs give equal files."""
+    versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
+    return {
+        "format": FORMAT,
+        "tarsus": package_version(),
+        "scene": str(run.scene.name),
+        "code": run.code.name,
+        "sentence": str(run.code.value),
+        "ok": bool(run.ok),
+        "duration_s": float(run.duration),
+        "feet": [str(name) for name in run.foot_names],
+        "events": len(run.events),
+        "samples": int(dataset.sizes["time"]),
+        "ledger_closure": float(run.ledger.closure),
+        "measures": {name: {"value": float(m.value), "unit": m.unit} for name, m in run.measures.items()},
+        "versions": versions,
+    }
+
+
+def _citations(scene: Any) -> str:
+    own = f"{_CITE_TARSUS}, version {package_version()}."
+    return "\n\n".join(["If you use these results, please cite:", *scene.citations, own]) + "\n"
+
+
+def _read_events(path: Path, foot_names: Sequence[str]) -> np.ndarray:
+    with _readable(path), path.open(encoding="utf-8", newline="") as stream:
+        header, *rows = list(csv.reader(stream))
+    names = [column.split(" [")[0] for column in header]
+    kinds = {word: number for number, word in EVENT_WORDS.items()}
+    types = {"foot": "i8", "kind": "i1"}
+    events = np.zeros(len(rows), dtype=[(name, types.get(name, "f8")) for name in names])
+    for column, name in enumerate(names):
+        cells = [row[column] for row in rows]
+        if name == "foot":
+            events[name] = [foot_names.index(cell) for cell in cells]
+        elif name == "kind":
+            events[name] = [kinds[cell] for cell in cells]
+        else:
+            events[name] = [float(cell) if cell else math.nan for cell in cells]
+    return events
+
+
+def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
+    per_foot = {foot: _float(value) for foot, value in entry["per_foot"].items()}
+    return StoredMeasure(
+        value=_float(entry["value"]),
+        unit=entry["unit"],
+        spread=_float(entry["spread"]),
+        n=entry["n"],
+        definition=entry["definition"],
+        per_foot=per_foot,
+    )
+
+
+def _write_json(path: Path, content: Any) -> None:
+    text = json.dumps(_finite(content), indent=2, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    with _readable(path):
+        text = path.read_text(encoding="utf-8")
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise InputError([f"{path} is not a run's {path.name}: {error}"]) from error
+
+
+def _finite(content: Any) -> Any:
+    """JSON has no NaN: null stands for a value that does not exist."""
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {str(key): _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return content
+
+
+def _float(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+@contextlib.contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InputError([f"{path.parent} holds no whole run: cannot read {path.name}, {_reason(error)}"]) from error
+
+
+@contextlib.contextmanager
+def _staging(folder: Path) -> Iterator[Path]:
+    """A temporary folder inside `folder`; removed whatever happens, and `folder` too if it was made and stays empty."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError([f"cannot write a run into {folder}: it is a file, a folder is needed"])
+    made = not folder.exists()
+    stage: Path | None = None
+    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            stage = Path(tempfile.mkdtemp(prefix=".tarsus-", dir=folder))
+            yield stage
+        except OSError as error:
+            raise InputError([f"cannot write a run into {folder}: {_reason(error)}"]) from error
+    finally:
+        if stage is not None:
+            shutil.rmtree(stage, ignore_errors=True)
+        if made:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+
+
+def _move_into(stage: Path, folder: Path) -> list[Path]:
+    """Move staged files into place, the summary last, after removing what an earlier run left."""
+    for name in (SUMMARY_FILE, MATLAB_FILE, REPORT_FILE):
+        (folder / name).unlink(missing_ok=True)
+    staged = sorted(stage.iterdir(), key=lambda path: (path.name == SUMMARY_FILE, path.name))
+    written: list[Path] = []
+    for path in staged:
+        os.replace(path, folder / path.name)
+        written.append(folder / path.name)
+    return written
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror.lower() if error.strerror else str(error)

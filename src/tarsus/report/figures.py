@@ -1,0 +1,370 @@
+"""Figures of one run: motion, circular plot, force split, energies, energy ledger."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from tarsus.report.series import Series, Window, ever, joined
+from tarsus.report.style import (
+    BLUE,
+    CONTACT,
+    CYCLE,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RULE,
+    VERMILION,
+    Scale,
+    decimate,
+    few_ticks,
+    new_figure,
+    scale_of,
+    to_svg,
+)
+
+MOST_FEET = 4
+"""Feet drawn one by one in the circular plot; a robot with more shows its first ones."""
+
+TURNS = 12
+"""Drive periods laid over each other in the circular plot."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """One figure of the report: SVG text, and the sentence below it."""
+
+    svg: str
+    caption: str
+    wide: bool = True
+
+
+def motion(series: Series, window: Window) -> Plate:
+    """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
+    several = len(series.feet) > 1
+    heights = [1.0, 3.0] + ([0.25 * len(series.feet)] if several else [])
+    figure = new_figure(3.7 + (0.22 * len(series.feet) if several else 0.0))
+    panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    clock = _clock(window)
+    _voltage(panels[0], series, window, clock)
+
+    axes = panels[1]
+    shift = series["displacement"]
+    scale = scale_of("m", shift[:, series.inside(window)])
+    others = [i for i, name in enumerate(series.points) if name not in series.foot_points]
+    for order, index in enumerate(others):
+        line = {"color": CYCLE[(order + 1) % len(CYCLE)], "lw": 0.9, "label": series.points[index]}
+        _line(axes, series, window, clock, shift[index], scale, **line)
+    for order, name in enumerate(dict.fromkeys(series.foot_points)):
+        color = CYCLE[order % len(CYCLE)] if several else BLUE
+        values = shift[series.points.index(name)]
+        _line(axes, series, window, clock, values, scale, color=color, lw=1.3, label=f"{name} (foot)")
+    for level in sorted(set(series.ground_levels)):
+        axes.axhline(level / scale.step, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
+    axes.set_ylabel(f"displacement ({scale.label})")
+    few_ticks(axes, y=6)
+    if not several:
+        _shade(axes, series.contacts[0], window, clock)
+    _legend(axes, contact=not several and bool(series.contacts[0]), ground=True)
+    if several:
+        _contact_rows(panels[2], series, window, clock)
+    _finish(panels[-1], window, clock)
+    shown = "grey bars below" if several else "shading"
+    caption = (
+        f"Displacement of {joined(series.points)} from rest under the drive voltage above; {shown} marks contact, "
+        "the dashed line is the displacement at which the foot touches the ground."
+    )
+    return Plate(to_svg(figure, caption), caption)
+
+
+def circular(series: Series) -> Plate | None:
+    """Height above ground over the drive period as angle (as Fig. 3.20 of the source); None without a period."""
+    period = series.period
+    if period is None or series.time[-1] < period:
+        return None
+    turns = int(min(np.floor(series.time[-1] / period * (1.0 + 1e-9)), TURNS))
+    window = series.last_periods(turns)
+    part = series.inside(window)
+    feet = range(min(len(series.feet), MOST_FEET))
+    wide = len(feet) > 1
+    figure = new_figure(3.7, 3.7 * min(len(feet), 2)) if len(feet) <= 2 else new_figure(7.2, 7.2)
+    grid = figure.subplots(-(-len(feet) // 2), min(len(feet), 2), squeeze=False)
+    scale = scale_of("m", series["gap"][: len(feet), part])
+    for axes, foot in zip(grid.flat, feet, strict=False):
+        _turns(axes, series, foot, window, period, scale)
+        if wide:
+            axes.set_title(series.feet[foot], color=INK)
+    for axes in list(grid.flat)[len(feet) :]:
+        axes.set_axis_off()
+    which = f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
+    more = f" Shown are the first {MOST_FEET} of {len(series.feet)} feet." if len(series.feet) > MOST_FEET else ""
+    caption = (
+        f"One turn clockwise is one drive period ({_amount(period, 's')}), radius is the height above the ground, "
+        f"whose level is the centre; {which}. The outer arc marks contact, the grey curve around it is the drive "
+        f"voltage.{more}"
+    )
+    return Plate(to_svg(figure, caption), caption, wide=wide)
+
+
+def forces(series: Series, window: Window, foot: int = 0) -> Plate:
+    """Forces on one foot, one panel each, below its height (as Fig. 2.15 of the source)."""
+    part = series.inside(window)
+    clock = _clock(window)
+    contact = series["contact_force"][foot]
+    limit = series["adhesion_strength"][foot]
+    rows: list[tuple[str, np.ndarray, str]] = []
+    absent: list[str] = []
+    for label, name, color in (
+        ("film", "film_force", GREEN),
+        ("electrostatic", "electrostatic_force", PURPLE),
+        ("user laws", "law_force", ORANGE),
+    ):
+        values = series.values.get(name)
+        if values is not None and ever(values[foot]):
+            rows.append((label, values[foot], color))
+        elif label != "user laws":
+            absent.append(label)
+    drive = [(name, series["drive_force"][i]) for i, name in enumerate(series.drives)]
+    touched = ever(contact[part]) or ever(limit[part])
+    if not touched:
+        absent.append("contact")
+
+    count = 2 + len(rows) + int(touched)
+    figure = new_figure(0.7 + 0.95 * count)
+    panels = figure.subplots(count, 1, sharex=True)
+    gap = series["gap"][foot]
+    scale = scale_of("m", gap[part])
+    _line(panels[0], series, window, clock, gap, scale, color=BLUE)
+    panels[0].set_ylabel(f"height\n({scale.label})")
+
+    scale = scale_of("N", *(values[part] for _, values in drive))
+    for index, (name, values) in enumerate(drive):
+        color = VERMILION if index == 0 else CYCLE[(index + 1) % len(CYCLE)]
+        _line(panels[1], series, window, clock, values, scale, color=color, label=name)
+    panels[1].set_ylabel(f"drive\n({scale.label})")
+    if len(drive) > 1:
+        _legend(panels[1])
+
+    for axes, (label, values, color) in zip(panels[2:], rows, strict=False):
+        scale = scale_of("N", values[part])
+        _line(axes, series, window, clock, values, scale, color=color)
+        axes.set_ylabel(f"{label}\n({scale.label})")
+    if touched:
+        axes = panels[-1]
+        scale = scale_of("N", contact[part], limit[part])
+        if ever(limit[part]):
+            bound = np.where(limit > 0.0, -limit, np.nan)
+            _line(axes, series, window, clock, bound, scale, color=MUTED, ls=(0, (2, 2)), label="pull-off limit")
+        _line(axes, series, window, clock, contact, scale, color=INK, label="contact force")
+        axes.set_ylabel(f"contact\n({scale.label})")
+        if ever(limit[part]):
+            _legend(axes)
+    for axes in panels:
+        _shade(axes, series.contacts[foot], window, clock)
+        few_ticks(axes, y=3)
+        if axes is not panels[0]:
+            axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
+    figure.align_ylabels(panels)
+    _finish(panels[-1], window, clock)
+    name = series.feet[foot]
+    caption = (
+        f"Forces on foot {name} below its height above the ground, each on its own scale; positive pushes the foot "
+        "off the ground, contact is shaded."
+    )
+    if touched and ever(limit[part]):
+        caption += " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
+    if absent:
+        caption += f" No {' or '.join(absent)} force acts in this stretch."
+    return Plate(to_svg(figure, caption), caption)
+
+
+def energies(series: Series, companion: Series | None, window: Window) -> Plate:
+    """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
+    figure = new_figure(3.6)
+    panels = figure.subplots(2, 1, sharex=True)
+    clock = _clock(window)
+    for axes, name, label in zip(
+        panels, ("kinetic_energy", "elastic_energy"), ("kinetic energy", "elastic energy"), strict=True
+    ):
+        shown = [series[name][series.inside(window)]]
+        if companion is not None:
+            shown.append(companion[name][companion.inside(window)])
+        scale = scale_of("J", *shown)
+        without = "without adhesion"
+        _line(axes, series, window, clock, series[name], scale, color=BLUE, lw=1.2, label="with adhesion")
+        if companion is not None:
+            style = {"color": VERMILION, "lw": 0.9, "ls": (0, (4, 1.5)), "label": without}
+            _line(axes, companion, window, clock, companion[name], scale, **style)
+        axes.set_ylabel(f"{label}\n({scale.label})")
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        few_ticks(axes, y=4)
+        if len(series.feet) == 1:
+            _shade(axes, series.contacts[0], window, clock)
+    if companion is not None:
+        _legend(panels[0])
+    figure.align_ylabels(panels)
+    _finish(panels[-1], window, clock)
+    caption = "Kinetic energy and elastic (potential) energy of the structure"
+    if companion is not None:
+        caption += ", as simulated and for the same scene with adhesion switched off"
+    if len(series.feet) == 1 and series.contacts[0]:
+        caption += "; shading marks contact of the run with adhesion" if companion is not None else ", contact shaded"
+    caption += "."
+    return Plate(to_svg(figure, caption), caption)
+
+
+LEDGER_CURVES = (
+    ("work_in", "work in by drives", INK, "-"),
+    ("stored", "kinetic + elastic", BLUE, "-"),
+    ("damping_loss", "structural damping", VERMILION, "-"),
+    ("film_loss", "film", GREEN, "-"),
+    ("impact_loss", "impacts", PURPLE, "-"),
+    ("adhesion_loss", "adhesion", ORANGE, "-"),
+    ("electrostatic_work", "electrostatic work", MUTED, (0, (4, 1.5))),
+)
+
+
+def ledger(series: Series) -> Plate:
+    """Where the energy went: cumulative curves over the whole run."""
+    figure = new_figure(2.9)
+    axes = figure.subplots()
+    window = series.whole
+    clock = _clock(window)
+    curves = dict(series.values)
+    curves["stored"] = series["kinetic_energy"] + series["elastic_energy"]
+    shown = [entry for entry in LEDGER_CURVES if entry[0] in curves and ever(curves[entry[0]])]
+    scale = scale_of("J", *(curves[name] for name, *_ in shown))
+    for name, label, color, dash in shown:
+        width = 1.3 if name == "work_in" else 1.0
+        _line(axes, series, window, clock, curves[name], scale, color=color, lw=width, ls=dash, label=label)
+    axes.set_ylabel(f"energy since start ({scale.label})")
+    few_ticks(axes, y=6)
+    _legend(axes, columns=4)
+    _finish(axes, window, clock)
+    caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken."
+    return Plate(to_svg(figure, caption), caption)
+
+
+def _clock(window: Window) -> Scale:
+    return scale_of("s", window[1] - window[0])
+
+
+def _line(
+    axes: Axes, series: Series, window: Window, clock: Scale, values: np.ndarray, scale: Scale, **style: object
+) -> None:
+    part = series.inside(window)
+    time, thin = decimate(series.time[part], np.asarray(values[part], dtype=float))
+    axes.plot(time / clock.step, thin / scale.step, **style)  # type: ignore[arg-type]
+
+
+def _voltage(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
+    part = series.inside(window)
+    scale = scale_of("V", series["volts"][:, part])
+    for index, name in enumerate(series.drives):
+        color = INK if len(series.drives) == 1 else CYCLE[index % len(CYCLE)]
+        _line(axes, series, window, clock, series["volts"][index], scale, color=color, lw=1.0, label=name)
+    axes.set_ylabel(f"drive ({scale.label})")
+    axes.margins(y=0.12)
+    few_ticks(axes, y=3)
+    if len(series.drives) > 1:
+        _legend(axes)
+
+
+def _shade(axes: Axes, contacts: list[Window], window: Window, clock: Scale) -> None:
+    least = (window[1] - window[0]) / 1500.0
+    bars = [(a, max(b - a, least)) for a, b in contacts if b > window[0] and a < window[1]]
+    if bars:
+        spans = [(a / clock.step, width / clock.step) for a, width in bars]
+        axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=CONTACT, lw=0, zorder=0)
+
+
+def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
+    for row, contacts in enumerate(series.contacts):
+        spans = [(a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]]
+        axes.broken_barh(spans, (row - 0.35, 0.7), color=MUTED, lw=0)
+    axes.set_yticks(range(len(series.feet)), series.feet)
+    axes.set_ylim(len(series.feet) - 0.5, -0.5)
+    axes.set_ylabel("contact")
+
+
+def _turns(axes: Axes, series: Series, foot: int, window: Window, period: float, scale: Scale) -> None:
+    part = series.inside(window)
+    largest = float(np.max(series["gap"][: MOST_FEET, part])) / scale.step
+    rings = [r for r in _round_steps(largest) if r > 0.0]
+    rim = 1.06 * max(largest, rings[-1])
+    circle = np.linspace(0.0, 2.0 * np.pi, 181)
+    for radius in rings:
+        axes.plot(radius * np.sin(circle), radius * np.cos(circle), color=RULE, lw=0.6, zorder=0)
+        at = np.deg2rad(45.0)
+        text = f"{radius:g}" + (f" {scale.label}" if radius == rings[-1] else "")
+        axes.text(
+            radius * np.sin(at), radius * np.cos(at), text, color=MUTED, fontsize=7, ha="center", va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+        )  # fmt: skip
+    axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
+    axes.plot([0, 0], [-rim, rim], color=RULE, lw=0.6, zorder=0)
+    first, last = round(window[0] / period), round(window[1] / period)
+    time, gap = series.time, series["gap"][foot]
+    for turn in range(first, last):
+        inside = series.inside((turn * period, (turn + 1) * period))
+        when, height = decimate(time[inside], gap[inside], bins=360)
+        angle = 2.0 * np.pi * (when / period - turn)
+        newest = turn == last - 1
+        style = {"color": BLUE, "lw": 1.2, "zorder": 3} if newest else {"color": BLUE, "lw": 0.6, "alpha": 0.3}
+        radius = np.maximum(height, 0.0) / scale.step
+        axes.plot(radius * np.sin(angle), radius * np.cos(angle), **style)  # type: ignore[arg-type]
+    for start, end in series.contacts[foot]:
+        a, b = max(start, (last - 1) * period), min(end, last * period)
+        if b > a:
+            angle = 2.0 * np.pi * (np.linspace(a, b, 60) / period - (last - 1))
+            axes.plot(rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt")
+    inside = series.inside(((last - 1) * period, last * period))
+    when, volts = decimate(time[inside], series["volts"][0][inside], bins=180)
+    swing = float(np.max(np.abs(volts))) or 1.0
+    around = rim * (1.13 + 0.06 * volts / swing)
+    angle = 2.0 * np.pi * (when / period - (last - 1))
+    axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
+    for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):
+        at, far = 0.5 * np.pi * turn, 1.29 * rim
+        axes.text(far * np.sin(at), far * np.cos(at), text, color=INK, ha="center", va="center")
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.38 * rim, 1.38 * rim)
+    axes.set_ylim(-1.38 * rim, 1.38 * rim)
+    axes.set_axis_off()
+
+
+def _round_steps(largest: float) -> list[float]:
+    """Three to five ring radii of a round step that reach past most of `largest`."""
+    if largest <= 0.0:
+        return [1.0]
+    power = 10.0 ** np.floor(np.log10(largest / 4.0))
+    step = next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f * 4.5 >= largest)
+    return [float(step * k) for k in range(1, int(largest / step + 0.3) + 1)] or [float(step)]
+
+
+def _legend(axes: Axes, *, contact: bool = False, ground: bool = False, columns: int = 6) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    if contact:
+        handles.append(axes.fill_between([], [], color=CONTACT, lw=0))
+        labels.append("contact")
+    if ground:
+        handles.extend(axes.plot([], [], color=INK, lw=0.7, ls=(0, (5, 3))))
+        labels.append("ground")
+    axes.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=columns, borderaxespad=0.0,
+        borderpad=0.15, columnspacing=1.4, handletextpad=0.5,
+    )  # fmt: skip
+
+
+def _finish(axes: Axes, window: Window, clock: Scale) -> None:
+    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
+    axes.set_xlabel(f"time ({clock.label})")
+
+
+def _amount(value: float, unit: str) -> str:
+    scale = scale_of(unit, value)
+    return f"{value / scale.step:.4g} {scale.label}"

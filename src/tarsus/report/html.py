@@ -1,0 +1,126 @@
+"""Pieces of a report page: tables, figures, numbers with units, and the page around them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from string import Template
+
+from tarsus.files.store import package_version
+from tarsus.report.figures import Plate
+from tarsus.report.style import scale_of
+
+MISSING = "–"
+"""Shown where a value does not exist."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table: title, unit shown after it, and whether it holds numbers (right-aligned)."""
+
+    title: str
+    unit: str = ""
+    number: bool = True
+
+
+@dataclass(frozen=True)
+class Markup:
+    """Text that is HTML already; plain strings are escaped wherever they are used."""
+
+    text: str
+
+
+Cell = str | Markup
+
+
+def table(columns: Sequence[Column], rows: Iterable[Sequence[Cell]], *, tall: bool = False, caption: str = "") -> str:
+    """An HTML table; `tall` makes it scroll. A `Markup` cell is used as it stands, strings are escaped."""
+    head = "".join(
+        f"<th{' class=n' if c.number else ''}>{escape(c.title)}"
+        + (f' <span class="unit">({escape(c.unit)})</span>' if c.unit else "")
+        + "</th>"
+        for c in columns
+    )
+    body = "".join(
+        "<tr>" + "".join(_cell(cell, column) for cell, column in zip(row, columns, strict=True)) + "</tr>\n"
+        for row in rows
+    )
+    above = f"<caption>{escape(caption)}</caption>" if caption else ""
+    kind = ' class="table tall" tabindex="0"' if tall else ' class="table"'
+    return f"<div{kind}><table>{above}<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>"
+
+
+def _cell(cell: Cell, column: Column) -> str:
+    if isinstance(cell, Markup) and cell.text.startswith("<td"):
+        return cell.text
+    return f"<td{' class=n' if column.number else ''}>{text(cell)}</td>"
+
+
+def text(cell: Cell) -> str:
+    """A cell's HTML."""
+    return cell.text if isinstance(cell, Markup) else escape(cell)
+
+
+def tag(word: str) -> Markup:
+    """A word as a small label, coloured if the page's style knows it (provenance)."""
+    return Markup(f'<span class="tag {escape(word)}">{escape(word)}</span>')
+
+
+def code(word: str) -> Markup:
+    """A path or file name."""
+    return Markup(f"<code>{escape(word)}</code>")
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A number for reading; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    shown = f"{value:.{digits}g}"
+    if "e" not in shown:
+        return shown.replace("-", "−")
+    mantissa, power = shown.split("e")
+    return f"{mantissa}·10{_superscript(int(power))}".replace("-", "−")
+
+
+def amount(value: float, unit: str, digits: int = 4) -> str:
+    """A value with its unit under an engineering prefix, e.g. "264.1 µm"; unit "1" or "" is left out."""
+    if unit in ("1", "", "-"):
+        return number(value, digits)
+    if unit not in ("s", "m", "N", "J", "V", "Hz", "kg", "m/s", "W"):
+        return f"{number(value, digits)} {pretty_unit(unit)}"
+    if unit == "kg":
+        value, unit = value * 1e3, "g"
+    if not math.isfinite(value) or value == 0.0:
+        return f"{number(value, digits)} {unit}"
+    scale = scale_of(unit, value)
+    return f"{number(value / scale.step, digits)} {scale.label}"
+
+
+def pretty_unit(unit: str) -> str:
+    """A unit with exponents and products set as such: "N m^2 s" -> "N m² s"."""
+    out = unit
+    for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^-1", "⁻¹"), ("^-2", "⁻²")):
+        out = out.replace(power, sign)
+    return "" if out == "1" else out
+
+
+def figure(plate: Plate, index: int) -> str:
+    """A plate with its numbered caption."""
+    kind = "" if plate.wide else ' class="narrow"'
+    caption = f"<figcaption><b>Figure {index}.</b> {escape(plate.caption)}</figcaption>"
+    return f'<figure{kind}><div class="plate">{plate.svg}</div>{caption}</figure>\n'
+
+
+def page(title: str, body: str) -> str:
+    """The whole page around `body`."""
+    template = Template(files("tarsus.report").joinpath("page.html").read_text(encoding="utf-8"))
+    return template.substitute(title=escape(title), version=escape(package_version()), body=body)
+
+
+def _superscript(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,0 +1,280 @@
+"""The report of one run: one HTML file that needs nothing else to be read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, package_version, write_text
+from tarsus.report import figures
+from tarsus.report.html import (
+    MISSING,
+    Cell,
+    Column,
+    Markup,
+    amount,
+    code,
+    escape,
+    figure,
+    number,
+    page,
+    table,
+    tag,
+)
+from tarsus.report.series import Series, joined, series_of
+from tarsus.report.style import figure_style, scale_of
+from tarsus.report.values import value_rows
+from tarsus.spec import float_paths
+
+MOST_EVENTS = 500
+"""Rows of the event table in the page; all events are in `events.csv`."""
+
+CLOSE_UP = 2
+"""Drive periods shown by the figures of detail."""
+
+LEDGER_LINES = (
+    ("work_in", "work in by the drives"),
+    ("kinetic", "change of kinetic energy"),
+    ("elastic", "change of elastic energy"),
+    ("damping", "lost to structural damping"),
+    ("film", "lost to the film"),
+    ("impacts", "lost in impacts"),
+    ("adhesion", "lost to adhesion"),
+    ("electrostatic", "electrostatic work"),
+    ("laws", "work of user laws"),
+)
+
+
+def write_report(
+    run: RunLike,
+    path: str | Path,
+    companion: RunLike | None = None,
+    validation: Sequence[Mapping[str, Any]] | None = None,
+) -> Path:
+    """Write the report of a run as one self-contained HTML file and return its path.
+
+    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12 of the source);
+    `validation` are rows of a validation table to add at the end. Raises InputError if `path` cannot be written.
+    """
+    target = Path(path)
+    write_text(target, report_html(run, companion, validation))
+    return target
+
+
+def report_html(
+    run: RunLike, companion: RunLike | None = None, validation: Sequence[Mapping[str, Any]] | None = None
+) -> str:
+    """The page as text; see `write_report`."""
+    series = series_of(run)
+    other = None if companion is None else series_of(companion)
+    with figure_style():
+        body = "".join(_sections(run, series, other, validation))
+    return page(f"{run.scene.name} – run report", body)
+
+
+def _sections(
+    run: RunLike, series: Series, other: Series | None, validation: Sequence[Mapping[str, Any]] | None
+) -> Iterator[str]:
+    numbers = count(1)
+    detail = series.last_periods(CLOSE_UP)
+    yield _head(run, series)
+
+    yield "<h2>Motion</h2>\n"
+    yield figure(figures.motion(series, series.whole), next(numbers))
+    if detail != series.whole:
+        plate = figures.motion(series, detail)
+        close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
+        yield figure(close, next(numbers))
+    turns = figures.circular(series)
+    if turns is not None:
+        yield figure(turns, next(numbers))
+
+    yield "<h2>Measures</h2>\n"
+    yield _measures(run)
+
+    yield "<h2>Forces</h2>\n"
+    for foot in range(min(len(series.feet), figures.MOST_FEET)):
+        yield figure(figures.forces(series, detail, foot), next(numbers))
+
+    yield "<h2>Energy</h2>\n"
+    yield figure(figures.energies(series, other, detail), next(numbers))
+    yield figure(figures.ledger(series), next(numbers))
+    yield _ledger(run)
+
+    yield "<h2>Events</h2>\n"
+    yield _events(run)
+
+    if validation:
+        from tarsus.report.validation_page import rows_section
+
+        yield "<h2>Validation</h2>\n"
+        yield rows_section(validation, numbers)
+
+    yield "<h2>Values of this run</h2>\n"
+    yield _values(run)
+    yield _foot(run)
+
+
+def _head(run: RunLike, series: Series) -> str:
+    scene = run.scene
+    signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in scene.signals.items())
+    kind = "verdict" if run.ok else "verdict failed"
+    wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) else ""
+    lines = [
+        f"<h1>{escape(scene.name)}</h1>\n",
+        f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
+        f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
+        f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
+        f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
+    ]
+    return "".join(lines) + _key_figures(run)
+
+
+def _signal(signal: Any) -> str:
+    """A waveform in words: its kind and what its float fields say."""
+    name = str(getattr(signal, "kind", type(signal).__name__)).replace("_", " ")
+    parts = []
+    for path, info in float_paths(signal).items():
+        if "." not in path and (info.value != 0.0 or path == "amplitude"):
+            parts.append(f"{path.replace('_', ' ')} {amount(info.value, info.unit)}")
+    return f"{name}, {', '.join(parts)}" if parts else name
+
+
+def _key_figures(run: RunLike) -> str:
+    """The first measures, large."""
+    cells = []
+    for name, measure in list(run.measures.items())[:4]:
+        spread = f"± {amount(measure.spread, measure.unit, 2)}" if _positive(measure.spread) else ""
+        cells.append(
+            f"<div><dt>{escape(_words(name))}</dt><dd>{escape(amount(measure.value, measure.unit))}</dd>"
+            f"<small>{escape(spread)}</small></div>"
+        )
+    return f'<dl class="key">{"".join(cells)}</dl>\n' if cells else ""
+
+
+def _measures(run: RunLike) -> str:
+    columns = [
+        Column("measure", number=False),
+        Column("value"),
+        Column("spread"),
+        Column("n"),
+        Column("definition", number=False),
+    ]
+    rows: list[list[Cell]] = []
+    for name, m in run.measures.items():
+        spread = amount(m.spread, m.unit, 2) if math.isfinite(m.spread) else MISSING
+        rows.append([_words(name), amount(m.value, m.unit), spread, str(m.n), m.definition])
+        if len(m.per_foot) > 1:
+            for foot, value in m.per_foot.items():
+                rows.append([f"   foot {foot}", amount(value, m.unit), "", "", ""])
+    note = "<p>Spread is the standard deviation over the n values the measure was taken from.</p>\n"
+    return table(columns, rows) + note
+
+
+def _ledger(run: RunLike) -> str:
+    terms = [(key, label, float(getattr(run.ledger, key))) for key, label in LEDGER_LINES]
+    largest = max(abs(value) for _, _, value in terms) or 1.0
+    scale = scale_of("J", largest)
+    columns = [Column("term", number=False), Column("energy", scale.label), Column("share of the largest", "%")]
+    rows: list[list[Cell]] = [
+        [label, number(value / scale.step), number(100.0 * value / largest, 3)]
+        for key, label, value in terms
+        if value != 0.0 or key not in ("laws", "electrostatic")
+    ]
+    residual = float(run.ledger.residual)
+    rows.append(["residual (closes the ledger)", number(residual / scale.step, 2), number(100.0 * residual / largest, 2)])
+    return (
+        table(columns, rows) + f"<p>Work in, changes and losses agree to {number(run.ledger.closure, 2)} "
+        "of the largest term.</p>\n"
+    )
+
+
+def _events(run: RunLike) -> str:
+    events = run.events
+    if not len(events):
+        return "<p>No foot touched the ground.</p>\n"
+    clock = scale_of("s", run.duration)
+    speed = scale_of("m/s", events["speed_before"], events["speed_after"])
+    force = scale_of("N", events["pull"], events["strength"])
+    energy = scale_of("J", events["energy"])
+    height = scale_of("m", events["apex"])
+    columns = [
+        Column("time", clock.label),
+        Column("foot", number=False),
+        Column("event", number=False),
+        Column("arrives", speed.label),
+        Column("leaves", speed.label),
+        Column("pull", force.label),
+        Column("strength", force.label),
+        Column("energy lost", energy.label),
+        Column("apex before", height.label),
+    ]
+    rows = [
+        [
+            f"{event['time'] / clock.step:.6f}",
+            str(run.foot_names[event["foot"]]),
+            EVENT_WORDS[int(event["kind"])],
+            *(
+                number(float(event[name]) / scale.step)
+                for name, scale in (
+                    ("speed_before", speed),
+                    ("speed_after", speed),
+                    ("pull", force),
+                    ("strength", force),
+                    ("energy", energy),
+                    ("apex", height),
+                )
+            ),
+        ]
+        for event in events[:MOST_EVENTS]
+    ]
+    rest = len(events) - len(rows)
+    kinds, counts = np.unique(events["kind"], return_counts=True)
+    tally = [f"{n} × {EVENT_WORDS[int(kind)]}" for kind, n in zip(kinds, counts, strict=True)]
+    more = f" The first {len(rows)} are listed; {rest} more are in {EVENTS_FILE}." if rest else ""
+    note = (
+        "Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force on the foot "
+        "away from it, strength what adhesion could hold at that moment, apex the highest point of the flight before."
+    )
+    return f"<p>{escape(joined(tally))}.{escape(more)} {note}</p>\n" + table(columns, rows, tall=True)
+
+
+def _values(run: RunLike) -> str:
+    columns = [
+        Column("value", number=False),
+        Column("", number=True),
+        Column("source", number=False),
+        Column("where it comes from", number=False),
+    ]
+    rows: list[list[Cell]] = []
+    for row in value_rows(run.scene):
+        source: Cell = tag(row.source) if row.source else MISSING
+        rows.append([code(row.path), row.value, source, row.note or row.doc])
+    return (
+        "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user or left at "
+        "its default.</p>\n" + table(columns, rows)
+    )
+
+
+def _foot(run: RunLike) -> str:
+    cited = [str(entry) for entry in run.scene.citations]
+    items = "".join(f"<li>{escape(entry)}</li>" for entry in cited)
+    sources = f"<p>Sources of this scene:</p><ul>{items}</ul>" if items else ""
+    return f"<footer>{sources}<p>Made by Tarsus {escape(package_version())}. Angles, units and signs: gap is positive " \
+        "when open, forces are positive along the ground's normal.</p></footer>"
+
+
+def _positive(value: float) -> bool:
+    return math.isfinite(value) and value > 0.0
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+__all__ = ["Markup", "report_html", "write_report"]

@@ -1,0 +1,161 @@
+"""Look of every figure: colours, sizes, unit prefixes, decimation, and a matplotlib figure as inline SVG."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+WIDTH_IN = 7.4
+"""Width of a full-width figure [inch]; the page scales it."""
+
+INK = "#1f2328"
+MUTED = "#6b7280"
+RULE = "#d5d9df"
+CONTACT = "#e9e4d8"
+BLUE = "#0072b2"
+VERMILION = "#d55e00"
+GREEN = "#009e73"
+PURPLE = "#a6558b"
+ORANGE = "#c98600"
+SKY = "#56b4e9"
+CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
+"""Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
+
+_RC = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "lines.linewidth": 1.1,
+    "lines.solid_joinstyle": "round",
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "legend.handlelength": 1.6,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.2,
+    "text.color": INK,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "mathtext.default": "regular",
+}
+
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Engineering prefix for plotting: shown number = SI value / `step`, with `label` as its unit."""
+
+    step: float
+    label: str
+
+
+def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
+    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000."""
+    largest = max((float(np.max(np.abs(v), initial=0.0, where=np.isfinite(v))) for v in values), default=0.0)
+    if largest <= 0.0:
+        return Scale(1.0, unit)
+    power = 3 * math.floor(math.log10(largest * 1.000001) / 3)
+    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    return Scale(10.0**power, _PREFIXES[power] + unit)
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """The report's matplotlib settings, for the length of a `with` block only."""
+    with matplotlib.rc_context(_RC):
+        yield
+
+
+def new_figure(height_in: float, width_in: float = WIDTH_IN) -> Figure:
+    """An empty figure in the report's style, laid out without overlaps."""
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.02, h_pad=0.03, hspace=0.03, wspace=0.03)  # type: ignore[union-attr]
+    return figure
+
+
+def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
+    """At most so many tick intervals per axis."""
+    if x is not None:
+        axes.xaxis.set_major_locator(MaxNLocator(x))
+    if y is not None:
+        axes.yaxis.set_major_locator(MaxNLocator(y))
+
+
+def decimate(time: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
+    """Thin a long series to its extremes per bin of time, so that no peak is lost.
+
+    `time`, `values` shape [samples]; returns the kept samples in order, at most 2 * `bins` + 2 of them.
+    """
+    if len(time) <= 2 * bins + 2:
+        return time, values
+    span = time[-1] - time[0]
+    bin_of = np.minimum(((time - time[0]) * (bins / span)).astype(int), bins - 1)
+    starts = np.flatnonzero(np.diff(bin_of, prepend=-1))
+    order = np.lexsort((values, bin_of))
+    ends = np.append(starts[1:], len(time)) - 1
+    keep = np.unique(np.concatenate(([0], order[starts], order[ends], [len(time) - 1])))
+    return time[keep], values[keep]
+
+
+_serial = count(1)
+_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_ID = re.compile(r' id="([^"]*)"')
+_REFERENCE = re.compile(r"#([A-Za-z_][\w.-]*)")
+
+
+def to_svg(figure: Figure, label: str) -> str:
+    """A figure as one `<svg>` element for inline use: no fixed size, no metadata, coordinates to 1/100 point."""
+    stream = io.StringIO()
+    prefix = f"f{next(_serial)}"
+    with matplotlib.rc_context({"svg.hashsalt": prefix}):
+        FigureCanvasSVG(figure)
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    head, body = text.split(">", 1)
+    box = re.search(r'viewBox="[^"]*"', head)
+    if box is None:
+        raise ValueError("matplotlib wrote an SVG without viewBox")
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
+    body = re.sub(r"\n\s*", "\n", body)
+    body = _LONG_NUMBER.sub(lambda m: f"{float(m.group()):.2f}".rstrip("0").rstrip("."), body)
+    body = body.replace(";font-family", "; font-family").replace("'DejaVu Sans'", "inherit")
+    used = set(_REFERENCE.findall(body))
+    body = _ID.sub(lambda m: f' id="{prefix}-{m.group(1)}"' if m.group(1) in used else "", body)
+    body = re.sub(r"(url\(|href=\")#", rf"\1#{prefix}-", body)
+    return f'<svg xmlns="http://www.w3.org/2000/svg" {box.group()} role="img" aria-label="{_attribute(label)}">{body}'
+
+
+def _attribute(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
