@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.metadata import version
 
 from cyclopts import App, CycloptsError
 
@@ -27,7 +26,7 @@ def build() -> App:
     app = App(
         name="tarsus",
         help="Contact dynamics of legged piezoelectric micro-robots, from device file to report.",
-        version=lambda: version("tarsus"),
+        version=_version,
         help_format="plaintext",
         exit_on_error=False,
         print_error=False,
@@ -39,21 +38,27 @@ def build() -> App:
     return app
 
 
+def _version() -> str:
+    from importlib.metadata import version
+
+    return version("tarsus")
+
+
 def run(argv: list[str]) -> int:
     """Run one command line.
 
-    Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for bad
-    input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
+    Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
+    bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
     """
     try:
         code = build()(argv)
         sys.stdout.flush()
     except CycloptsError as error:
         error.verbose = False
-        console.complain([f"{error} `tarsus {_verb(argv)}--help` shows what is accepted."])
+        console.complain([f"{error} See `tarsus {_verb(argv)}--help`."])
         return BAD_INPUT
     except KeyboardInterrupt:
-        console.complain(["Interrupted; nothing further was written."])
+        console.complain(["interrupted, nothing further was written"])
         return INTERRUPTED
     except BrokenPipeError:
         # Python would complain again when it flushes stdout at exit.
@@ -72,8 +77,8 @@ def run(argv: list[str]) -> int:
             raise
         console.complain(
             [
-                f"Something went wrong inside tarsus ({type(error).__name__}: {error}). This is a defect; please "
-                "report it. Set TARSUS_TRACEBACK=1 to see where it happened."
+                f"something went wrong inside tarsus ({type(error).__name__}: {error}); this is a defect, please "
+                "report it (TARSUS_TRACEBACK=1 shows where it happened)"
             ]
         )
         return FAILED

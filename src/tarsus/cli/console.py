@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,7 +12,7 @@ Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
 
 
-def complain(problems: Sequence[str]) -> None:
+def complain(problems: Iterable[str]) -> None:
     """Print each problem as one line on stderr."""
     for problem in problems:
         print(f"tarsus: {problem}", file=sys.stderr)
@@ -100,4 +100,11 @@ def spinner(text: str) -> Iterator[None]:
     from rich.console import Console
 
     with Console(stderr=True).status(text):
+        yield
+
+
+@contextmanager
+def engine_at_work() -> Iterator[None]:
+    """Around the first simulation of a process: says on stderr when the engine is compiled first."""
+    with spinner("simulating"):
         yield

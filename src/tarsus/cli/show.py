@@ -49,7 +49,12 @@ def show(
     console.table(
         ("path", "value", "source", "why"),
         [
-            (row["path"], format_quantity(row["value"], row["unit"]), row["source"] or "-", row["note"] or row["meaning"])
+            (
+                row["path"],
+                format_quantity(row["value"], row["unit"]),
+                row["source"] or "-",
+                row["note"] or row["meaning"],
+            )
             for row in rows
         ],
         numbers_from=4,

@@ -30,7 +30,8 @@ WAVES = ("square", "sine")
 class Observation:
     """What one case shows per drive period; None where the table is empty.
 
-    `bounces` [-], `peak_um` peak oscillation amplitude after break-off [um], `contact_ms` contact duration [ms].
+    `bounces` [-], `peak_um` peak oscillation amplitude after break-off [um], `contact_ms` contact
+    duration [ms].
     """
 
     bounces: float | None = None
@@ -63,8 +64,8 @@ def packaged_cases() -> list[Case]:
 def read_cases(path: str | Path) -> list[Case]:
     """Rows from a file in the format of the packaged table.
 
-    Lines that begin with `#` and empty lines are skipped. The first other line may name the columns (`freq_hz`,
-    `volt_v` and `wave` must be among them; the six result columns may be missing); without names the order of
+    Lines that begin with `#` and empty lines are skipped. The first other line may name the columns
+    (`freq_hz`, `volt_v` and `wave` must be among them; the six result columns may be missing); without names the order of
     the packaged table is assumed. Empty cells mean "not known"; bounces may be fractions (`1.5`, or `1~2`).
 
     Raises
@@ -76,9 +77,13 @@ def read_cases(path: str | Path) -> list[Case]:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError([f"Cannot read the rows file `{path}`: {(error.strerror or str(error)).lower()}."]) from error
+        raise InputError(
+            [f"cannot read the rows file '{path}': {(error.strerror or str(error)).lower()}."]
+        ) from error
     except UnicodeDecodeError as error:
-        raise InputError([f"The rows file `{path}` is not text (UTF-8): byte {error.start} cannot be read."]) from error
+        raise InputError(
+            [f"the rows file '{path}' is not text (UTF-8): byte {error.start} cannot be read."]
+        ) from error
     return parse_cases(text, where=str(path), origin=path.name)
 
 
@@ -117,16 +122,20 @@ def _columns(cells: list[str], where: str) -> tuple[str, ...]:
     for name in cells:
         if name not in COLUMNS:
             near = difflib.get_close_matches(name, COLUMNS, n=1)
-            hint = f"; did you mean `{near[0]}`?" if near else f"; known are {', '.join(COLUMNS)}."
-            problems.append(f"{where}: unknown column `{name}`{hint}")
-    problems += [f"{where}: the column `{name}` appears twice." for name in sorted(set(cells)) if cells.count(name) > 1]
-    problems += [f"{where}: the column `{name}` is missing." for name in REQUIRED if name not in cells]
+            hint = f"; did you mean '{near[0]}'?" if near else f"; known are {', '.join(COLUMNS)}."
+            problems.append(f"{where}: unknown column '{name}'{hint}")
+    problems += [
+        f"{where}: the column '{name}' appears twice." for name in sorted(set(cells)) if cells.count(name) > 1
+    ]
+    problems += [f"{where}: the column '{name}' is missing." for name in REQUIRED if name not in cells]
     if problems:
         raise InputError(problems)
     return tuple(cells)
 
 
-def _case(cells: list[str], columns: tuple[str, ...], where: str, origin: str, problems: list[str]) -> Case | None:
+def _case(
+    cells: list[str], columns: tuple[str, ...], where: str, origin: str, problems: list[str]
+) -> Case | None:
     """One row; what is wrong with it is added to `problems`, and then None is returned."""
     before = len(problems)
     if len(cells) > len(columns):
@@ -140,22 +149,22 @@ def _case(cells: list[str], columns: tuple[str, ...], where: str, origin: str, p
         try:
             numbers[name] = _number(row[name], ranges=name.startswith("bounces"))
         except ValueError:
-            problems.append(f"{where}: `{name}` should be a number, got `{row[name]}`.")
+            problems.append(f"{where}: '{name}' should be a number, got '{row[name]}'.")
             numbers[name] = math.nan
             continue
         value = numbers[name]
         if name in REQUIRED:
             if value is None:
-                problems.append(f"{where}: `{name}` is empty.")
+                problems.append(f"{where}: '{name}' is empty.")
             elif not (math.isfinite(value) and value > 0.0):
-                problems.append(f"{where}: `{name}` must be a number above zero, got `{row[name]}`.")
+                problems.append(f"{where}: '{name}' must be a number above zero, got '{row[name]}'.")
         elif value is not None and not (math.isfinite(value) and value >= 0.0):
-            problems.append(f"{where}: `{name}` must be zero or more, got `{row[name]}`.")
+            problems.append(f"{where}: '{name}' must be zero or more, got '{row[name]}'.")
     wave = row["wave"].lower()
     if wave not in WAVES:
         near = difflib.get_close_matches(wave, WAVES, n=1)
-        hint = f"; did you mean `{near[0]}`?" if near else "."
-        problems.append(f"{where}: `wave` must be {' or '.join(WAVES)}, got `{row['wave']}`{hint}")
+        hint = f"; did you mean '{near[0]}'?" if near else "."
+        problems.append(f"{where}: 'wave' must be {' or '.join(WAVES)}, got '{row['wave']}'{hint}")
     freq, volt = numbers["freq_hz"], numbers["volt_v"]
     if len(problems) > before or freq is None or volt is None:
         return None

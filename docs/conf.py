@@ -1,0 +1,21 @@
+"""Sphinx configuration: `python -m sphinx -W docs docs/_build/html`."""
+
+from importlib.metadata import version as installed_version
+
+project = "Tarsus"
+copyright = "The Tarsus developers"
+author = "The Tarsus developers"
+version = release = installed_version("tarsus")
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build"]
+autodoc_typehints = "description"
+napoleon_google_docstring = False
+napoleon_numpy_docstring = True
+
+html_theme = "pydata_sphinx_theme"
+html_title = "Tarsus"
+html_theme_options = {"show_prev_next": False}

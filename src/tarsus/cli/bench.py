@@ -1,0 +1,35 @@
+"""`tarsus bench`: the engine's speed here, after its event sequences were checked."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def bench(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
+    """Time the engine on the reference problems; whole event sequences are checked before a time is printed.
+
+    Parameters
+    ----------
+    json
+        print one JSON object instead of a table.
+    """
+    from tarsus.cli import console
+    from tarsus.study.bench import run_bench
+
+    with console.progress_bar("timing") as progress:
+        result = run_bench(progress)
+    if json:
+        console.print_json(result)
+    else:
+        console.table(("figure", "value"), [(name, f"{value:.4g}") for name, value in result.items()])
+    wrong = {name: value for name, value in result.items() if name.endswith("_wrong") and value}
+    if wrong:
+        console.complain(
+            [
+                f"{name.removesuffix('_wrong')}: {value:g} events or counts are wrong"
+                for name, value in wrong.items()
+            ]
+        )
+    return 1 if wrong else 0

@@ -1,0 +1,119 @@
+"""What the words of a command line ask for: settings, scene, duration, folder.
+
+Bad input ends in `InputError`, with everything found wrong.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tarsus.errors import InputError
+
+if TYPE_CHECKING:
+    from tarsus.scene import Scene
+
+_LAWS = "ground.laws."
+
+
+def settings(words: Sequence[str]) -> dict[str, Any]:
+    """`path=value` words as a mapping.
+
+    A value is a number, a text with a unit, a list or table as TOML writes it, or `none`.
+    """
+    problems = []
+    values: dict[str, Any] = {}
+    for word in words:
+        path, equals, text = word.partition("=")
+        path, text = path.strip(), text.strip()
+        if not equals or not path or not text:
+            problems.append(f"--set takes path=value, got '{word}'")
+        elif path in values:
+            problems.append(f"--set names '{path}' twice")
+        else:
+            values[path] = _value(text)
+    if problems:
+        raise InputError(problems)
+    return values
+
+
+def _value(text: str) -> Any:
+    if text.lower() == "none":
+        return None
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Scene:
+    """The scene a command line names, with its laws added and its settings applied."""
+    from tarsus.files.library import load_scene
+
+    if not law_files:
+        return load_scene(name, **values)
+    from tarsus.laws import load_laws
+    from tarsus.spec import validate, with_values
+
+    laws = {}
+    for file in law_files:
+        for law_name, law in load_laws(file).items():
+            if law_name in laws:
+                raise InputError(f"{file}: a law named '{law_name}' is already given by another --law file")
+            laws[law_name] = law
+    own: dict[str, dict[str, Any]] = {law_name: {} for law_name in laws}
+    rest: dict[str, Any] = {}
+    for path, value in values.items():
+        law_name, dot, field = path.removeprefix(_LAWS).partition(".")
+        if path.startswith(_LAWS) and dot and law_name in own:
+            own[law_name][field] = value
+        else:
+            rest[path] = value
+    made = {
+        f"{_LAWS}{law_name}": validate(law, own[law_name], prefix=f"{_LAWS}{law_name}")
+        for law_name, law in laws.items()
+    }
+    return with_values(load_scene(name, **rest), made)
+
+
+def duration_for(scene: Scene, text: str | None) -> float:
+    """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
+    from tarsus.study.cost import MOST_STEPS, estimated_steps
+    from tarsus.units import parse_quantity
+
+    if text is None:
+        seconds = scene.duration
+    else:
+        try:
+            seconds = parse_quantity(text, "s")
+        except InputError as error:
+            raise InputError([f"--duration: {problem}" for problem in error.problems]) from error
+    if not seconds > 0.0:
+        raise InputError(f"--duration: expected a time (s) above 0, got '{text}'")
+    steps = estimated_steps(scene, seconds)
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"--duration: {seconds:g} s of this scene would take about {steps:.1e} steps, and at most "
+            f"{MOST_STEPS:.0e} are allowed; the longest run is about {seconds * MOST_STEPS / steps:.2g} s"
+        )
+    return seconds
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse an output folder that cannot be written, before any time is spent.
+
+    Raises
+    ------
+    InputError
+        when it is a file, lies below a file, or its nearest existing parent is not writable.
+    """
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise InputError(f"cannot write into '{folder}': '{nearest}' is a file, a folder is needed")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write into '{folder}': '{nearest}' is not writable")

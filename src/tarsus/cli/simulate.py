@@ -1,0 +1,86 @@
+"""`tarsus simulate`: one run, its summary, and on request its data and report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from tarsus.scene import Scene
+
+
+def simulate(
+    scene: str,
+    /,
+    *,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    duration: str | None = None,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    mat: Annotated[bool, Parameter(negative=())] = False,
+    report: bool = True,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Simulate a device or a scene file; with -o write the run and its report.
+
+    Parameters
+    ----------
+    scene
+        a device (see `tarsus devices`) or a scene file.
+    set_
+        path=value, e.g. robot.feet.tip.gap="60 um", or volts=6, hz=50, wave=sine; may be repeated.
+    duration
+        how long, e.g. "200 ms"; the scene's own when left out.
+    law
+        a Python file with laws of your own; may be repeated.
+    output
+        folder for scene, series, events, measures, provenance, citations and report.html.
+    mat
+        also write series.mat.
+    report
+        write the report with -o.
+    json
+        print one JSON object instead of the summary.
+    """
+    import tarsus
+    from tarsus.cli import console, requests, summary
+
+    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
+    seconds = requests.duration_for(the_scene, duration)
+    if output is not None:
+        requests.check_folder(output)
+    with console.engine_at_work():
+        run = tarsus.simulate(the_scene, duration=seconds)
+    written: list[Path] = []
+    if output is not None:
+        written = _write(run, the_scene, seconds, output, mat=mat, report=report)
+    if json:
+        console.print_json(summary.run_object(run, written))
+    else:
+        summary.print_run(run, written)
+    if not run.ok:
+        console.complain([str(run.code.value)])
+    return 0 if run.ok else 1
+
+
+def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, report: bool) -> list[Path]:
+    """The run's folder; the report compares energies with a run without adhesion."""
+    import tarsus
+    from tarsus.cli import console
+    from tarsus.files.store import REPORT_FILE, write_run
+
+    written = list(write_run(run, folder, mat=mat))
+    if report:
+        from tarsus.report import write_report
+
+        with console.spinner("writing the report"):
+            companion = None
+            if scene.ground.adhesion is not None:
+                companion = tarsus.simulate(
+                    tarsus.with_values(scene, {"ground.adhesion": None}), duration=duration
+                )
+            write_report(run, folder / REPORT_FILE, companion)
+        written.append(folder / REPORT_FILE)
+    return written

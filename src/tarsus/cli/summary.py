@@ -1,0 +1,82 @@
+"""A run in a few lines, or as one JSON object."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+
+def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
+    """What `simulate --json` prints: plain data, SI units."""
+    from tarsus.files.store import EVENT_WORDS, ledger_table, measures_table
+
+    kinds = run.events["kind"].tolist()
+    return {
+        "scene": run.scene.name,
+        "ok": run.ok,
+        "code": run.code.name,
+        "sentence": str(run.code.value),
+        "duration_s": run.duration,
+        "wall_s": run.wall_s,
+        "feet": list(run.foot_names),
+        "events": {word: kinds.count(number) for number, word in EVENT_WORDS.items()},
+        "measures": measures_table(run),
+        "ledger_J": {name: value for name, value in ledger_table(run).items() if name != "closure"},
+        "ledger_closure": run.ledger.closure,
+        "files": [str(path) for path in written],
+    }
+
+
+def print_run(run: Any, written: Sequence[Path]) -> None:
+    """The summary `simulate` prints: how it ended, the measures, the energy account, the files."""
+    from tarsus.cli import console
+    from tarsus.files.store import ledger_table
+
+    print(f"{run.scene.name}: {run.duration:g} s simulated in {run.wall_s:.2g} s, {len(run.events)} events")
+    print(str(run.code.value))
+    print()
+    rows = []
+    for name, measure in run.measures.items():
+        rows.append(
+            (
+                name.replace("_", " "),
+                short(measure.value, measure.unit),
+                short(measure.spread, measure.unit),
+                str(measure.n),
+            )
+        )
+    if rows:
+        console.table(("measure", "value", "spread", "n"), rows)
+        print()
+    ledger = ledger_table(run)
+    closure = ledger.pop("closure")
+    shown = [
+        f"{name.replace('_', ' ')} {short(value, 'J')}"
+        for name, value in ledger.items()
+        if value and name != "residual"
+    ]
+    print(f"energy: {', '.join(shown) if shown else 'nothing moved'}; closes to {closure:.1e}")
+    for path in written:
+        print(f"wrote {path}")
+
+
+_PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
+_PREFIXED = ("m", "m/s", "s", "N", "J", "V", "W", "Hz")
+
+
+def short(value: float, unit: str) -> str:
+    """A value for reading, four digits: `264.1 µm`; `-` where there is none."""
+    if value is None or value != value:
+        return "-"
+    if unit == "1":
+        return f"{value:.4g}"
+    if unit not in _PREFIXED or value == 0.0:
+        return f"{value:.4g} {unit}"
+    exponent = 0
+    magnitude = abs(value)
+    for candidate in sorted(_PREFIXES, reverse=True):
+        exponent = candidate
+        if magnitude >= 0.9999999 * 10.0**candidate:
+            break
+    return f"{value / 10.0**exponent:.4g} {_PREFIXES[exponent]}{unit}"
