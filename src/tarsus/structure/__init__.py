@@ -1,0 +1,15 @@
+"""Structures: linear dynamics with named points."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from tarsus.structure.base import Matrices, Structure
+from tarsus.structure.beam import Beam
+from tarsus.structure.lumped import Lumped
+from tarsus.structure.modal import Modal
+
+__all__ = ["AnyStructure", "Beam", "Lumped", "Matrices", "Modal", "Structure"]
+
+AnyStructure = Annotated[Modal | Lumped | Beam, Field(discriminator="kind")]
+"""Any structure; a table in a file says which by its ``kind``."""
