@@ -48,7 +48,8 @@ def run(argv: list[str]) -> int:
     """Run one command line.
 
     Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
-    bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
+    bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no
+    error.
     """
     try:
         code = build()(argv)
@@ -77,8 +78,8 @@ def run(argv: list[str]) -> int:
             raise
         console.complain(
             [
-                f"something went wrong inside tarsus ({type(error).__name__}: {error}); this is a defect, please "
-                "report it (TARSUS_TRACEBACK=1 shows where it happened)"
+                f"something went wrong inside tarsus ({type(error).__name__}: {error}); this is a defect, "
+                "please report it (TARSUS_TRACEBACK=1 shows where it happened)"
             ]
         )
         return FAILED

@@ -65,8 +65,9 @@ def read_cases(path: str | Path) -> list[Case]:
     """Rows from a file in the format of the packaged table.
 
     Lines that begin with `#` and empty lines are skipped. The first other line may name the columns
-    (`freq_hz`, `volt_v` and `wave` must be among them; the six result columns may be missing); without names the order of
-    the packaged table is assumed. Empty cells mean "not known"; bounces may be fractions (`1.5`, or `1~2`).
+    (`freq_hz`, `volt_v` and `wave` must be among them; the six result columns may be missing);
+    without names the order of the packaged table is assumed. Empty cells mean "not known"; bounces may
+    be fractions (`1.5`, or `1~2`).
 
     Raises
     ------

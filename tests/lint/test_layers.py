@@ -1,0 +1,57 @@
+"""The rules of docs/architecture.md that a machine can check."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "src" / "tarsus"
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+
+
+def modules_after(statement: str) -> set[str]:
+    """Names of all modules loaded by a fresh interpreter after a statement."""
+    code = f"import sys\n{statement}\nprint('\\n'.join(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    return set(done.stdout.split())
+
+
+def test_every_floor_imports_only_floors_below(monkeypatch, capsys):
+    from importlinter.cli import lint_imports
+
+    monkeypatch.chdir(ROOT)
+    code = lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True)
+    assert code == 0, capsys.readouterr().out
+
+
+def test_import_tarsus_loads_nothing_heavy():
+    loaded = modules_after("import tarsus")
+    assert not loaded & {"numba", "matplotlib", "xarray", "scipy", "pydantic", "numpy", "rich", "cyclopts"}
+
+
+def test_the_command_line_starts_light():
+    loaded = modules_after("import tarsus.cli.app")
+    assert not loaded & {"numba", "matplotlib", "xarray", "scipy", "pydantic", "numpy"}
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_a_file_has_fewer_than_500_lines_and_says_what_it_is(path):
+    text = path.read_text(encoding="utf-8")
+    assert text.count("\n") < 500
+    assert ast.get_docstring(ast.parse(text)), "no docstring at its top"
+
+
+def test_no_source_file_configures_anything_at_import():
+    """No warnings filters, environment changes, seeds or registrations when a module is imported."""
+    forbidden = {"filterwarnings", "simplefilter", "putenv", "seed", "set_num_threads", "use", "rcParams"}
+    for path in SOURCES:
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+                called = node.value.func
+                name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
+                assert name not in forbidden, f"{path.name} calls {name}() when it is imported"

@@ -1,0 +1,61 @@
+"""README, CI and documentation say the same thing as the files they speak of."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def test_the_readme_has_exactly_two_set_up_commands():
+    marked = re.findall(r"<!-- command: (\w+) -->\n```bash\n(.+)\n```", README)
+    assert [name for name, _ in marked] == ["run", "test"]
+    assert len(re.findall(r"^```bash$", README, re.MULTILINE)) == 2
+    for _, command in marked:
+        assert "\n" not in command and "-c constraints.txt" in command
+
+
+def test_ci_takes_its_test_command_from_the_readme():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert "readme_command test" in script
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+
+
+def test_constraints_pin_every_dependency_and_no_place():
+    text = (ROOT / "constraints.txt").read_text(encoding="utf-8")
+    pinned = {line.split("==")[0].lower() for line in text.splitlines() if "==" in line}
+    assert "://" not in text and "@" not in text
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    wanted = [*project["dependencies"], *project["optional-dependencies"]["test"]]
+    names = {re.split(r"[<>=\[~!; ]", one)[0].lower() for one in wanted}
+    assert names <= pinned
+
+
+def test_the_law_in_contributing_is_the_example():
+    law = (ROOT / "examples" / "laws" / "magnet.py").read_text(encoding="utf-8")
+    for page in ("CONTRIBUTING.md", "docs/add-a-law.md"):
+        assert f"```python\n{law}```" in (ROOT / page).read_text(encoding="utf-8"), page
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_between_pages_lead_somewhere(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)#:]+?)(?:#[^)]*)?\)", text):
+        assert (page.parent / target).exists(), f"{page.name} links to {target}"
+
+
+def test_every_erratum_that_can_be_computed_has_a_test():
+    tests = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "errata").glob("test_*.py"))
+    page = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
+    listed = {int(number) for number in re.findall(r"^### E(\d+):", page, re.MULTILINE)}
+    tested = {int(number) for number in re.findall(r"def test_e(\d+)_", tests)}
+    assert listed == set(range(1, 15))
+    # E1, E12 and E13 are about wording and about studies that do not exist here yet.
+    assert listed - tested == {1, 12, 13}
