@@ -13,7 +13,16 @@ from pydantic.fields import FieldInfo
 from tarsus.errors import InputError
 from tarsus.units import describe_unit
 
-__all__ = ["PathErrors", "bounds_text", "expected_text", "nearest", "sentences"]
+__all__ = [
+    "PathErrors",
+    "alternatives",
+    "bounds_text",
+    "expected_text",
+    "kind_of",
+    "located_faults",
+    "nearest",
+    "sentences",
+]
 
 
 class PathErrors(InputError):
@@ -80,6 +89,11 @@ def _members(annotation: Any) -> list[Any]:
 
 def _bare(annotation: Any) -> Any:
     return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+
+
+def alternatives(annotation: Any) -> list[type[BaseModel]]:
+    """Description classes of a union, such as every waveform."""
+    return [_bare(member) for member in _members(annotation)]
 
 
 def kind_of(cls: Any) -> str | None:
@@ -184,21 +198,25 @@ def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
     return [(path, f"{error['msg'][:1].lower()}{error['msg'][1:]}, got {_shown(given)}{about}")]
 
 
+def located_faults(cls: Any, error: ValidationError) -> list[tuple[str, str]]:
+    """Every problem in a pydantic error as (path relative to the description, sentence), none twice."""
+    return list(dict.fromkeys(fault for item in error.errors() for fault in _sentence(cls, item)))
+
+
 def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[str]:
     """Every problem in a pydantic error as ``"path: sentence"``.
 
     Parameters
     ----------
     cls
-        Description class (or annotation) that was being validated.
+        Description class that was being validated.
     error
         What pydantic raised.
     prefix
         Path of the description inside the file, without a trailing dot.
     """
-    lines: dict[str, None] = {}
-    for item in error.errors():
-        for path, text in _sentence(cls, item):
-            whole = ".".join(filter(None, (prefix, path)))
-            lines[f"{whole}: {text}" if whole else text] = None
-    return list(lines)
+    lines: list[str] = []
+    for path, text in located_faults(cls, error):
+        whole = ".".join(filter(None, (prefix, path)))
+        lines.append(f"{whole}: {text}" if whole else text)
+    return lines

@@ -35,10 +35,12 @@ __all__ = [
     "Description",
     "FloatInfo",
     "FrozenDict",
+    "Name",
     "Named",
     "float_paths",
     "get_value",
     "quantity",
+    "quantity_units",
     "validate",
     "with_values",
 ]
@@ -140,6 +142,11 @@ def _quantities(cls: type[BaseModel]) -> dict[str, _Quantity]:
     }
 
 
+def quantity_units(cls: type[BaseModel]) -> dict[str, str]:
+    """SI unit of every field of a description class that is a quantity."""
+    return {name: spec.unit for name, spec in _quantities(cls).items()}
+
+
 def _inside(value: float, bounds: Mapping[str, float]) -> bool:
     return (
         math.isfinite(value)
@@ -233,7 +240,7 @@ def _children(node: Any) -> Iterator[tuple[str, Any]]:
         for name in type(node).model_fields:
             yield name, getattr(node, name)
     elif isinstance(node, dict):
-        yield from ((str(k), v) for k, v in node.items())
+        yield from ((str(k), v) for k, v in node.items() if "." not in str(k))
     elif isinstance(node, tuple):
         yield from ((str(i), v) for i, v in enumerate(node))
 
