@@ -10,8 +10,8 @@ HIP_STIFFNESS, PRINTED_TORQUE = 7.74e-8, 0.0057  # k_op,v [N m/rad] and tau_op [
 
 
 def test_e11_the_printed_torque_would_wind_the_hip_up():
-    assert PRINTED_TORQUE / HIP_STIFFNESS == pytest.approx(7.4e4, rel=0.01)  # rad
-    assert PRINTED_TORQUE * 1e-6 / HIP_STIFFNESS == pytest.approx(0.0736, rel=0.01)
+    assert pytest.approx(7.4e4, rel=0.01) == PRINTED_TORQUE / HIP_STIFFNESS  # rad
+    assert pytest.approx(0.0736, rel=0.01) == PRINTED_TORQUE * 1e-6 / HIP_STIFFNESS
 
 
 def test_e14_the_table_counts_more_right_than_the_text_says():
@@ -22,7 +22,7 @@ def test_e14_the_table_counts_more_right_than_the_text_says():
         and case.measured.bounces is not None
         and case.source.bounces != case.measured.bounces
     ]
-    # Table 2.3: 12 of 16 right with a mean error of 0.28 bounces: all four wrong ones are among the twelve packaged rows.
+    # Table 2.3: 12 of 16 right with a mean error of 0.28 bounces: the packaged rows hold all four.
     assert len(wrong) == 16 - 12
     assert sum(wrong) / 16 == pytest.approx(0.28, abs=0.005)
     assert 12 / 16 > 0.6

@@ -52,7 +52,9 @@ def test_links_between_pages_lead_somewhere(page):
 
 
 def test_every_erratum_that_can_be_computed_has_a_test():
-    tests = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "errata").glob("test_*.py"))
+    tests = "".join(
+        path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "errata").glob("test_*.py")
+    )
     page = (ROOT / "docs" / "errata.md").read_text(encoding="utf-8")
     listed = {int(number) for number in re.findall(r"^### E(\d+):", page, re.MULTILINE)}
     tested = {int(number) for number in re.findall(r"def test_e(\d+)_", tests)}

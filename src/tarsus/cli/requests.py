@@ -56,7 +56,8 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
     if not law_files:
         return load_scene(name, **values)
     from tarsus.laws import load_laws
-    from tarsus.spec import validate, with_values
+    from tarsus.scene import override
+    from tarsus.spec import validate
 
     laws = {}
     for file in law_files:
@@ -76,7 +77,7 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
         f"{_LAWS}{law_name}": validate(law, own[law_name], prefix=f"{_LAWS}{law_name}")
         for law_name, law in laws.items()
     }
-    return with_values(load_scene(name, **rest), made)
+    return override(load_scene(name, **rest), made, by="a law file")
 
 
 def duration_for(scene: Scene, text: str | None) -> float:

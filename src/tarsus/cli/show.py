@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from itertools import groupby
+from typing import Annotated, Any
 
 from cyclopts import Parameter
+
+LONGEST_LIST = 8
+"""Lists of more numbers than this are shown by their size and range."""
 
 
 def show(
@@ -25,40 +29,60 @@ def show(
     from tarsus.cli import console
     from tarsus.files.library import load_scene
     from tarsus.spec import float_paths
-    from tarsus.units import format_quantity
 
     scene = load_scene(name)
-    rows = []
-    for path, info in float_paths(scene).items():
-        origin = scene.provenance.get(path)
-        rows.append(
-            {
-                "path": path,
-                "value": info.value,
-                "unit": info.unit,
-                "meaning": info.doc,
-                "source": str(getattr(origin.source, "value", origin.source)) if origin else None,
-                "note": origin.note if origin else None,
-            }
-        )
+    rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
     if json:
         console.print_json({"device": scene.name, "values": rows, "citations": list(scene.citations)})
         return 0
     print(scene.name)
-    print()
-    console.table(
-        ("path", "value", "source", "why"),
-        [
-            (
-                row["path"],
-                format_quantity(row["value"], row["unit"]),
-                row["source"] or "-",
-                row["note"] or row["meaning"],
-            )
-            for row in rows
-        ],
-        numbers_from=4,
-    )
+    for section, members in groupby(rows, key=lambda row: row["path"].split(".")[0]):
+        print()
+        lists = [list(group) for _, group in groupby(members, key=lambda row: _without_index(row["path"]))]
+        console.table(
+            (section, "value", "source", "why"),
+            [
+                (_without_index(group[0]["path"]), _values(group), group[0]["source"] or "-", _why(group[0]))
+                for group in lists
+            ],
+            numbers_from=4,
+        )
     for citation in scene.citations:
         print(f"\n{citation}")
     return 0
+
+
+def _row(scene: Any, path: str, info: Any) -> dict[str, Any]:
+    origin = scene.origin(path)
+    return {
+        "path": path,
+        "value": info.value,
+        "unit": info.unit,
+        "meaning": info.doc,
+        "source": origin.source.value if origin else None,
+        "note": origin.note if origin else None,
+    }
+
+
+def _without_index(path: str) -> str:
+    """The path of the list a value is in, or its own."""
+    parts = path.split(".")
+    while parts[-1].isdecimal():
+        parts.pop()
+    return ".".join(parts)
+
+
+def _values(group: list[dict[str, Any]]) -> str:
+    """One value, or a short list, or the size and range of a long one."""
+    from tarsus.units import format_quantity
+
+    texts = [format_quantity(row["value"], row["unit"]) for row in group]
+    if len(texts) <= LONGEST_LIST:
+        return ", ".join(texts)
+    ends = sorted(group, key=lambda row: row["value"])
+    low, high = (format_quantity(row["value"], row["unit"]) for row in (ends[0], ends[-1]))
+    return f"{len(texts)} values, {low} to {high}"
+
+
+def _why(row: dict[str, Any]) -> str:
+    return row["note"] or row["meaning"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tarsus.errors import InputError
-from tarsus.study.cases import Observation, packaged_cases, parse_cases, read_cases
+from tarsus.study.cases import COLUMNS, Observation, packaged_cases, parse_cases, read_cases
 
 
 def parse(text: str):
@@ -29,7 +29,7 @@ def test_packaged_table_has_the_twelve_published_rows():
 
 def test_comments_blank_lines_fractions_and_empty_cells():
     cases = parse(
-        "# a comment\n\nfreq_hz,volt_v,wave,bounces_sim,bounces_exp,peak_sim_um,peak_exp_um,contact_sim_ms,contact_exp_ms\n"
+        f"# a comment\n\n{','.join(COLUMNS)}\n"
         "  # another\n100,8,Square,1,1.5,264,194,4.2,\n50,8,sine,,1~2,,,,\n"
     )
     assert cases[0].wave == "square"

@@ -11,7 +11,7 @@ from tarsus.study.validation import compare, errors, periods_of
 
 
 def test_errors_are_those_printed_in_table_a1():
-    printed = {  # (peak, contact) in percent, as printed; the sign of the 5 Hz, 8 V, sine peak is a misprint there
+    printed = {  # (peak, contact) in percent as printed, but for two signs of peaks (see the errata page)
         (5, 6, "square"): (-13, 1),
         (5, 8, "square"): (-25, -2),
         (5, 8, "sine"): (7, 12),

@@ -1,0 +1,91 @@
+"""Running command lines: in this process, or as a user would."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Result:
+    """What one command line did."""
+
+    code: int
+    out: str
+    err: str
+
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+    @property
+    def sentences(self) -> list[str]:
+        """Lines on stderr, every one of which must be a sentence of ours."""
+        lines = self.err.splitlines()
+        assert all(line.startswith("tarsus: ") for line in lines), self.err
+        return [line.removeprefix("tarsus: ") for line in lines]
+
+
+@pytest.fixture
+def tarsus(capsys) -> Callable[..., Result]:
+    """`tarsus("show", "cantilever")`: exit code, stdout and stderr of a command line run here."""
+    from tarsus.cli import main
+
+    def call(*words: str) -> Result:
+        capsys.readouterr()
+        code = main([str(word) for word in words])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return Result(code, out, err)
+
+    return call
+
+
+@pytest.fixture
+def process() -> Callable[..., Result]:
+    """The same in a process of its own."""
+
+    def call(*words: str, **options: Any) -> Result:
+        command = [sys.executable, "-m", "tarsus.cli", *(str(word) for word in words)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, **options)
+        assert "Traceback" not in done.stderr
+        return Result(done.returncode, done.stdout, done.stderr)
+
+    return call
+
+
+@pytest.fixture
+def scene_table(tmp_path) -> dict[str, Any]:
+    """The packaged cantilever as the raw tables of its file, to be spoiled."""
+    from tarsus.files.library import load_scene
+    from tarsus.files.toml import write_scene
+
+    file = tmp_path / "whole.toml"
+    write_scene(load_scene("cantilever"), file)
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def save(tmp_path) -> Callable[[dict[str, Any]], Path]:
+    """Write raw tables as a scene file."""
+    import tomlkit
+
+    def write(table: dict[str, Any]) -> Path:
+        file = tmp_path / "scene.toml"
+        file.write_text(tomlkit.dumps(table), encoding="utf-8")
+        return file
+
+    return write
+
+
+@pytest.fixture
+def magnet() -> Path:
+    """The example law file."""
+    return Path(__file__).parents[2] / "examples" / "laws" / "magnet.py"

@@ -1,0 +1,103 @@
+"""Help, unknown words, interruption and closed pipes."""
+
+from __future__ import annotations
+
+import statistics
+import subprocess
+import sys
+import time
+
+import pytest
+
+VERBS = ["devices", "show", "check", "simulate", "validate", "bench"]
+
+
+def test_help_answers_at_once(process):
+    process("--help")  # the first run may have to write byte code
+    times = []
+    for _ in range(5):
+        start = time.perf_counter()
+        result = process("--help")
+        times.append(time.perf_counter() - start)
+        assert result.code == 0
+    assert min(times) < 0.3, statistics.median(times)
+
+
+def test_help_names_every_verb(tarsus):
+    result = tarsus("--help")
+    assert result.code == 0
+    assert all(verb in result.out for verb in VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_a_help_page(tarsus, verb):
+    result = tarsus(verb, "--help")
+    assert result.code == 0
+    assert f"tarsus {verb}" in result.out
+
+
+def test_version(tarsus):
+    from importlib.metadata import version
+
+    result = tarsus("--version")
+    assert (result.code, result.out.strip()) == (0, version("tarsus"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["simulat", "cantilever"], "simulate"),
+        (["simulate"], "requires an argument"),
+        (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
+        (["validate", "hexapod"], "cantilever"),
+        (["devices", "everything"], "everything"),
+    ],
+)
+def test_words_that_mean_nothing(tarsus, words, said):
+    result = tarsus(*words)
+    assert result.code == 2
+    assert result.out == ""
+    (sentence,) = result.sentences
+    assert said in sentence
+    assert "--help" in sentence
+
+
+def test_an_interrupt_ends_with_a_sentence(tarsus, monkeypatch):
+    import tarsus.files.library as library
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(library, "device_names", interrupted)
+    result = tarsus("devices")
+    assert result.code == 130
+    assert "interrupted" in result.sentences[0]
+
+
+def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):
+    import tarsus.files.library as library
+
+    def broken():
+        raise RuntimeError("the cat sat on it")
+
+    monkeypatch.setattr(library, "device_names", broken)
+    result = tarsus("devices")
+    assert result.code == 1
+    assert "the cat sat on it" in result.sentences[0]
+    assert "defect" in result.sentences[0]
+
+
+def test_a_reader_that_stops_reading_is_no_error():
+    code = "import os, sys; sys.stdin.close(); os._exit(0)"
+    show = subprocess.Popen(
+        [sys.executable, "-m", "tarsus.cli", "show", "cantilever", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    reader = subprocess.Popen([sys.executable, "-c", code], stdin=show.stdout)
+    assert show.stdout is not None and show.stderr is not None
+    show.stdout.close()
+    reader.wait(timeout=60)
+    said = show.stderr.read().decode()
+    assert show.wait(timeout=60) == 0
+    assert said == ""

@@ -1,0 +1,101 @@
+"""`simulate`: summary, JSON, output folder, settings and laws."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+SHORT = ("--duration", "60 ms")
+
+
+def test_summary(tarsus):
+    result = tarsus("simulate", "cantilever", *SHORT)
+    assert result.code == 0
+    assert result.err == ""
+    assert "60 ms" in result.out or "0.06 s" in result.out
+    closure = re.search(r"closes to ([0-9.e+-]+)", result.out)
+    assert closure is not None and float(closure[1]) < 1e-8
+
+
+def test_json_is_one_object_with_the_ledger_closed(tarsus):
+    result = tarsus("simulate", "cantilever", *SHORT, "--json")
+    assert result.code == 0
+    run = result.json()
+    assert run["ok"] is True
+    assert run["duration_s"] == pytest.approx(0.06)
+    assert run["ledger_closure"] < 1e-8
+    assert run["events"]["capture"] + run["events"]["bounce"] > 0
+    assert run["sentence"]
+    for measure in run["measures"].values():
+        assert measure["definition"] and measure["unit"]
+
+
+def test_settings_change_the_run(tarsus):
+    high = tarsus("simulate", "cantilever", *SHORT, "--set", "volts=8", "--json").json()
+    low = tarsus("simulate", "cantilever", *SHORT, "--set", "volts=2", "--json").json()
+    assert high["events"]["capture"] + high["events"]["bounce"] > 0
+    assert low["events"]["capture"] + low["events"]["bounce"] == 0
+
+
+def test_output_folder(tarsus, tmp_path):
+    folder = tmp_path / "deep" / "out"
+    result = tarsus("simulate", "cantilever", *SHORT, "-o", folder, "--mat")
+    assert result.code == 0
+    names = {path.name for path in folder.iterdir()}
+    assert {"scene.toml", "series.nc", "series.mat", "events.csv", "measures.json"} <= names
+    assert {"provenance.json", "citations.txt", "summary.json", "report.html"} <= names
+    assert all(str(folder / name) in result.out for name in names)
+    import xarray
+
+    with xarray.open_dataset(folder / "series.nc", engine="h5netcdf") as series:
+        assert series["gap"].attrs["units"] == "m"
+        assert float(series["time"][-1]) == pytest.approx(0.06)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "<svg" in page
+    assert not re.search(r"""(?:src|href)=["']https?://""", page)
+
+
+def test_the_written_scene_is_the_scene_that_ran(tarsus, tmp_path):
+    settings = ("--set", "ground.film.coefficient=2e-21", "--set", "hz=40")
+    words = ("-o", tmp_path / "a", "--no-report", "--json")
+    first = tarsus("simulate", "cantilever", *SHORT, *settings, *words)
+    assert first.code == 0
+    assert not (tmp_path / "a" / "report.html").exists()
+    again = tarsus("simulate", tmp_path / "a" / "scene.toml", *SHORT, "--json")
+    assert again.code == 0
+    for name, measure in first.json()["measures"].items():
+        np.testing.assert_equal(again.json()["measures"][name]["value"], measure["value"])
+
+
+def test_a_law_of_ones_own_changes_the_energy_account(tarsus, magnet):
+    plain = tarsus("simulate", "cantilever", *SHORT, "--json").json()
+    with_law = tarsus("simulate", "cantilever", *SHORT, "--law", magnet, "--json").json()
+    stronger = tarsus(
+        "simulate",
+        "cantilever",
+        *SHORT,
+        "--law",
+        magnet,
+        "--set",
+        "ground.laws.magnet.strength=3e-24",
+        "--json",
+    ).json()
+    assert plain["ledger_J"]["laws"] == 0.0
+    assert with_law["ledger_J"]["laws"] != 0.0
+    assert abs(stronger["ledger_J"]["laws"]) != abs(with_law["ledger_J"]["laws"])
+    assert stronger["ledger_closure"] < 1e-8
+
+
+def test_adhesion_can_be_taken_away(tarsus):
+    result = tarsus("simulate", "cantilever", *SHORT, "--set", "ground.adhesion=none", "--json")
+    assert result.code == 0
+    assert result.json()["ledger_J"]["adhesion"] == 0.0
+
+
+def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tmp_path):
+    result = process("simulate", "cantilever", *SHORT, "-o", "out", cwd=tmp_path)
+    assert result.code == 0, result.err
+    assert result.err == ""
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000

@@ -1,0 +1,75 @@
+"""Every example runs, and a number from it is right."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def load(name: str):
+    """An example as a module."""
+    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_bouncing_ball():
+    example = load("bouncing_ball")
+    assert example.impact_times(0.9)[1] == pytest.approx(1.264266194760045, rel=1e-14)
+    assert example.largest_error() < 1e-10
+    fall = math.sqrt(2.0 / 9.81)
+    assert example.time_of_rest(0.7) == pytest.approx(fall * (1.0 + 0.7) / (1.0 - 0.7), rel=1e-6)
+
+
+def test_own_law():
+    example = load("own_law")
+    without, weak = example.run_with_magnet(0.0), example.run_with_magnet(1e-24)
+    assert without.ledger.laws == 0.0
+    assert weak.ledger.laws != 0.0
+    assert weak.ok and weak.ledger.closure < 1e-8
+
+
+def test_a_weak_magnet_does_the_work_of_its_potential():
+    # While the foot is in flight, the work is K/3 (1/(g + d)^3) between the ends: no history in it.
+    import tarsus as ts
+
+    example = load("own_law")
+    run = example.run_with_magnet(1e-24, duration=0.004)
+    magnet = run.scene.ground.laws["magnet"]
+    gap = run.to_dataset()["gap"].values[0]
+
+    def potential(g: float) -> float:
+        return -magnet.strength / (3.0 * (g + magnet.offset) ** 3)
+
+    assert run.ledger.laws == pytest.approx(potential(gap[0]) - potential(gap[-1]), rel=1e-6)
+    assert ts.get_value(run.scene, "ground.laws.magnet.strength") == 1e-24
+
+
+def test_film_sweep():
+    example = load("film_sweep")
+    counts = example.impacts_over_film(np.array([0.1, 1.0, 1000.0]))
+    assert counts.shape == (3,)
+    assert counts[0] >= counts[2]
+    import tarsus as ts
+
+    alone = ts.simulate(ts.load_scene("cantilever", volts=8, hz=50, wave="square"), duration=0.1)
+    assert counts[1] == np.count_nonzero(np.isin(alone.events["kind"], (1, 2)))
+
+
+def test_every_example_is_in_this_file():
+    here = Path(__file__).read_text(encoding="utf-8")
+    elsewhere = "".join(
+        path.read_text(encoding="utf-8") for path in EXAMPLES.parent.glob("tests/**/test_*.py")
+    )
+    for path in EXAMPLES.glob("*.py"):
+        assert f'load("{path.stem}")' in here or path.name in elsewhere, f"{path.name} has no test"

@@ -1,0 +1,42 @@
+"""Files and calls printed in the documentation work as printed."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def test_the_scene_on_the_file_format_page_is_one():
+    from tarsus.files.toml import parse_scene
+
+    page = (DOCS / "file-format.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    scene = parse_scene(text)
+    assert scene.robot.feet["tip"].gap == 70e-6
+    assert scene.origin("robot.feet.tip.gap").source.value == "printed"
+
+
+@pytest.mark.parametrize(
+    "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
+)
+def test_every_signal_on_the_file_format_page_exists(kind):
+    from tarsus.drive.waveforms import Waveform
+    from tarsus.explain import alternatives, kind_of
+
+    page = (DOCS / "file-format.md").read_text(encoding="utf-8")
+    (row,) = [line for line in page.splitlines() if line.startswith(f"| `{kind}`")]
+    found = next(member for member in alternatives(Waveform) if kind_of(member) == kind)
+    for name in re.findall(r"`(\w+)`", row)[1:]:
+        assert name in found.model_fields
+
+
+def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
+    from tarsus.units import parse_quantity
+
+    page = (DOCS / "errata.md").read_text(encoding="utf-8")
+    (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', page)
+    assert parse_quantity(other, "N m^2 s") == pytest.approx(1.747e-24)
