@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from tarsus.explain import PathErrors
 from tarsus.spec import FrozenDict, Name, Named, quantity
@@ -15,19 +15,6 @@ from tarsus.structure.modal import modal_damping_matrix
 __all__ = ["Lumped"]
 
 Matrix = tuple[tuple[float, ...], ...]
-
-
-def _square(value: object) -> object:
-    """A list of numbers is the diagonal of a matrix, and a single number a 1 x 1 matrix."""
-    if isinstance(value, float):
-        return ((value,),)
-    if isinstance(value, tuple) and value and all(isinstance(v, float) for v in value):
-        n = len(value)
-        return tuple(tuple(value[i] if i == j else 0.0 for j in range(n)) for i in range(n))
-    return value
-
-
-SquareMatrix = Annotated[Matrix, BeforeValidator(_square)]
 
 
 class Lumped(Structure):
@@ -41,11 +28,9 @@ class Lumped(Structure):
 
     kind: Literal["lumped"] = "lumped"
     coordinates: tuple[Name, ...] = Field(description="names of the coordinates, each the height of a point")
-    mass: SquareMatrix = quantity("kg", "mass matrix, or the list of its diagonal")
-    stiffness: SquareMatrix = quantity("N/m", "stiffness matrix, or the list of its diagonal")
-    damping: SquareMatrix | None = quantity(
-        "N s/m", "damping matrix, or the list of its diagonal", default=None
-    )
+    mass: Matrix = quantity("kg", "mass matrix, or the list of its diagonal")
+    stiffness: Matrix = quantity("N/m", "stiffness matrix, or the list of its diagonal")
+    damping: Matrix | None = quantity("N s/m", "damping matrix, or the list of its diagonal", default=None)
     damping_ratios: tuple[float, ...] | None = quantity(
         "1",
         "damping ratio of each undamped mode, in order of frequency, instead of a matrix",
@@ -58,6 +43,23 @@ class Lumped(Structure):
     upward: tuple[float, ...] | None = quantity(
         "1", "coordinates of a unit upward translation, for gravity; all ones when absent", default=None
     )
+
+    @field_validator("mass", "stiffness", "damping", mode="before")
+    @classmethod
+    def _diagonal(cls, value: Any) -> Any:
+        """A list of single values is the diagonal of a matrix, and one value a 1 x 1 matrix."""
+        if isinstance(value, np.ndarray):
+            value = value.tolist()
+        if isinstance(value, (str, int, float)):
+            return ((value,),)
+        if (
+            isinstance(value, (list, tuple))
+            and value
+            and all(isinstance(v, (str, int, float)) for v in value)
+        ):
+            n = len(value)
+            return tuple(tuple(value[i] if i == j else 0.0 for j in range(n)) for i in range(n))
+        return value
 
     @model_validator(mode="after")
     def _check(self) -> Lumped:

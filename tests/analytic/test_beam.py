@@ -1,0 +1,105 @@
+"""The beam against an independent finite-element beam, and against textbook wave numbers."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from tarsus.structure import Beam
+from tarsus.structure.cantilever import RigidTip, cantilever_modes
+
+ELEMENTS = 60
+
+
+def finite_elements(
+    length: float, stiffness: float, mass_per_length: float, tip: RigidTip
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness of Hermite elements, (deflection, slope) of each node, clamped node removed."""
+    h = length / ELEMENTS
+    k = stiffness / h**3 * np.array(
+        [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+         [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]
+    )  # fmt: skip
+    m = mass_per_length * h / 420 * np.array(
+        [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+         [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]
+    )  # fmt: skip
+    size = 2 * (ELEMENTS + 1)
+    mass, stiff = np.zeros((size, size)), np.zeros((size, size))
+    for e in range(ELEMENTS):
+        at = slice(2 * e, 2 * e + 4)
+        mass[at, at] += m
+        stiff[at, at] += k
+    arm = np.array([1.0, tip.offset])
+    mass[-2:, -2:] += tip.mass * np.outer(arm, arm) + np.diag([0.0, tip.inertia])
+    return mass[2:, 2:], stiff[2:, 2:]
+
+
+@pytest.mark.parametrize("second", [6424.0, 4500.0, 10000.0])
+def test_beam_against_finite_elements(second: float) -> None:
+    beam = Beam(
+        frequencies=(623.0, second),
+        damping_ratios=(0.02,) * 4,
+        length=750e-6,
+        tip_length=150e-6,
+        tip_width=100e-6,
+        tip_thickness=10e-6,
+        tip_density=2330.0,
+    )
+    stiffness, mass_per_length = beam.section()
+    mass, stiff = finite_elements(beam.length, stiffness, mass_per_length, beam.tip)
+    values, vectors = eigh(stiff, mass, subset_by_index=[0, 3])
+    modes = beam.modes()
+    frequencies = np.sqrt(values) / (2 * math.pi)
+    np.testing.assert_allclose(frequencies[:2], [623.0, second], rtol=5e-6)
+    np.testing.assert_allclose(modes.omega, np.sqrt(values), rtol=1e-5)
+
+    vectors = vectors * math.sqrt(modes.mass)
+    arm = np.array([1.0, beam.tip.offset])
+    tip = arm @ vectors[-2:]
+    vectors = vectors * np.sign(tip)
+    np.testing.assert_allclose(beam.row("tip"), np.abs(tip), rtol=1e-4)
+    np.testing.assert_allclose(beam.row("center"), vectors[ELEMENTS - 2], rtol=1e-4)
+    np.testing.assert_allclose(beam.moment_participation(), vectors[-1], rtol=1e-4)
+
+    nodes = mass_per_length * beam.length / ELEMENTS
+    deflections = np.vstack([np.zeros(4), vectors[::2]])
+    slopes = np.vstack([np.zeros(4), vectors[1::2]])
+    h = beam.length / ELEMENTS
+    area = nodes * ((deflections[1:] + deflections[:-1]) / 2 + h * (slopes[:-1] - slopes[1:]) / 12).sum(axis=0)
+    weight = area + beam.tip.mass * (arm @ vectors[-2:])
+    np.testing.assert_allclose(modes.mass * beam.vertical(), weight, rtol=1e-4)
+
+    load = np.zeros(len(stiff))
+    load[-2:] = arm
+    compliance = load @ np.linalg.solve(stiff, load)
+    assert beam.static_compliance() == pytest.approx(compliance, rel=1e-6)
+
+
+def test_modes_alone_carry_nearly_all_of_the_static_compliance() -> None:
+    beam = Beam(
+        frequencies=(623.0, 6424.0),
+        damping_ratios=(0.02, 0.02),
+        length=750e-6,
+        tip_length=150e-6,
+        tip_width=100e-6,
+        tip_thickness=10e-6,
+        tip_density=2330.0,
+    )
+    kept = float(beam.row("tip") @ np.linalg.solve(beam.matrices().stiffness, beam.row("tip")))
+    assert kept < beam.static_compliance()
+    assert kept == pytest.approx(beam.static_compliance(), rel=1e-4)
+
+
+def test_a_light_tip_leaves_the_textbook_wave_numbers() -> None:
+    modes = cantilever_modes(1.0, RigidTip(1e-12, 1e-16, 0.005), 1.0, 1.0, 6)
+    textbook = [1.8751040687, 4.6940911330, 7.8547574382, 10.9955407349, 14.1371683910, 17.2787595321]
+    np.testing.assert_allclose(np.sqrt(modes.omega), textbook, rtol=1e-10)
+    np.testing.assert_allclose(np.abs(modes.tip), 2.0, rtol=1e-6, atol=0.2)
+
+
+def test_a_heavy_tip_leaves_a_massless_spring() -> None:
+    tip = RigidTip(1e6, 1e-6, 1e-9)
+    modes = cantilever_modes(1.0, tip, 2.0, 1.0, 1)
+    assert modes.omega[0] == pytest.approx(math.sqrt(3 * 2.0 / 1e6), rel=1e-6)

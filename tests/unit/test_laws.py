@@ -1,0 +1,208 @@
+import math
+from pathlib import Path
+from typing import ClassVar
+
+import pytest
+
+from tarsus.errors import InputError
+from tarsus.laws import (
+    Adhesion,
+    Electrostatic,
+    Film,
+    Gravity,
+    ImpactLaw,
+    Law,
+    ResistiveLaw,
+    Restitution,
+    SmoothLaw,
+    load_laws,
+)
+from tarsus.spec import quantity
+
+GOOD = '''
+"""A magnet under the ground."""
+
+from __future__ import annotations
+
+import math
+
+from tarsus.laws import ImpactLaw, SmoothLaw
+from tarsus.spec import quantity
+
+
+class MagnetPull(SmoothLaw):
+    """Pull that decays over a reach."""
+
+    uses_rate = False
+    strength: float = quantity("N", "pull in contact", ge=0)
+    reach: float = quantity("m", "decay length", default=1e-6, gt=0)
+
+    def force(gap, gap_rate, volts, time, strength, reach):
+        return -strength * math.exp(-gap / reach)
+
+
+class SoftImpact(ImpactLaw):
+    loss: float = quantity("1", "share of the speed lost", ge=0, le=1)
+
+    @staticmethod
+    def rebound(speed, loss):
+        return speed * (1.0 - loss)
+'''
+
+
+def law_file(folder: Path, text: str) -> Path:
+    file = folder / "law.py"
+    file.write_text(text)
+    return file
+
+
+def test_film_force_is_the_rate_of_its_momentum() -> None:
+    film = Film(coefficient="1.747e-15 uN m^2 s", thickness="58 um")
+    gap, rate, step = 3e-6, -0.02, 1e-10
+    forward, back = (Film.momentum(gap + s, *film.parameters()) for s in (step, -step))
+    expected = -film.coefficient * rate / (gap + film.thickness) ** 3
+    assert (forward - back) / (2 * step) * rate == pytest.approx(expected, rel=1e-6)
+    assert expected > 0.0, "an approaching foot is pushed away"
+
+
+def test_electrostatics_attract() -> None:
+    law = Electrostatic(coefficient=2e-20, offset="1 um")
+    assert Electrostatic.force(1e-6, 0.3, -10.0, 0.0, *law.parameters()) == pytest.approx(-2e-20 * 100 / 4e-12)
+    assert not Electrostatic.uses_rate
+
+
+def test_adhesion_grows_with_contact_time() -> None:
+    law = Adhesion(initial="0.2743 uN", rate="1.700 uN/s")
+    assert Adhesion.strength(0.0, *law.parameters()) == 0.2743e-6
+    assert Adhesion.strength(0.1, *law.parameters()) == pytest.approx(0.4443e-6, rel=1e-14)
+
+
+def test_restitution_keeps_a_share_of_the_speed() -> None:
+    assert Restitution.rebound(2.0, *Restitution(coefficient=0.378).parameters()) == 0.756
+
+
+def test_gravity_is_only_a_parameter() -> None:
+    assert Gravity().parameters() == (9.81,)
+    assert Gravity.function() is None
+
+
+@pytest.mark.parametrize(
+    ("build", "path"),
+    [
+        (lambda: Film(coefficient=1e-21, thickness=0.0), "Film.thickness"),
+        (lambda: Film(coefficient=-1e-21, thickness=1e-6), "Film.coefficient"),
+        (lambda: Restitution(coefficient=1.01), "Restitution.coefficient"),
+        (lambda: Restitution(coefficient=-0.39), "Restitution.coefficient"),
+        (lambda: Adhesion(initial=math.nan, rate=0.0), "Adhesion.initial"),
+        (lambda: Electrostatic(coefficient=1.0, offset=0.0), "Electrostatic.offset"),
+    ],
+)
+def test_bounds(build, path: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError, match=f"^{path}: expected "):
+        build()
+
+
+@pytest.mark.parametrize("law", [Film, Electrostatic, Adhesion, Restitution, Gravity])
+def test_every_law_says_what_it_is(law: type[Law]) -> None:
+    assert law.__doc__
+    for field in law.model_fields.values():
+        assert field.description
+    function = law.function()
+    assert function is None or function.__doc__
+
+
+def test_names_are_snake_case() -> None:
+    assert Film.name() == "film"
+
+    class JKRContact(SmoothLaw):
+        @staticmethod
+        def force(gap: float, gap_rate: float, volts: float, time: float) -> float:
+            return 0.0
+
+    assert JKRContact.name() == "jkr_contact"
+
+
+def test_a_law_field_needs_a_unit() -> None:
+    with pytest.raises(TypeError, match="strength: a law's field is a float with a unit"):
+
+        class Bad(SmoothLaw):
+            strength: float = 1.0
+
+
+def test_a_law_function_takes_what_the_protocol_says() -> None:
+    with pytest.raises(TypeError, match=r"must take \(gap, stiffness\)"):
+
+        class Bad(ResistiveLaw):
+            stiffness: float = quantity("N s/m^2", "k")
+
+            @staticmethod
+            def momentum(gap: float) -> float:
+                return gap
+
+
+def test_user_file(tmp_path: Path) -> None:
+    laws = load_laws(law_file(tmp_path, GOOD))
+    assert list(laws) == ["magnet_pull", "soft_impact"]
+    pull = laws["magnet_pull"](strength="3 uN")  # type: ignore[call-arg]
+    assert isinstance(pull, SmoothLaw)
+    assert pull.parameters() == (3e-6, 1e-6)
+    function = type(pull).function()
+    assert function is not None
+    assert function(1e-6, 0.0, 0.0, 0.0, *pull.parameters()) == -3e-6 * math.exp(-1.0)
+    assert issubclass(laws["soft_impact"], ImpactLaw)
+
+
+def test_an_edited_file_gives_the_new_law(tmp_path: Path) -> None:
+    before = load_laws(law_file(tmp_path, GOOD))["soft_impact"].function()
+    after = load_laws(law_file(tmp_path, GOOD.replace("1.0 - loss", "0.5 - loss")))["soft_impact"].function()
+    assert before is not None and after is not None
+    assert (before(1.0, 0.0), after(1.0, 0.0)) == (1.0, 0.5)
+
+
+HEAD = "from tarsus.laws import SmoothLaw\nfrom tarsus.spec import quantity\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD + "x = 1 / 0\n", r"law\.py, line 3: ZeroDivisionError: division by zero"),
+        (HEAD + "import sys\nsys.exit(3)\n", r"law\.py, line 4: SystemExit: 3"),
+        (HEAD + "def f(:\n", r"law\.py, line 3: SyntaxError"),
+        ("import no_such_module_at_all\n", r"law\.py, line 1: ModuleNotFoundError"),
+        (HEAD, r"defines no law; a law is a class derived from one of ResistiveLaw, SmoothLaw"),
+        (HEAD + "class A(SmoothLaw):\n    a: float = 3.0\n", r"line 3: TypeError: A\.a: a law's field"),
+        (HEAD + "class A(SmoothLaw):\n    pass\n", r"law A defines no function force\(gap, gap_rate, volts, time\)"),
+        (
+            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return 1 / 0\n",
+            r"law\.py, line 5: law A raised ZeroDivisionError",
+        ),
+        (
+            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return None\n",
+            r"law A must return a finite number, got None",
+        ),
+        (
+            HEAD + "class A(SmoothLaw):\n    def force(gap):\n        return 0.0\n",
+            r"line 3: TypeError: A\.force: takes \(gap\), but must take \(gap, gap_rate, volts, time\)",
+        ),
+    ],
+)
+def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        load_laws(law_file(tmp_path, text))
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such law file"):
+        load_laws(tmp_path / "law.py")
+
+
+def test_class_variables_are_not_parameters() -> None:
+    class Plain(SmoothLaw):
+        uses_rate: ClassVar[bool] = False
+        a: float = quantity("N", "a force")
+
+        @staticmethod
+        def force(gap: float, gap_rate: float, volts: float, time: float, a: float) -> float:
+            return a
+
+    assert Plain(a=2.0).parameters() == (2.0,)

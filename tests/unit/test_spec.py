@@ -1,0 +1,217 @@
+import copy
+import math
+import pickle
+import time
+from typing import Annotated, Literal
+
+import numpy as np
+import pytest
+from pydantic import Field
+
+from tarsus.errors import InputError
+from tarsus.spec import (
+    Description,
+    FloatInfo,
+    FrozenDict,
+    Named,
+    float_paths,
+    get_value,
+    quantity,
+    validate,
+    with_values,
+)
+
+
+class Layer(Description):
+    coefficient: float = quantity("N m^2 s", "film coefficient", ge=0)
+    thickness: float = quantity("m", "residual thickness", gt=0)
+
+
+class Wave(Description):
+    kind: Literal["wave"] = "wave"
+    amplitude: float = quantity("V", "amplitude")
+
+
+class Step(Description):
+    kind: Literal["step"] = "step"
+    level: float = quantity("V", "level")
+
+
+class Whole(Description):
+    name: str
+    layer: Layer | None = None
+    signals: Named[Annotated[Wave | Step, Field(discriminator="kind")]] = FrozenDict()
+    ratios: tuple[float, ...] = quantity("1", "damping ratio", ge=0)
+    shapes: Named[tuple[float, ...]] = quantity("1", "shape", default=FrozenDict())
+    count: int = 1
+
+
+def whole() -> Whole:
+    return Whole(
+        name="it",
+        layer=Layer(coefficient="1.747e-15 uN m^2 s", thickness="58 um"),
+        signals={"pzt": Wave(amplitude=8)},
+        ratios=[0.1, "2 %"],
+        shapes={"tip": np.array([1.0, -1.0])},
+    )
+
+
+def test_values_become_si_floats() -> None:
+    it = whole()
+    assert it.layer == Layer(coefficient=1.747e-21, thickness=58e-6)
+    assert it.ratios == (0.1, 0.02)
+    assert it.shapes["tip"] == (1.0, -1.0)
+    assert type(it.signals["pzt"].amplitude) is float  # type: ignore[union-attr]
+
+
+def test_float_paths_have_unit_and_meaning() -> None:
+    assert float_paths(whole()) == {
+        "layer.coefficient": FloatInfo(1.747e-21, "N m^2 s", "film coefficient"),
+        "layer.thickness": FloatInfo(58e-6, "m", "residual thickness"),
+        "signals.pzt.amplitude": FloatInfo(8.0, "V", "amplitude"),
+        "ratios.0": FloatInfo(0.1, "1", "damping ratio"),
+        "ratios.1": FloatInfo(0.02, "1", "damping ratio"),
+        "shapes.tip.0": FloatInfo(1.0, "1", "shape"),
+        "shapes.tip.1": FloatInfo(-1.0, "1", "shape"),
+    }
+
+
+def test_every_float_path_can_be_read_and_set() -> None:
+    it = whole()
+    for path, info in float_paths(it).items():
+        assert get_value(it, path) == info.value
+        changed = with_values(it, {path: info.value + 1.0})
+        assert get_value(changed, path) == info.value + 1.0
+        others = [p for p in float_paths(it) if p != path]
+        assert all(get_value(changed, p) == get_value(it, p) for p in others)
+
+
+def test_with_values_takes_units_tables_and_none() -> None:
+    changed = with_values(
+        whole(),
+        {
+            "layer": None,
+            "signals.pzt": {"kind": "step", "level": "3 V"},
+            "signals.other": Wave(amplitude=1.0),
+            "ratios.1": "5 %",
+            "count": 7,
+        },
+    )
+    assert changed.layer is None
+    assert changed.signals == {"pzt": Step(level=3.0), "other": Wave(amplitude=1.0)}
+    assert changed.ratios == (0.1, 0.05)
+    assert changed.count == 7
+
+
+def test_with_values_reports_everything_at_once() -> None:
+    with pytest.raises(InputError) as caught:
+        with_values(
+            with_values(whole(), {"shapes": {}}),
+            {
+                "layer.coeficient": 1.0,
+                "layer.thickness": -1.0,
+                "ratios.2": 0.1,
+                "signals.pz.amplitude": 1.0,
+                "name.first": 1.0,
+                "count": 1.5,
+            },
+        )
+    assert caught.value.problems == [
+        "layer.coeficient: unknown path; did you mean 'layer.coefficient'?",
+        "layer.thickness: expected a length (m) above 0, got -1.0 (residual thickness)",
+        "ratios.2: unknown path; did you mean 'ratios.1'?",
+        "signals.pz.amplitude: unknown path; did you mean 'signals.pzt.amplitude'?",
+        "name.first: unknown path; did you mean 'name'?",
+        "count: expected a whole number, got 1.5",
+    ]
+
+
+def test_a_path_inside_something_absent() -> None:
+    with pytest.raises(InputError, match="'layer' is not set here, so 'thickness' has nothing to act on"):
+        with_values(Whole(name="it", ratios=[]), {"layer.thickness": 1.0})
+    with pytest.raises(InputError, match="unknown path; did you mean 'layer.thickness'"):
+        get_value(whole(), "layer.thicknes")
+
+
+def test_a_value_and_something_inside_it() -> None:
+    for values in ({"layer": None, "layer.thickness": 1.0}, {"layer.thickness": 1.0, "layer": None}):
+        with pytest.raises(InputError, match="give one of the two"):
+            with_values(whole(), values)
+
+
+def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
+    table = {
+        "name": 3,
+        "layer": {"coefficient": "-1 N m^2 s", "thicknes": 1},
+        "signals": {
+            "a": {"kind": "wve"},
+            "b": {"kind": "wave"},
+            "c": {"kind": "step", "level": "8 m"},
+            "d.e": {"kind": "wave", "amplitude": 1},
+            "f": {},
+            "g": 3,
+        },
+        "ratios": [math.nan, "-2 %"],
+        "shapes": {"tip": ["a", 1], "c": 2},
+        "zork": 1,
+    }
+    with pytest.raises(InputError) as caught:
+        validate(Whole, table)
+    assert caught.value.problems == [
+        "name: expected a text, got 3",
+        "layer.coefficient: expected a film coefficient (N m^2 s) of at least 0, got -1 N m^2 s (film coefficient)",
+        "layer.thickness: expected a length (m) above 0 (residual thickness), nothing given",
+        "layer.thicknes: unknown name 'thicknes'; did you mean 'thickness'?",
+        "signals.a.kind: unknown kind 'wve'; did you mean 'wave'?",
+        "signals.b.amplitude: expected a voltage (V) (amplitude), nothing given",
+        "signals.c.level: expected a voltage (V), got '8 m', which is a length (level)",
+        "signals.d.e: a name is letters, digits, '_' and '-' only, got 'd.e'",
+        "signals.f: expected a table with a 'kind', one of 'wave', 'step'",
+        "signals.g: expected a table, got 3",
+        "ratios.0: expected a pure number that is finite, got nan (damping ratio)",
+        "ratios.1: expected a pure number of at least 0, got -2 % (damping ratio)",
+        "shapes.tip.0: expected a pure number, got 'a', which is no number with a unit (shape)",
+        "zork: unknown name 'zork'; valid names are 'name', 'layer', 'signals', 'ratios', 'shapes', 'count'",
+    ]
+
+
+def test_construction_raises_input_errors() -> None:
+    with pytest.raises(InputError) as caught:
+        Layer(coefficient=math.nan, thickness=0.0)
+    assert caught.value.problems == [
+        "Layer.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan (film coefficient)",
+        "Layer.thickness: expected a length (m) above 0, got 0.0 (residual thickness)",
+    ]
+
+
+def test_long_lists_are_checked_too() -> None:
+    values = [0.1] * 200
+    assert Whole(name="it", ratios=values).ratios == tuple(values)
+    with pytest.raises(InputError, match=r"ratios\.7: .* got -1\.0"):
+        Whole(name="it", ratios=[*values[:7], -1.0, *values])
+    with pytest.raises(InputError, match=r"ratios\.3: .* finite"):
+        Whole(name="it", ratios=[*values[:3], math.nan, *values])
+
+
+def test_descriptions_are_frozen_values() -> None:
+    it = whole()
+    assert it == whole()
+    assert hash(it) == hash(whole())
+    assert it != with_values(it, {"count": 2})
+    assert pickle.loads(pickle.dumps(it)) == it
+    assert copy.deepcopy(it) == it
+    with pytest.raises(TypeError, match="frozen"):
+        it.signals["new"] = Wave(amplitude=1.0)
+    with pytest.raises(ValueError, match="frozen"):
+        it.name = "other"  # type: ignore[misc]
+
+
+def test_with_values_is_fast() -> None:
+    it = whole()
+    best = math.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        for _ in range(50):
+            with_values(it, {"layer.coefficient": 1e-21, "signals.pzt.amplitude": 6.0, "ratios.0": 0.2})
+        best = min(best, (time.perf_counter() - start) / 50)
+    assert best < 0.3e-3

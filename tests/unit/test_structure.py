@@ -1,0 +1,159 @@
+import math
+import time
+
+import numpy as np
+import pytest
+
+from tarsus.errors import InputError
+from tarsus.structure import Beam, Lumped, Modal
+
+TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
+
+
+def beam(**changes: object) -> Beam:
+    values = {
+        "frequencies": ["623 Hz", "6424 Hz"],
+        "damping_ratios": [0.02, 0.02],
+        "length": "750 um",
+        "tip_length": "150 um",
+        "tip_width": "100 um",
+        "tip_thickness": "10 um",
+        "tip_density": "2330 kg/m^3",
+    }
+    return Beam(**{**values, **changes})
+
+
+def test_modal_matrices() -> None:
+    modal = Modal(
+        frequencies=["0 Hz", "100 Hz", "2 kHz"],
+        damping_ratios=[0.0, 1.5, 0.01],
+        modal_masses=["1 mg", "2 mg", "3 mg"],
+        shapes={"foot": [1.0, 0.5, -0.2]},
+        modal_damping=["1 uN s/m", "0 N s/m", "0 N s/m"],
+        upward=[1.0, 0.0, 0.0],
+    )
+    matrices = modal.matrices()
+    omega = 2 * math.pi * np.array([0.0, 100.0, 2000.0])
+    mass = np.array([1e-6, 2e-6, 3e-6])
+    np.testing.assert_allclose(matrices.mass, np.diag(mass), rtol=1e-15)
+    np.testing.assert_allclose(matrices.stiffness, np.diag(mass * omega**2), rtol=1e-15)
+    np.testing.assert_allclose(matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6]))
+    np.testing.assert_array_equal(modal.row("foot"), [1.0, 0.5, -0.2])
+    assert modal.points == ("foot",)
+    np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
+    with pytest.raises(KeyError):
+        modal.row("hand")
+
+
+def test_modal_lengths_are_reported_together() -> None:
+    with pytest.raises(InputError) as caught:
+        Modal(frequencies=[1.0, 2.0], damping_ratios=[0.1], modal_masses=[1.0] * 3, shapes={"a": [1.0]})
+    assert caught.value.problems == [
+        "Modal.damping_ratios: expected 2 values, one a mode, got 1",
+        "Modal.modal_masses: expected 2 values, one a mode, got 3",
+        "Modal.shapes.a: expected 2 values, one a mode, got 1",
+    ]
+
+
+def test_lumped_lists_are_diagonals() -> None:
+    lumped = Lumped(**TWO)
+    matrices = lumped.matrices()
+    np.testing.assert_array_equal(matrices.mass, np.diag([1e-6, 2e-6]))
+    np.testing.assert_array_equal(matrices.damping, np.zeros((2, 2)))
+    np.testing.assert_array_equal(matrices.stiffness, TWO["stiffness"])
+    np.testing.assert_array_equal(lumped.row("base"), [0.0, 1.0])
+    np.testing.assert_array_equal(lumped.vertical(), [1.0, 1.0])
+    assert Lumped(coordinates=["ball"], mass="1 g", stiffness=0.0).mass == ((1e-3,),)
+
+
+def test_lumped_damping_may_be_anything() -> None:
+    damping = [[1.0, 0.3], [-0.4, 0.1]]
+    np.testing.assert_array_equal(Lumped(**TWO, damping=damping).matrices().damping, damping)
+
+
+def test_lumped_modal_damping_gives_the_ratios() -> None:
+    mass = [[2.0, 0.3], [0.3, 1.0]]
+    lumped = Lumped(
+        coordinates=["a", "b"], mass=mass, stiffness=[[3.0, -1.0], [-1.0, 4.0]], damping_ratios=[0.02, 1.7]
+    )
+    m, c, k = (getattr(lumped.matrices(), name) for name in ("mass", "damping", "stiffness"))
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    values = np.linalg.eigvals(state)
+    slow = values[np.abs(values.imag) > 1e-9][0]
+    assert -slow.real / abs(slow) == pytest.approx(0.02, rel=1e-10)
+    real = np.sort(values[np.abs(values.imag) <= 1e-9].real)
+    assert len(real) == 2, "the second mode is overdamped"
+    assert -real.sum() / (2 * math.sqrt(real[0] * real[1])) == pytest.approx(1.7, rel=1e-10)
+
+
+def test_lumped_extra_points() -> None:
+    lumped = Lumped(**TWO, weights={"middle": [0.5, 0.5]})
+    assert lumped.points == ("tip", "base", "middle")
+    np.testing.assert_array_equal(lumped.row("middle"), [0.5, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"mass": [math.nan, 1.0]}, "mass.0.0: expected a mass (kg) that is finite, got nan"),
+        ({"mass": ["-1 mg", "2 mg"]}, "mass.0.0: expected a mass (kg) above 0, got -1e-06: a mass is never negative"),
+        ({"mass": [0.0, 1.0]}, "mass: the mass matrix is singular: some motion has no inertia"),
+        ({"mass": [[1.0, 1.0], [1.0, 1.0]]}, "mass: the mass matrix is singular: some motion has no inertia"),
+        ({"mass": [[1.0, 2.0], [2.0, 1.0]]}, "mass: the mass matrix is not positive definite: some motion"),
+        ({"mass": [[1.0, 0.1], [0.2, 1.0]]}, "mass: the mass matrix must be symmetric"),
+        ({"mass": [1.0]}, "mass: expected a 2 x 2 matrix, one row a coordinate, got 1 x 1"),
+        ({"stiffness": [[1.0, 2.0]]}, "stiffness: expected a 2 x 2 matrix, one row a coordinate, got 1 x 2"),
+        ({"mass": ["1 m", "2 mg"]}, "mass.0.0: expected a mass (kg), got '1 m', which is a length"),
+        ({"damping": [0.0, 0.0], "damping_ratios": [0.1, 0.1]}, "give either a damping matrix or damping_ratios"),
+        ({"damping_ratios": [0.1]}, "damping_ratios: expected 2 values, one a coordinate, got 1"),
+        ({"weights": {"tip": [1.0, 0.0]}}, "weights.tip: this name is already that of a coordinate"),
+        ({"coordinates": ["tip", "tip"]}, "coordinates: expected different names, got one twice"),
+        ({"stifness": 1.0}, "stifness: unknown name 'stifness'; did you mean 'stiffness'?"),
+    ],
+)
+def test_lumped_refuses(changes: dict[str, object], problem: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Lumped(**{**TWO, **changes})
+    assert any(problem in line for line in caught.value.problems), caught.value.problems
+
+
+def test_beam_of_the_source() -> None:
+    it = beam()
+    stiffness, mass_per_length = it.section()
+    assert stiffness == pytest.approx(1.139e-12, rel=1e-3)
+    assert mass_per_length == pytest.approx(3.52e-7, rel=1e-3)
+    assert it.static_compliance() == pytest.approx(164.0, rel=2e-3)
+    assert it.tip.mass == pytest.approx(3.495e-10, rel=1e-12)
+    np.testing.assert_allclose(it.modes().omega / (2 * math.pi), [623.0, 6424.0], rtol=1e-12)
+    matrices = it.matrices()
+    omega = np.sqrt(np.diag(matrices.stiffness) / np.diag(matrices.mass))
+    np.testing.assert_allclose(np.diag(matrices.damping), 0.04 * omega * np.diag(matrices.mass), rtol=1e-14)
+
+
+def test_beam_keeps_as_many_modes_as_damping_ratios() -> None:
+    assert beam(damping_ratios=[0.01] * 5).matrices().mass.shape == (5, 5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"frequencies": [623.0, 30000.0]}, "frequencies: with this tip the second frequency is at most 26.6"),
+        ({"frequencies": [623.0, 1500.0]}, "frequencies: with this tip the second frequency is at least "),
+        ({"frequencies": [623.0, 600.0]}, "frequencies: the second frequency must be above the first"),
+        ({"frequencies": [623.0]}, "frequencies"),
+        ({"damping_ratios": []}, "damping_ratios: expected at least one"),
+        ({"tip_density": -1.0}, "tip_density: expected a density (kg/m^3) above 0, got -1.0"),
+        ({"length": "750 um^2"}, "length: expected a length (m), got '750 um^2', which is an area"),
+    ],
+)
+def test_beam_refuses(changes: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        beam(**changes)
+    assert any(said in line for line in caught.value.problems), caught.value.problems
+
+
+def test_beam_is_solved_quickly() -> None:
+    start = time.perf_counter()
+    for k in range(10):
+        beam(frequencies=[600.0 + k, 6424.0]).matrices()
+    assert (time.perf_counter() - start) / 10 < 0.02

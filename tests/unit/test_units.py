@@ -1,0 +1,104 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tarsus.errors import InputError
+from tarsus.units import describe_unit, format_quantity, parse_quantity
+
+UNITS = ["m", "kg", "s", "V", "N", "Hz", "N m^2 s", "N m^2/V^2", "kg/m^3", "kg/m", "N/s", "m/s^2", "rad", "1", "1/m"]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("70 um", "m", 70e-6),
+        ("70um", "m", 70e-6),
+        ("70 µm", "m", 70e-6),
+        ("1.747e-15 uN m^2 s", "N m^2 s", 1.747e-21),
+        ("25 %", "1", 0.25),
+        ("8 V", "V", 8.0),
+        ("-8", "V", -8.0),
+        (3, "V", 3.0),
+        ("58e-6", "m", 58e-6),
+        ("1.7 uN/s", "N/s", 1.7e-6),
+        ("2 mg", "kg", 2e-6),
+        ("2.33 g/m^3", "kg/m^3", 2.33e-3),
+        ("90 deg", "rad", math.pi / 2),
+        ("5 m²", "m^2", 5.0),
+        ("5 mm**2", "m^2", 5e-6),
+        ("2 N*m*m*s", "N m^2 s", 2.0),
+        ("3 kHz", "1/s", 3000.0),
+        ("4 s^-1", "Hz", 4.0),
+        ("1 kΩ", "ohm", 1000.0),
+    ],
+)
+def test_parse(text: str | float, unit: str, value: float) -> None:
+    assert parse_quantity(text, unit) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "said"),
+    [
+        ("3 mg", "m", "expected a length (m), got '3 mg', which is a mass"),
+        ("70 um", "N m^2 s", "expected a film coefficient (N m^2 s), got '70 um', which is a length"),
+        ("623 rad/s", "Hz", "expected a frequency (Hz), got '623 rad/s', which is an angular rate"),
+        ("soon", "s", "expected a time (s), got 'soon', which is no number with a unit"),
+        ("nan", "m", "no number with a unit"),
+        (math.nan, "kg", "expected a mass (kg) that is finite, got nan"),
+        (math.inf, "kg", "finite"),
+        ("1e999 m", "m", "finite"),
+        ("1e99999999999999999999 m", "m", "finite"),
+        ("3 Hx", "Hz", "unknown unit 'Hx', did you mean 'Hz'?"),
+        ("3 m^x", "m", "a power is a whole number"),
+        (True, "m", "expected a length (m), got True"),
+    ],
+)
+def test_refused(text: str | float, unit: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_quantity(text, unit)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (70e-6, "m", "70 um"),
+        (6424.0, "Hz", "6424 Hz"),
+        (0.2, "s", "0.2 s"),
+        (1.747e-21, "N m^2 s", "1.747e-21 N m^2 s"),
+        (2330.0, "kg/m^3", "2330 kg/m^3"),
+        (3.495e-10, "kg", "349.5 ng"),
+        (1.7e-6, "N/s", "1.7 uN/s"),
+        (8.0, "V", "8 V"),
+        (0.0, "m", "0 m"),
+        (0.378, "1", "0.378"),
+        (9.81, "m/s^2", "9.81 m/s^2"),
+    ],
+)
+def test_format(value: float, unit: str, text: str) -> None:
+    assert format_quantity(value, unit) == text
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(UNITS))
+def test_round_trip_is_exact(value: float, unit: str) -> None:
+    back = parse_quantity(format_quantity(value, unit), unit)
+    assert back == value
+    assert math.copysign(1.0, back) == math.copysign(1.0, value)
+
+
+@given(st.text(max_size=30), st.sampled_from(UNITS))
+def test_any_text_gives_a_finite_number_or_an_input_error(text: str, unit: str) -> None:
+    try:
+        value = parse_quantity(text, unit)
+    except InputError as error:
+        assert error.problems
+    else:
+        assert math.isfinite(value)
+
+
+def test_words() -> None:
+    assert describe_unit("m") == "a length (m)"
+    assert describe_unit("1") == "a pure number"
+    assert describe_unit("kg^3 V") == "a quantity (kg^3 V)"
