@@ -1,0 +1,1 @@
+"""The hot house: exact flow, event location and contact modes on plain arrays (numpy and numba only)."""

@@ -1,0 +1,46 @@
+"""The arrays a kernel works on, as named tuples: what ``plan`` makes, what a run owns.
+
+Sizes: Q contact modes, nk step lengths, m feet, nd drives, nc channels (drives, then volts), ni inputs
+(2 m + nd + 1), nb blocks of the free structure (modes with fewer are padded with zeros).
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+# Contact modes, stacked along the first axis; see core.modes for each entry.
+Modes = namedtuple(
+    "Modes",
+    "mask nb blocks inputs input_norm beta outputs feed feed_rate to_physical offset from_physical "
+    "held held_feed jump mobility reaction",
+)
+# Step tables, stacked along the first axis, with the step lengths and the Taylor terms that land inside a step.
+Tables = namedtuple(
+    "Tables",
+    "lengths terms exponential node_state node_input node_constant state_input state_constant envelope",
+)
+# flags (m,), parameters (m, np), pointer (m, 8) addresses of users' laws, volts (m,) channel of the foot or -1.
+Laws = namedtuple("Laws", "flags parameters pointer volts")
+# What a run carries from call to call.
+State = namedtuple("State", "count real w physical cursor since order apex")
+# events (ne, 11), trace (nt, width): filled from the start, emptied by the caller when full.
+Output = namedtuple("Output", "events trace")
+Work = namedtuple(
+    "Work", "values constant active linear nodes volts margin power vpower series line velocity magnitude state other"
+)
+
+# State.count
+MODE, CLASS, EVENTS, ROWS, PENDING, CHECK, STEPS, STALLED, TRACK, RECORD, MAX_STEPS, FOOT, REJECTED = range(13)
+# State.real
+TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, PROBE = range(11)
+# columns of an event row
+E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME = range(11)
+EVENT_WIDTH = 11
+# columns of a trace row before the state and the nodal inputs
+T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)
+TRACE_HEAD = 5
+
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START = 1, 2, 3, 4, 5
+
+# Return codes of the kernel.
+DONE, NEED_MODE, EVENTS_FULL, TRACE_FULL, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE = range(8)

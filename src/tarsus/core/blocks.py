@@ -1,0 +1,167 @@
+"""Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode (numpy only).
+
+A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
+(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form,
+
+    exp(T h) = e^{s h} [ c(D h^2) I + h S(D h^2) (T - s I) ],   s = tr T / 2,  D = s^2 - det T,
+
+with c = cosh(sqrt), S = sinhc(sqrt) for D >= 0 and cos, sinc for D < 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class DefectiveStructureError(ValueError):
+    """The structure has coinciding modes that cannot be separated; the message says which."""
+
+
+def block_exponential(blocks: Floats, times: Floats) -> Floats:
+    """exp(T t): blocks (nb, 2, 2) [1/s], times (...,) [s] -> (..., nb, 2, 2)."""
+    s = 0.5 * (blocks[:, 0, 0] + blocks[:, 1, 1])
+    deviation = blocks - s[:, None, None] * np.eye(2)
+    disc = -(deviation[:, 0, 0] * deviation[:, 1, 1] - deviation[:, 0, 1] * deviation[:, 1, 0])
+    t = np.asarray(times, dtype=float)[..., None]
+    root = np.sqrt(np.abs(disc)) * t
+    oscillating = disc < 0.0
+    growth = s * t
+    # e^{st} cosh(x) without overflow for strongly overdamped blocks
+    plus, minus = np.exp(np.minimum(growth + root, 700.0)), np.exp(np.minimum(growth - root, 700.0))
+    decay = np.exp(growth)
+    cosine = np.where(oscillating, decay * np.cos(root), 0.5 * (plus + minus))
+    small = root < 1e-3
+    safe = np.where(small, 1.0, root)
+    series = 1.0 + np.where(oscillating, -1.0, 1.0) * root**2 / 6.0 + root**4 / 120.0
+    sine = np.where(
+        small, decay * series, np.where(oscillating, decay * np.sin(root), 0.5 * (plus - minus)) / safe
+    )
+    return cosine[..., None, None] * np.eye(2) + (t * sine)[..., None, None] * deviation
+
+
+def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
+    """Blocks and basis of M q'' + C q' + K q = 0.
+
+    Parameters: mass, damping, stiffness (n, n), mass symmetric positive definite.
+    Returns: blocks (n, 2, 2) and basis V (2n, 2n) with [q; q'] = V [y1; y2], y' = diag(blocks) y,
+    where column r of the first half and column r of the second half belong to block r.
+    Raises DefectiveStructureError where coinciding modes cannot be separated.
+    """
+    n = mass.shape[0]
+    if n == 0:
+        return np.zeros((0, 2, 2)), np.zeros((0, 0))
+    root = np.linalg.cholesky(mass)
+    inverse = np.linalg.inv(root)
+    k = inverse @ stiffness @ inverse.T
+    c = inverse @ damping @ inverse.T
+    symmetric = np.allclose(k, k.T, rtol=0, atol=1e-10 * max(np.abs(k).max(), 1e-300))
+    if symmetric:
+        square, u = np.linalg.eigh(0.5 * (k + k.T))
+        modal_c = u.T @ c @ u
+        off = modal_c - np.diag(np.diag(modal_c))
+        if np.abs(off).max() <= 1e-12 * max(np.abs(modal_c).max(), 1e-300):
+            scale = max(np.abs(square).max(), 1e-300)
+            square = np.where(np.abs(square) < 1e-13 * scale, 0.0, square)
+            return _classical(square, np.diag(modal_c), inverse.T @ u)
+    return _general(mass, damping, stiffness)
+
+
+def _classical(square: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, Floats]:
+    """Modal damping: q_r'' + rate_r q_r' + square_r q_r = 0, each in a well-scaled real basis."""
+    n = len(square)
+    blocks = np.zeros((n, 2, 2))
+    basis = np.zeros((2 * n, 2 * n))
+    for r in range(n):
+        sigma = -0.5 * rate[r]
+        disc = sigma * sigma - square[r]
+        if disc < 0.0 and -disc > 1e-6 * square[r]:
+            omega = np.sqrt(-disc)  # q = y1, q' = sigma y1 + omega y2: a scaled rotation
+            blocks[r] = [[sigma, omega], [-omega, sigma]]
+            second = (sigma, omega)
+        else:  # overdamped, near critical or rigid: companion form, scaled to comparable sizes
+            w = max(np.sqrt(abs(square[r])), abs(rate[r]), 0.0) or 1.0
+            blocks[r] = [[0.0, w], [-square[r] / w, -rate[r]]]
+            second = (0.0, w)
+        basis[:n, r] = shapes[:, r]
+        basis[n:, r] = shapes[:, r] * second[0]
+        basis[n:, n + r] = shapes[:, r] * second[1]
+    return blocks, basis
+
+
+def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
+    """General damping: invariant planes of the state matrix, rigid-body chains split off first."""
+    n = mass.shape[0]
+    solve = np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    state = np.zeros((2 * n, 2 * n))
+    state[:n, n:] = np.eye(n)
+    state[n:, :n] = -solve[:, :n]
+    state[n:, n:] = -solve[:, n:]
+    # Balance displacement against velocity so that both halves have comparable size.
+    w = np.sqrt(max(np.abs(solve[:, :n]).max(), 1e-300))
+    scale = np.concatenate([np.ones(n), np.full(n, w)])
+    state = state * scale[None, :] / scale[:, None]
+    planes: list[tuple[Floats, Floats]] = []
+    rest, lift = state, np.eye(2 * n)
+    rest, lift = _split_rigid(state, mass, stiffness, damping, w, planes)
+    if rest.size:
+        planes += _planes(rest, lift)
+    basis = np.zeros((2 * n, 2 * n))
+    blocks = np.zeros((n, 2, 2))
+    for r, (pair, block) in enumerate(planes):
+        basis[:, r], basis[:, n + r] = pair[:, 0], pair[:, 1]
+        blocks[r] = block
+    if len(planes) != n or np.linalg.cond(basis) > 1e9:
+        raise DefectiveStructureError(
+            "two or more modes of the damped structure coincide and cannot be separated; "
+            "change one damping value slightly (1e-6 relative is enough) or give modal damping"
+        )
+    return blocks, basis * scale[:, None]
+
+
+def _split_rigid(state, mass, stiffness, damping, w, planes):  # noqa: ANN001, ANN202
+    """Take out motions with no stiffness and no damping (rest of the space is mass-orthogonal to them)."""
+    n = mass.shape[0]
+    both = np.vstack([stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)])
+    _, s, vt = np.linalg.svd(both)
+    rigid = vt[np.sum(s > 1e-12) :].T if np.any(s <= 1e-12) else np.zeros((n, 0))
+    left = both.reshape(2, n, n)
+    if rigid.shape[1] and max(np.abs(rigid.T @ left[0]).max(), np.abs(rigid.T @ left[1]).max()) > 1e-10:
+        rigid = np.zeros((n, 0))  # forces from the elastic part act on it: not separable
+    if rigid.shape[1] == 0:
+        return state, np.eye(2 * n)
+    for j in range(rigid.shape[1]):
+        pair = np.zeros((2 * n, 2))
+        pair[:n, 0] = rigid[:, j]
+        pair[n:, 1] = rigid[:, j]
+        planes.append((pair, np.array([[0.0, w], [0.0, 0.0]])))
+    _, _, wt = np.linalg.svd(rigid.T @ mass)
+    elastic = wt[rigid.shape[1] :].T
+    lift = np.zeros((2 * n, 2 * elastic.shape[1]))
+    lift[:n, : elastic.shape[1]] = elastic
+    lift[n:, elastic.shape[1] :] = elastic
+    return np.linalg.lstsq(lift, state @ lift, rcond=None)[0], lift
+
+
+def _planes(state: Floats, lift: Floats) -> list[tuple[Floats, Floats]]:
+    values, vectors = np.linalg.eig(state)
+    scale = np.abs(values).max()
+    real = np.abs(values.imag) <= 1e-7 * scale
+    planes = []
+    for r in np.flatnonzero(values.imag > 1e-7 * scale):
+        a, b = values[r].real, values[r].imag
+        pair = np.stack([vectors[:, r].real, vectors[:, r].imag], axis=1)
+        planes.append((lift @ pair, np.array([[a, b], [-b, a]])))
+    order = np.flatnonzero(real)[np.argsort(values[real].real)]
+    if len(order) % 2:
+        raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
+    for first, second in zip(order[::2], order[1::2], strict=True):
+        # An orthonormal basis of the plane is well conditioned even where the two nearly coincide.
+        close = values[[first, second]].real
+        shifted = (state - close[0] * np.eye(len(state))) @ (state - close[1] * np.eye(len(state)))
+        _, _, vt = np.linalg.svd(shifted)
+        pair = vt[-2:].T
+        planes.append((lift @ pair, pair.T @ state @ pair))
+    return planes

@@ -1,0 +1,153 @@
+"""One collocation step: the gaps at the nodes of a step, consistent with the smooth forces they cause."""
+
+from __future__ import annotations
+
+import math
+
+from tarsus.core import hooks
+from tarsus.core.flow import add_constant, add_nodal
+from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
+from tarsus.core.jit import fused
+from tarsus.core.nodes import N
+
+SWEEPS = 14
+
+
+@fused
+def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, values):
+    """Nodal momentum and force of every free foot from the nodal gaps and gap rates."""
+    for i in range(m):
+        if mask >> i & 1:
+            continue
+        if flags[i] & HAS_MOMENTUM:
+            for j in range(N):
+                values[i, j] = hooks.momentum(par, pointer, i, nodes[i, j])
+        if flags[i] & HAS_FORCE:
+            for j in range(N):
+                values[m + i, j] = hooks.force(
+                    par, pointer, i, nodes[i, j], nodes[m + i, j], volts[i, j], t + tau[j] * h
+                )
+
+
+@fused
+def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
+    """nodes = linear + effect of the smooth forces, for gaps and (where a law uses them) rates of free feet.
+
+    Returns the largest change of a nodal gap [m].
+    """
+    change = 0.0
+    for i in range(m):
+        if mask >> i & 1:
+            continue
+        for half in range(2):
+            if half == 1 and not flags[i] & USES_RATE:
+                continue
+            o = i + half * m
+            r = 2 * m  # scratch row
+            for j in range(N):
+                nodes[r, j] = linear[o, j]
+            for f in range(m):
+                if flags[f] & HAS_MOMENTUM and not mask >> f & 1:
+                    add_nodal_row(node_input, q, k, o, f, values, nodes, r)
+                if flags[f] & HAS_FORCE and not mask >> f & 1:
+                    add_nodal_row(node_input, q, k, o, m + f, values, nodes, r)
+            for j in range(N):
+                if half == 0:
+                    change = max(change, abs(nodes[r, j] - nodes[o, j]))
+                nodes[o, j] = nodes[r, j]
+    return change
+
+
+@fused
+def add_nodal_row(node_input, q, k, o, i, values, out, row):
+    for a in range(N):
+        x = values[i, a]
+        for j in range(N):
+            out[row, j] += node_input[q, k, o, i, a, j] * x
+
+
+@fused
+def solve(
+    q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance
+):
+    """Picard sweeps for the smooth forces of the free feet; ``linear`` holds the outputs without them.
+
+    Returns the number of sweeps, or -1 where they do not settle (the step is too long).
+    """
+    any_law = False
+    for i in range(m):
+        if mask >> i & 1:
+            continue
+        if flags[i] & (HAS_MOMENTUM | HAS_FORCE):
+            any_law = True
+        for j in range(N):
+            nodes[i, j] = linear[i, j]
+            nodes[m + i, j] = linear[m + i, j]
+    if not any_law:
+        return 0
+    # Start from the forces of the first node, held constant.
+    for i in range(m):
+        if mask >> i & 1:
+            continue
+        if flags[i] & HAS_MOMENTUM:
+            p = hooks.momentum(par, pointer, i, linear[i, 0])
+            for o in range(m):
+                if not mask >> o & 1:
+                    add_constant(node_constant, q, k, o, i, p, nodes)
+        if flags[i] & HAS_FORCE:
+            f = hooks.force(par, pointer, i, linear[i, 0], linear[m + i, 0], volts[i, 0], t)
+            for o in range(m):
+                if not mask >> o & 1:
+                    add_constant(node_constant, q, k, o, m + i, f, nodes)
+    before = math.inf
+    for n in range(SWEEPS):
+        evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, values)
+        change = sweep(q, k, m, mask, flags, node_input, linear, values, nodes)
+        if not math.isfinite(change):
+            return -1
+        if change <= tolerance or (n > 0 and change * change <= tolerance * max(before - change, 0.0)):
+            return n + 1
+        if n > 2 and change > 0.7 * before:
+            return -1
+        before = change
+    return -1
+
+
+@fused
+def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, span):
+    """Estimated error of a free foot's gap at the end of the step [m], and of the drives relative to their span."""
+    gap_error = 0.0
+    for i in range(2 * m):
+        foot = i if i < m else i - m
+        wanted = HAS_MOMENTUM if i < m else HAS_FORCE
+        if mask >> foot & 1 or not flags[foot] & wanted:
+            continue
+        a = 0.0
+        for j in range(N):
+            a += tail_row[j] * values[i, j]
+        gap_error = max(gap_error, abs(a * node_constant[q, k, foot, i, N - 1]))
+    drive_error = 0.0
+    for d in range(nd):
+        i = 2 * m + d
+        if constant[i] or span[d] == 0.0:
+            continue
+        a = 0.0
+        for j in range(N):
+            a += tail_row[j] * values[i, j]
+        drive_error = max(drive_error, abs(a) / span[d])
+    return gap_error, drive_error
+
+
+@fused
+def add_pull_forces(q, k, m, mask, flags, node_input, values, nodes):
+    """Add to the pull of held feet the effect of the smooth forces at the free ones."""
+    for o in range(m):
+        if not mask >> o & 1:
+            continue
+        for f in range(m):
+            if mask >> f & 1:
+                continue
+            if flags[f] & HAS_MOMENTUM:
+                add_nodal(node_input, q, k, o, f, values, nodes)
+            if flags[f] & HAS_FORCE:
+                add_nodal(node_input, q, k, o, m + f, values, nodes)

@@ -1,0 +1,163 @@
+"""Where ground laws enter the kernels: four functions of plain floats, bound once, and pointers for users' laws.
+
+``momentum``, ``force``, ``rebound`` and ``strength`` are called by the kernels with the parameter row of a foot.
+``bind`` gives them the built-in laws (compiled into the kernel, so that they inline); a user's law comes as the
+address of its own compiled function, so that adding or editing one never recompiles the kernel.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic, overload
+
+# Pointer columns of a foot: addresses of a user's functions, 0 where there is none.
+MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
+# Flags of a foot: which laws act on it.
+HAS_MOMENTUM, HAS_FORCE, USES_RATE, HAS_LATCH = 1, 2, 4, 8
+
+
+@dataclass(frozen=True)
+class BoundLaw:
+    """A built-in law's plain function and the columns of the parameter row that hold its parameters."""
+
+    function: Callable[..., float]
+    first: int
+    count: int
+
+
+_bound: dict[str, list[BoundLaw]] = {}
+_plain: dict[str, Callable[..., float]] = {}
+_python_laws: dict[int, Callable[..., float]] = {}
+_alive: list[object] = []
+
+_ARGUMENTS = {
+    "momentum": ("gap",),
+    "force": ("gap", "rate", "volts", "time"),
+    "rebound": ("speed",),
+    "strength": ("age",),
+}
+_COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
+
+
+def bind(laws: dict[str, list[BoundLaw]]) -> None:
+    """Give the kernels their built-in laws: per hook name the functions whose values add up."""
+    _bound.clear()
+    _bound.update(laws)
+    for name in _ARGUMENTS:
+        _plain[name] = _assemble(name, compiled=False)
+
+
+def _assemble(name: str, compiled: bool) -> Callable[..., float]:
+    """One function of (par, pointer, foot, *arguments): the sum of the bound laws and of the user's, if any.
+
+    For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``.
+    """
+    arguments = _ARGUMENTS[name]
+    terms = []
+    scope: dict[str, object] = {"call_pointer": call_pointer}
+    for n, law in enumerate(_bound[name]):
+        scope[f"law{n}"] = numba.njit(law.function) if compiled else law.function
+        columns = ", ".join(f"par[foot, {law.first + c}]" for c in range(law.count))
+        terms.append(f"law{n}({', '.join(arguments)}, {columns})")
+    padded = ", ".join((*arguments, "0.0", "0.0", "0.0")[:4])
+    column = _COLUMN[name]
+    user = f"call_pointer(pointer[foot, {column}], {padded}, pointer[foot, {column + 4}])"
+    built_in = " + ".join(terms) or "0.0"
+    replace = name in ("rebound", "strength")
+    body = (
+        f"def {name}(par, pointer, foot, {', '.join(arguments)}):\n"
+        f"    if pointer[foot, {column}] != 0:\n"
+        f"        return {user if replace else f'{built_in} + {user}'}\n"
+        f"    return {built_in}\n"
+    )
+    exec(body, scope)  # noqa: S102 - source made of bound names only
+    return scope[name]  # type: ignore[return-value]
+
+
+def momentum(par, pointer, foot, gap):  # noqa: ANN001, ANN201
+    """Momentum potential P [N s] of the resistive laws at ``gap`` [m]; the force is dP/dt."""
+    return _plain["momentum"](par, pointer, foot, gap)
+
+
+def force(par, pointer, foot, gap, rate, volts, time):  # noqa: ANN001, ANN201
+    """Smooth force [N] on the foot along its normal."""
+    return _plain["force"](par, pointer, foot, gap, rate, volts, time)
+
+
+def rebound(par, pointer, foot, speed):  # noqa: ANN001, ANN201
+    """Departing speed [m/s] after an impact with approach speed ``speed`` [m/s]."""
+    return _plain["rebound"](par, pointer, foot, speed)
+
+
+def strength(par, pointer, foot, age):  # noqa: ANN001, ANN201
+    """Largest pull [N] that a contact of that age [s] holds."""
+    return _plain["strength"](par, pointer, foot, age)
+
+
+def call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN201
+    """Call a user's compiled function by address (or, without the compiler, by its registered number)."""
+    import ctypes
+
+    function, count = _python_laws[address]  # type: ignore[misc]
+    row = (ctypes.c_double * count).from_address(parameters)
+    return function(a, b, c, d, row)
+
+
+for _name, _stub in (("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength)):
+
+    def _implementation(name: str, stub: Callable[..., float]) -> None:
+        parameters = ", ".join(inspect.signature(stub).parameters)
+        scope: dict[str, object] = {"_assemble": _assemble}
+        exec(f"def implementation({parameters}):\n    return _assemble({name!r}, True)\n", scope)  # noqa: S102
+        overload(stub, jit_options={"fastmath": True})(scope["implementation"])  # type: ignore[arg-type]
+
+    _implementation(_name, _stub)
+
+
+@intrinsic
+def _indirect(typingctx, address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
+    signature = types.float64(types.int64, *([types.float64] * 4), types.int64)
+
+    def generate(context, builder, _signature, arguments):  # noqa: ANN001, ANN202
+        double = ir.DoubleType()
+        kind = ir.FunctionType(double, [double] * 4 + [double.as_pointer()])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        row = builder.inttoptr(arguments[5], double.as_pointer())
+        return builder.call(function, [*arguments[1:5], row])
+
+    return signature, generate
+
+
+@overload(call_pointer)
+def _call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
+    def implementation(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
+        return _indirect(address, a, b, c, d, parameters)
+
+    return implementation
+
+
+def compile_law(function: Callable[..., float], arguments: int, count: int) -> int:
+    """Compile a user's plain function of floats; its address for the pointer columns.
+
+    ``function(*arguments, *parameters) -> float`` with ``arguments`` leading floats and ``count`` parameters.
+    Raises numba.core.errors.NumbaError where the function uses what cannot be compiled.
+    """
+    leading = ", ".join("abcd"[:arguments])
+    row = ", ".join(f"row[{n}]" for n in range(count))
+    call = ", ".join(part for part in (leading, row) if part)
+    scope: dict[str, object] = {"law": numba.njit(function)}
+    exec(f"def adapter(a, b, c, d, row):\n    return law({call})\n", scope)  # noqa: S102
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        number = len(_python_laws) + 1
+        _python_laws[number] = (scope["adapter"], count)  # type: ignore[assignment]
+        return number
+    signature = types.float64(*([types.float64] * 4), types.CPointer(types.float64))
+    compiled = numba.cfunc(signature)(scope["adapter"])
+    _alive.append(compiled)
+    return compiled.address

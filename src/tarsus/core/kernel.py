@@ -1,0 +1,383 @@
+"""The engine's loop: exact flight and stuck phases from event to event (compiled entry ``advance``)."""
+
+from __future__ import annotations
+
+import math
+
+from tarsus.core import arrays as a
+from tarsus.core.collocate import add_pull_forces, solve, tail
+from tarsus.core.contact import enter_mode, impact, release, settle
+from tarsus.core.events import CROSSING, NOTHING, bulge, first_root, margins, scan
+from tarsus.core.flow import (
+    add_constant,
+    add_nodal,
+    add_state_constant,
+    add_state_nodal,
+    flow_state,
+    output_series,
+    outputs_from_state,
+    state_at,
+    taylor,
+)
+from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
+from tarsus.core.jit import entry, fused
+from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
+from tarsus.core.peak import hides_peak, raise_apex
+from tarsus.core.signals import fill, seek
+
+_tau, _monomial, _tail = TAU, MONOMIAL, TAIL
+
+
+@fused
+def next_kink(signals, cursor, nc, t):
+    """Move all channels to ``t``; time to the next kink and the longest admissible reach beyond it [s]."""
+    kink = math.inf
+    reach = math.inf
+    for c in range(nc):
+        seek(signals.first, signals.start, signals.end, signals.loop, signals.period, cursor, c, t)
+        p = cursor[c, 0]
+        shift = cursor[c, 1] * signals.period[c]
+        left = shift + signals.start[p] + signals.until[p] - t
+        if left < kink:
+            kink = left
+        if not (signals.flat[p] and signals.sharp[p]):
+            reach = min(reach, left + 0.25 * signals.last[p])
+    return kink, reach
+
+
+@fused
+def prepare(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h):
+    """Nodal drive forces and volts of a step, and the outputs without smooth forces of free feet."""
+    first, start, end, coef = signals.first, signals.start, signals.end, signals.coef
+    flat, sharp, loop, period = signals.flat, signals.sharp, signals.loop, signals.period
+    mask = modes.mask[q]
+    values, linear = work.values, work.linear
+    last = 2 * m + nd
+    for d in range(nd):
+        i = 2 * m + d
+        work.constant[i] = fill(
+            first, start, end, coef, flat, sharp, loop, period, state.cursor, d, t, h, _tau, values, i
+        )
+    for i in range(m):
+        c = laws.volts[i]
+        if c >= 0:
+            fill(first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i)
+    for i in range(m):
+        for half in range(2):
+            if half == 1 and (mask >> i & 1 or not laws.flags[i] & USES_RATE):
+                continue
+            o = i + half * m
+            outputs_from_state(tables.node_state, q, k, o, size, state.w, linear)
+            add_constant(tables.node_constant, q, k, o, last, 1.0, linear)
+            for d in range(nd):
+                if work.constant[2 * m + d]:
+                    add_constant(tables.node_constant, q, k, o, 2 * m + d, values[2 * m + d, 0], linear)
+                else:
+                    add_nodal(tables.node_input, q, k, o, 2 * m + d, values, linear)
+
+
+@fused
+def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h):
+    """Collocate one step. Returns the largest tail over its tolerance, or -1 where it does not settle."""
+    prepare(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
+    mask = modes.mask[q]
+    flags = laws.flags
+    sweeps = solve(
+        q, k, m, mask, flags, laws.parameters, laws.pointer, t, h, _tau, tables.node_input, tables.node_constant,
+        work.linear, work.volts, work.values, work.nodes, 0.05 * state.real[a.TOL_GAP],
+    )  # fmt: skip
+    if sweeps < 0:
+        return -1.0
+    for i in range(m):
+        if mask >> i & 1:
+            for j in range(N):
+                work.nodes[i, j] = work.linear[i, j]
+        elif not flags[i] & (HAS_MOMENTUM | HAS_FORCE) and sweeps == 0:
+            for j in range(N):
+                work.nodes[i, j] = work.linear[i, j]
+    if mask != 0:
+        add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
+    gap_error, drive_error = tail(
+        q, k, m, nd, mask, flags, _tail, tables.node_constant, work.values, work.constant, signals.span
+    )
+    for i in range(m):
+        work.active[i] = not mask >> i & 1 and flags[i] & HAS_MOMENTUM != 0
+        work.active[m + i] = not mask >> i & 1 and flags[i] & HAS_FORCE != 0
+    return max(gap_error / state.real[a.TOL_GAP], drive_error / state.real[a.TOL_DRIVE])
+
+
+@fused
+def block_speeds(modes, work, state, q, nb, ni, m, size):
+    """work.velocity holds bounds of |y'| per block over the step: its start value and what changing inputs add."""
+    velocity, values = work.velocity, work.values
+    for b in range(nb):
+        x = state.w[b]
+        y = state.w[nb + b]
+        velocity[b] = modes.blocks[q, 0, b] * x + modes.blocks[q, 1, b] * y
+        velocity[nb + b] = modes.blocks[q, 2, b] * x + modes.blocks[q, 3, b] * y
+    for i in range(ni):
+        if not work.active[i]:
+            continue
+        v = values[i, 0]
+        for r in range(size):
+            velocity[r] += modes.inputs[q, i, r] * v
+    for i in range(ni):
+        if not work.active[i] or work.constant[i]:
+            continue
+        low = values[i, 0]
+        high = values[i, 0]
+        for j in range(1, N):
+            low = min(low, values[i, j])
+            high = max(high, values[i, j])
+        for b in range(nb):
+            velocity[b] = math.sqrt(velocity[b] ** 2 + velocity[nb + b] ** 2) + (high - low) * modes.input_norm[q, i, b]
+            velocity[nb + b] = 0.0
+
+
+@fused
+def full_step(modes, tables, state, work, q, k, nb, ni, size):
+    """state.w at the end of the whole step."""
+    flow_state(tables.exponential, q, k, nb, state.w, work.state)
+    for i in range(ni):
+        if not work.active[i]:
+            continue
+        if work.constant[i]:
+            add_state_constant(tables.state_constant, q, k, i, size, work.values[i, 0], work.state)
+        else:
+            add_state_nodal(tables.state_input, q, k, i, size, work.values, work.state)
+
+
+@fused
+def record(state, output, work, q, k, ni, size, t, h, fraction):
+    row = state.count[a.ROWS]
+    trace = output.trace
+    trace[row, a.T_TIME] = t
+    trace[row, a.T_LENGTH] = h
+    trace[row, a.T_FRACTION] = fraction
+    trace[row, a.T_MODE] = q
+    trace[row, a.T_CLASS] = k
+    width = state.w.shape[0]
+    for r in range(size):
+        trace[row, a.TRACE_HEAD + r] = state.w[r]
+    for i in range(ni):
+        base = a.TRACE_HEAD + width + N * i
+        for j in range(N):
+            trace[row, base + j] = work.values[i, j] if work.active[i] else 0.0
+    state.count[a.ROWS] = row + 1
+
+
+@fused
+def find_mode(mask_of, wanted):
+    for q in range(mask_of.shape[0]):
+        if mask_of[q] == wanted:
+            return q
+    return -1
+
+
+@fused
+def shorter(tables, q, k, nk, fraction):
+    """Largest shorter step class that ends within ``fraction`` of class k (at least one class down)."""
+    n = k + 1
+    while n < nk - 1 and tables.lengths[n] > fraction * tables.lengths[k]:
+        n += 1
+    return n
+
+
+@fused
+def locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict):
+    """Taylor polynomial of the step and its first event: (foot or -1, scaled time)."""
+    terms = tables.terms[q, k]
+    mask = modes.mask[q]
+    taylor(
+        modes.blocks, modes.inputs, _monomial, q, nb, ni, terms, h, state.w, work.values, work.constant, work.active,
+        work.power, work.series,
+    )  # fmt: skip
+    best = 2.0
+    foot = -1
+    for i in range(m):
+        if verdict[i] == NOTHING:
+            continue
+        held = mask >> i & 1 != 0
+        output_series(modes.outputs, modes.feed, modes.feed_rate, q, i, size, ni, terms, h, work.series, work.power, work.line)
+        if held and laws.flags[i] & HAS_FORCE:
+            for c in range(N):
+                s = 0.0
+                for j in range(N):
+                    s += _monomial[c, j] * work.volts[i, j]
+                work.vpower[i, c] = s
+        epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
+        s = first_root(
+            i, held, state.order[i], work.line, terms, limit, epsilon, _tau, laws.flags, laws.parameters, laws.pointer,
+            state.since[i], t, h, work.vpower,
+        )  # fmt: skip
+        if s < best and s <= limit:
+            best = s
+            foot = i
+    return foot, best
+
+
+@fused
+def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict, track):
+    """Scan all feet for events inside the step.
+
+    Returns (any doubt, first doubtful node interval, too coarse to see the top of a flight).
+    """
+    mask = modes.mask[q]
+    margins(m, mask, laws.flags, laws.parameters, laws.pointer, state.since, t, h, _tau, work.nodes, work.volts, work.margin)
+    block_speeds(modes, work, state, q, nb, ni, m, size)
+    doubt = False
+    coarse = False
+    interval = N
+    for i in range(m):
+        held = mask >> i & 1
+        bound = bulge(q, k, i, nb, tables.envelope, work.velocity)
+        epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
+        verdict[i], j = scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau)
+        if verdict[i] != NOTHING:
+            doubt = True
+            interval = min(interval, j)
+        if track and not held and hides_peak(i, state.apex, work.nodes, bound, limit, _tau):
+            coarse = True
+    return doubt, interval, coarse
+
+
+@fused
+def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk):
+    """Advance to the end of one step or to the event inside it. Returns (code or -1, foot with an event or -1)."""
+    count, real = state.count, state.real
+    q, k = count[a.MODE], count[a.CLASS]
+    nb = modes.nb[q]
+    size = 2 * nb
+    t = real[a.TIME]
+    kink, reach = next_kink(signals, state.cursor, nc, t)
+    left = min(kink, real[a.END] - t)
+    wanted = k
+    while True:
+        if k >= nk:
+            return a.STEP_TOO_SMALL, -1
+        h = tables.lengths[k]
+        if h > left and (tables.terms[q, k] == 0 or h > reach):
+            k += 1
+            continue
+        error = attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
+        if not 0.0 <= error <= 1.0:
+            count[a.REJECTED] += 1
+            k += 1
+            wanted = max(wanted, k)
+            continue
+        limit = min(1.0, left / h)
+        doubt, interval, coarse = look(
+            modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict, count[a.TRACK] != 0
+        )
+        if (doubt or h > left) and tables.terms[q, k] == 0:
+            count[a.REJECTED] += 1
+            k = shorter(tables, q, k, nk, max(_tau[interval - 1] if interval < N else 0.0, 0.125))
+            continue
+        if coarse and tables.terms[q, k] == 0:
+            k += 1
+            continue
+        break
+    foot = -1
+    fraction = limit
+    if doubt or h > left:
+        foot, s = locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict)
+        if foot >= 0:
+            fraction = s
+    if count[a.TRACK] != 0:
+        for i in range(m):
+            if not modes.mask[q] >> i & 1:
+                raise_apex(i, state.apex, work.nodes, work.line, fraction, _tau, _monomial, t, h)
+    if count[a.RECORD] != 0:
+        record(state, output, work, q, k, ni, size, t, h, fraction)
+    if foot < 0 and h <= left:
+        full_step(modes, tables, state, work, q, k, nb, ni, size)
+        real[a.TIME] = t + h
+    else:
+        state_at(work.series, tables.terms[q, k], size, fraction, work.state)
+        real[a.TIME] = t + fraction * h if foot >= 0 else t + left
+        if foot < 0 and left == real[a.END] - t:
+            real[a.TIME] = real[a.END]
+    for r in range(size):
+        if not math.isfinite(work.state[r]):
+            return a.NOT_FINITE, -1
+        state.w[r] = work.state[r]
+    if fraction > 0.0:
+        for i in range(m):
+            if i != foot:
+                state.order[i] = 0
+    count[a.CLASS] = wanted
+    if error < 1e-3 and k == wanted and wanted > 0 and foot < 0:
+        count[a.CLASS] = wanted - 1
+    return -1, foot
+
+
+@fused
+def progressed(state):
+    """False when too many events crowd one instant."""
+    t = state.real[a.TIME]
+    if t - state.real[a.PROGRESS] > state.real[a.MIN_PROGRESS]:
+        state.real[a.PROGRESS] = t
+        state.count[a.STALLED] = 0
+        return True
+    state.count[a.STALLED] += 1
+    return state.count[a.STALLED] < 2000
+
+
+def make_advance(sources: str):  # noqa: ANN201 - numba dispatcher
+    """The compiled engine; ``sources``, a hash of every source it was made of, keys its place in the disk cache."""
+
+    def advance(modes, tables, signals, laws, state, output, work, verdict):
+        """Run until the end, or until the caller must act; the state is complete and the call resumes."""
+        if len(sources) == 0:
+            return -1
+        count, real = state.count, state.real
+        m = laws.flags.shape[0]
+        nc = signals.loop.shape[0]
+        ni = modes.feed.shape[2]
+        nd = ni - 2 * m - 1
+        nk = tables.lengths.shape[0]
+        capacity = output.events.shape[0] - 2 * m - 4
+        rows = output.trace.shape[0] - 2
+        while True:
+            if count[a.PENDING] >= 0:
+                q = find_mode(modes.mask, count[a.PENDING])
+                if q < 0:
+                    return a.NEED_MODE
+                enter_mode(modes, laws, q, m, state.physical, state.w, work.state, work.other)
+                count[a.MODE] = q
+                count[a.PENDING] = -1
+                count[a.CHECK] = 1
+            q = count[a.MODE]
+            size = 2 * modes.nb[q]
+            if count[a.EVENTS] > capacity:
+                return a.EVENTS_FULL
+            if count[a.RECORD] != 0 and count[a.ROWS] > rows:
+                return a.TRACE_FULL
+            if real[a.TIME] >= real[a.END]:
+                return a.DONE
+            if count[a.CHECK] != 0:
+                count[a.CHECK] = 0
+                next_kink(signals, state.cursor, nc, real[a.TIME])
+                if m > 0 and settle(modes, laws, signals, state, output.events, q, m, nd, size, work.other):
+                    count[a.CHECK] = 1
+                    if not progressed(state):
+                        return a.STALL
+                    continue
+            count[a.STEPS] += 1
+            if count[a.STEPS] > count[a.MAX_STEPS]:
+                return a.STEP_LIMIT
+            code, foot = step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk)
+            if code >= 0:
+                return code
+            if foot < 0:
+                continue
+            count[a.FOOT] = foot
+            if modes.mask[q] >> foot & 1:
+                release(modes, laws, state, output.events, q, m, size, foot, work.other)
+            else:
+                impact(modes, laws, signals, state, output.events, q, m, nd, size, foot, work.other, -1.0)
+            count[a.CHECK] = 1 if m > 1 else 0
+            if not progressed(state):
+                return a.STALL
+
+    return entry(advance)

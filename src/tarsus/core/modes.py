@@ -1,0 +1,263 @@
+"""Contact modes: the linear structure with some feet held on the ground, and its step tables (numpy only).
+
+With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
+with every input a polynomial through its nodal values, is a handful of constant matrices; ``step_tables`` makes
+them for all step lengths h_max 2^-k. Nothing here knows a law.
+
+Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
+
+    0 .. m-1      momentum potential P_i of the resistive (film) laws at foot i [N s]
+    m .. 2m-1     smooth force F_i on foot i along its normal [N]
+    2m ..         drive forces [N]
+    last          the constant 1 (gravity, static offset of held feet)
+
+The flowing state w is the modal state less beta_i P_i, so a resistive force f = dP/dt enters through P only.
+Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 gap rates [m/s].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.blocks import block_exponential, split_modes
+from tarsus.core.nodes import DERIVATIVE, LEFT, PARTIAL, RIGHT, SPACING, TAU, N
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x.
+
+    mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); constant (n,) [N].
+    """
+
+    mass: Floats
+    damping: Floats
+    stiffness: Floats
+    normals: Floats
+    rest_gap: Floats
+    loads: Floats
+    constant: Floats
+
+
+@dataclass(frozen=True)
+class ContactMode:
+    """The structure with the feet of ``mask`` held; nb = number of 2 x 2 blocks, state size 2 nb."""
+
+    mask: int
+    blocks: Floats  # (nb, 2, 2)
+    inputs: Floats  # (ni, 2nb): w' = T w + inputs.T @ values
+    beta: Floats  # (m, 2nb): change of the state by a unit impulse on each free foot
+    outputs: Floats  # (2m, 2nb)
+    feed: Floats  # (2m, ni): direct part of the outputs
+    feed_rate: Floats  # (2m, ni): part of the outputs from the time derivative of an input
+    to_physical: Floats  # (2n, 2nb): [x; v] = to_physical @ y + offset
+    offset: Floats  # (2n,)
+    from_physical: Floats  # (2nb, 2n): mass-weighted projection, i.e. also the plastic impact
+    held: Floats  # (m, 2nb): pull on a free foot if it were stopped on the ground now
+    held_feed: Floats  # (m, ni): its direct part, forces by their total value
+    jump: Floats  # (m, 2nb): change of the state per unit change of the foot's gap rate
+    mobility: Floats  # (m,) 1/kg
+    reaction: Floats  # (m, m): impulse on held foot k per unit impulse on free foot i
+
+
+def _apply(blocks: Floats, y: Floats) -> Floats:
+    """T y for y (..., 2nb) stored as [first components, second components]."""
+    nb = len(blocks)
+    a, b = y[..., :nb], y[..., nb:]
+    return np.concatenate(
+        [blocks[:, 0, 0] * a + blocks[:, 0, 1] * b, blocks[:, 1, 0] * a + blocks[:, 1, 1] * b], axis=-1
+    )
+
+
+def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
+    """Constraint data of held feet: null basis Z, particular x, mass projector on Z, force rows W (|S|, n).
+
+    W (external - C v - K x) is the structure's pull on each held foot: the constraint force reversed,
+    -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
+    """
+    n = system.mass.shape[0]
+    normals = system.normals[:, held]
+    if not held:
+        return np.eye(n), np.zeros(n), np.eye(n), np.zeros((0, n))
+    u, s, _ = np.linalg.svd(normals)
+    rank = int(np.sum(s > 1e-10 * s[0])) if s.size else 0
+    z = u[:, rank:]
+    particular = np.linalg.lstsq(normals.T, -system.rest_gap[held], rcond=None)[0]
+    mz = z.T @ system.mass @ z
+    projector = np.linalg.solve(mz, z.T @ system.mass) if z.shape[1] else np.zeros((0, n))
+    minv_n = np.linalg.solve(system.mass, normals)
+    rows = np.linalg.pinv(normals.T @ minv_n, hermitian=True) @ minv_n.T
+    return z, particular, projector, rows
+
+
+def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
+    """The structure with the feet whose bits are set in ``mask`` held on the ground."""
+    n, m = system.normals.shape
+    nd = system.loads.shape[1]
+    ni = 2 * m + nd + 1
+    held_feet = [i for i in range(m) if mask >> i & 1]
+    free_feet = [i for i in range(m) if not mask >> i & 1]
+    z, particular, projector, rows = _holding(system, held_feet)
+    mz = z.T @ system.mass @ z
+    blocks, basis = split_modes(mz, z.T @ system.damping @ z, z.T @ system.stiffness @ z)
+    nz = z.shape[1]
+    inverse = np.linalg.inv(basis)
+    position, velocity = z @ basis[:nz], z @ basis[nz:]
+    force_in = inverse[:, nz:] @ np.linalg.solve(mz, z.T) if nz else np.zeros((0, n))
+    constant = system.constant - system.stiffness @ particular
+
+    beta = np.zeros((m, 2 * nz))
+    inputs = np.zeros((ni, 2 * nz))
+    outputs = np.zeros((2 * m, 2 * nz))
+    feed = np.zeros((2 * m, ni))
+    feed_rate = np.zeros((2 * m, ni))
+    held = np.zeros((m, 2 * nz))
+    held_feed = np.zeros((m, ni))
+    jump = np.zeros((m, 2 * nz))
+    mobility = np.zeros(m)
+    reaction = np.zeros((m, m))
+
+    inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
+    inputs[-1] = force_in @ constant
+    for i in free_feet:
+        normal = system.normals[:, i]
+        beta[i] = force_in @ normal
+        inputs[i] = _apply(blocks, beta[i])
+        inputs[m + i] = beta[i]
+        outputs[i] = normal @ position
+        outputs[m + i] = normal @ velocity
+        feed[i, -1] = system.rest_gap[i] + normal @ particular
+    restoring = system.stiffness @ position + system.damping @ velocity
+    for row, i in zip(rows, held_feet, strict=True):
+        outputs[i] = -row @ restoring
+        feed[i] = _force_feed(row, system, constant, free_feet, ni)
+        feed_rate[i, free_feet] = row @ system.normals[:, free_feet]
+    for i in free_feet:
+        for k in free_feet:
+            feed[m + i, k] = outputs[m + i] @ beta[k]
+        for k in held_feet:
+            feed[k, i] += outputs[k] @ beta[i]
+        mobility[i] = outputs[m + i] @ beta[i]
+        if mobility[i] <= 0.0:
+            continue
+        jump[i] = beta[i] / mobility[i]
+        together = sorted([*held_feet, i])
+        z2, _, projector2, rows2 = _holding(system, together)
+        row = rows2[together.index(i)]
+        held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
+        held_feed[i] = _force_feed(row, system, constant, [k for k in free_feet if k != i], ni)
+        reaction[i, held_feet] = -rows @ system.normals[:, i]
+    offset = np.concatenate([particular, np.zeros(n)])
+    both = np.zeros((2 * nz, 2 * n))
+    both[:nz, :n], both[nz:, n:] = projector, projector
+    return ContactMode(
+        mask=mask, blocks=blocks, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
+        to_physical=np.vstack([position, velocity]), offset=offset, from_physical=inverse @ both,
+        held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
+    )  # fmt: skip
+
+
+def _force_feed(row: Floats, system: LinearSystem, constant: Floats, free: list[int], ni: int) -> Floats:
+    m, nd = system.normals.shape[1], system.loads.shape[1]
+    out = np.zeros(ni)
+    out[2 * m : 2 * m + nd] = row @ system.loads
+    out[-1] = row @ constant
+    for k in free:
+        out[m + k] = row @ system.normals[:, k]
+    return out
+
+
+@dataclass(frozen=True)
+class StepTables:
+    """Step matrices of one contact mode for nk step lengths (all C-contiguous float64)."""
+
+    exponential: Floats  # (nk, 4, nb): rows e11, e12, e21, e22
+    node_state: Floats  # (nk, 2m, 2nb, 8): outputs at the nodes from the state
+    node_input: Floats  # (nk, 2m, ni, 8 from, 8 to): outputs at the nodes from nodal inputs
+    node_constant: Floats  # (nk, 2m, ni, 8): the same for a constant input
+    state_input: Floats  # (nk, ni, 8, 2nb): state at the end from nodal inputs
+    state_constant: Floats  # (nk, ni, 2nb)
+    envelope: Floats  # (nk, m, nb): bound of an output's bulge between nodes per |y'| of a block
+
+
+def _duhamel(blocks: Floats, lengths: Floats) -> tuple[Floats, Floats]:
+    """exp(T tau_j h_k) (nk, 8, nb, 2, 2) and Phi = int_0^L exp(T (L - s)) l_a(s/L) ds, L = tau_j h_k.
+
+    Phi (nk, 8, nb, 2, 2, 8): Gauss quadrature at the shortest length, doubled exactly from there: a polynomial
+    of degree 7 on an interval is one on each of its halves.
+    """
+    nk, nb = len(lengths), len(blocks)
+    flow = block_exponential(blocks, lengths[:, None] * TAU)
+    phi = np.zeros((nk, N, nb, 2, 2, N))
+    x, weight = np.polynomial.legendre.leggauss(16)
+    x, weight = 0.5 * (x + 1.0), 0.5 * weight
+    from tarsus.core.nodes import interpolation
+
+    lagrange = interpolation(x)
+    base = lengths[-1] * TAU
+    kernel = block_exponential(blocks, base[:, None] * (1.0 - x))
+    phi[-1] = np.einsum("j,g,jgbcd,gl->jbcdl", base, weight, kernel, lagrange)
+    for k in range(nk - 2, -1, -1):
+        left, right = phi[k + 1] @ LEFT, phi[k + 1] @ RIGHT
+        phi[k] = right
+        for c in range(2):
+            phi[k, :, :, c] += (
+                flow[k + 1, :, :, c, 0, None, None] * left[:, :, 0] + flow[k + 1, :, :, c, 1, None, None] * left[:, :, 1]
+            )
+    return flow, phi
+
+
+def step_tables(mode: ContactMode, lengths: Floats) -> StepTables:
+    """All step matrices of a contact mode; ``lengths`` (nk,) [s] halves from entry to entry.
+
+    The last length must resolve the fastest mode: |T| h < 1 (checked by the caller that chooses the lengths).
+    """
+    nk, nb = len(lengths), len(mode.blocks)
+    no, ni = mode.feed.shape
+    m = no // 2
+    flow, phi = _duhamel(mode.blocks, lengths)
+    partial = np.einsum("kjbcda,jal->kjbcdl", phi, PARTIAL)
+    split_in = mode.inputs.reshape(ni, 2, nb)
+    response = np.einsum("kjbcdl,idb->kjilcb", partial, split_in).reshape(nk, N, ni, N, 2 * nb)
+    split_out = mode.outputs.reshape(no, 2, nb)
+    node_state = np.einsum("ocb,kjbcd->kodbj", split_out, flow).reshape(nk, no, 2 * nb, N)
+    node_input = np.einsum("or,kjilr->koilj", mode.outputs, response)
+    for j in range(N):
+        node_input[:, :, :, j, j] += mode.feed
+    node_input += mode.feed_rate[None, :, :, None, None] * DERIVATIVE.T / lengths[:, None, None, None, None]
+    state_input = np.ascontiguousarray(response[:, N - 1])
+    return StepTables(
+        exponential=np.ascontiguousarray(flow[:, N - 1].reshape(nk, nb, 4).transpose(0, 2, 1)),
+        node_state=np.ascontiguousarray(node_state),
+        node_input=np.ascontiguousarray(node_input),
+        node_constant=np.ascontiguousarray(node_input.sum(axis=3)),
+        state_input=state_input,
+        state_constant=np.ascontiguousarray(state_input.sum(axis=2)),
+        envelope=_envelope(mode, lengths, flow, m),
+    )
+
+
+def _envelope(mode: ContactMode, lengths: Floats, flow: Floats, m: int) -> Floats:
+    """Bulge of an output between two nodes <= sum_b envelope_b |y'_b|.
+
+    With z = y' (which flows by exp(T t) under constant inputs) the output deviates from the chord over a spacing d
+    by at most sup |c T exp(T t)| d^2 / 8 |z|, and by at most 2 sup |c T^-1 exp(T t)| |z|.
+    """
+    nb = len(mode.blocks)
+    c = mode.outputs[:m].reshape(m, 2, nb)
+    curved = np.einsum("ocb,bcd,kjbde->kjobe", c, mode.blocks, flow)
+    first = 1.1 * np.sqrt((curved**2).sum(-1)).max(axis=1) * ((SPACING * lengths) ** 2 / 8.0)[:, None, None]
+    determinant = mode.blocks[:, 0, 0] * mode.blocks[:, 1, 1] - mode.blocks[:, 0, 1] * mode.blocks[:, 1, 0]
+    trace = np.abs(mode.blocks).max(axis=(1, 2), initial=0.0)
+    regular = np.abs(determinant) > 1e-9 * trace**2
+    inverse = np.zeros_like(mode.blocks)
+    if regular.any():
+        inverse[regular] = np.linalg.inv(mode.blocks[regular])
+    level = np.einsum("ocb,bcd,kjbde->kjobe", c, inverse, flow)
+    second = 2.2 * np.sqrt((level**2).sum(-1)).max(axis=1)
+    return np.ascontiguousarray(np.where(regular, np.minimum(first, second), first))
