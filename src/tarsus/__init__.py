@@ -1,1 +1,124 @@
-"""Tarsus: contact dynamics of legged piezoelectric micro-robots."""
+"""Tarsus: contact dynamics of legged piezoelectric micro-robots.
+
+Names are loaded when first used, so that ``import tarsus`` is light.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
+    from tarsus.drive.waveforms import (
+        Constant,
+        OnOff,
+        Poling,
+        Ramp,
+        RampedSquare,
+        Sampled,
+        Sine,
+        Square,
+        SweptSine,
+    )
+    from tarsus.errors import InputError
+    from tarsus.files.library import device_names, load_scene
+    from tarsus.files.toml import read_scene, write_scene
+    from tarsus.laws import (
+        Adhesion,
+        Electrostatic,
+        Film,
+        Gravity,
+        ImpactLaw,
+        LatchLaw,
+        ResistiveLaw,
+        Restitution,
+        SmoothLaw,
+        load_laws,
+    )
+    from tarsus.scene import Drive, Foot, Ground, Initial, ModalLoad, PointLoad, Robot, Scene
+    from tarsus.solve import Batch, Run, simulate, simulate_batch
+    from tarsus.spec import float_paths, get_value, quantity, with_values
+    from tarsus.structure import Beam, Lumped, Modal
+
+__all__ = [
+    "Adhesion",
+    "Batch",
+    "Beam",
+    "Constant",
+    "Cubic",
+    "Drive",
+    "Electrostatic",
+    "Film",
+    "Foot",
+    "Gravity",
+    "Ground",
+    "ImpactLaw",
+    "Initial",
+    "InputError",
+    "LatchLaw",
+    "LinearForce",
+    "Lumped",
+    "Modal",
+    "ModalLoad",
+    "OnOff",
+    "PointLoad",
+    "Poling",
+    "PrandtlIshlinskii",
+    "Ramp",
+    "RampedSquare",
+    "ResistiveLaw",
+    "Restitution",
+    "Robot",
+    "Run",
+    "Sampled",
+    "Scene",
+    "Sine",
+    "SmoothLaw",
+    "Square",
+    "SweptSine",
+    "TwoBranch",
+    "device_names",
+    "float_paths",
+    "get_value",
+    "load_laws",
+    "load_scene",
+    "quantity",
+    "read_scene",
+    "simulate",
+    "simulate_batch",
+    "with_values",
+    "write_scene",
+]
+
+_HOMES = {
+    "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
+    "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
+    "tarsus.errors": "InputError",
+    "tarsus.files.library": "device_names load_scene",
+    "tarsus.files.toml": "read_scene write_scene",
+    "tarsus.laws": (
+        "Adhesion Electrostatic Film Gravity ImpactLaw LatchLaw ResistiveLaw Restitution SmoothLaw load_laws"
+    ),
+    "tarsus.scene": "Drive Foot Ground Initial ModalLoad PointLoad Robot Scene",
+    "tarsus.solve": "Batch Run simulate simulate_batch",
+    "tarsus.spec": "float_paths get_value quantity with_values",
+    "tarsus.structure": "Beam Lumped Modal",
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("tarsus")
+    if name not in _HOME:
+        raise AttributeError(f"module 'tarsus' has no attribute '{name}'")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__, "__version__"])

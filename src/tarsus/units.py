@@ -106,7 +106,9 @@ def _simple_unit(name: str) -> Unit:
     if prefix in _PREFIXES and rest in _PREFIXABLE:
         base = _PREFIXABLE[rest]
         return base._replace(exponent=base.exponent + _PREFIXES[prefix])
-    near = difflib.get_close_matches(name, [*_PREFIXABLE, *_PLAIN, "kg", "um", "mm", "ms", "uN", "mg"], n=1, cutoff=0.5)
+    near = difflib.get_close_matches(
+        name, [*_PREFIXABLE, *_PLAIN, "kg", "um", "mm", "ms", "uN", "mg"], n=1, cutoff=0.5
+    )
     raise InputError(f"unknown unit '{name}'" + (f", did you mean '{near[0]}'?" if near else ""))
 
 

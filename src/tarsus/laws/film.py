@@ -17,9 +17,7 @@ class Film(ResistiveLaw):
     """
 
     coefficient: float = quantity("N m^2 s", "film coefficient C", ge=0)
-    thickness: float = quantity(
-        "m", "residual film thickness at contact; at zero a foot never lands", gt=0
-    )
+    thickness: float = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
 
     @staticmethod
     def momentum(gap: float, coefficient: float, thickness: float) -> float:

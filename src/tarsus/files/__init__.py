@@ -1,0 +1,1 @@
+"""Files: scenes in TOML, the library of devices, and the run store."""

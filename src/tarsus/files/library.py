@@ -1,0 +1,137 @@
+"""Devices by name: those of the package, and those of other packages by entry point."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from tarsus.drive.waveforms import Waveform
+from tarsus.errors import InputError
+from tarsus.explain import alternatives, kind_of, nearest
+from tarsus.files.toml import read_scene
+from tarsus.scene import Scene, override
+from tarsus.spec import Description
+
+__all__ = ["ENTRY_POINT_GROUP", "device_names", "load_scene"]
+
+ENTRY_POINT_GROUP = "tarsus.devices"
+"""Other packages add devices here: name = an object that is the path of a TOML file."""
+
+
+@lru_cache(maxsize=1)
+def _packaged() -> dict[str, Path]:
+    folder = resources.files("tarsus") / "devices"
+    return {file.stem: file for file in sorted(Path(str(folder)).glob("*.toml"))}
+
+
+@lru_cache(maxsize=1)
+def _plugged() -> dict[str, Any]:
+    from importlib.metadata import entry_points
+
+    return {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+
+
+def device_names() -> list[str]:
+    """Names of all devices: those of the package, then those of other packages."""
+    return [*_packaged(), *(name for name in sorted(_plugged()) if name not in _packaged())]
+
+
+@lru_cache(maxsize=64)
+def _device(name: str) -> Scene:
+    if name in _packaged():
+        return read_scene(_packaged()[name])
+    if name in _plugged():
+        entry = _plugged()[name]
+        try:
+            path = Path(entry.load())
+        except Exception as error:
+            raise InputError(f"device '{name}' of package {entry.value} cannot be loaded: {error}") from error
+        return read_scene(path)
+    hint = nearest(name, device_names())
+    raise InputError(
+        f"no device is called '{name}'{hint} (a scene file is given by its path, ending in .toml)"
+    )
+
+
+def load_scene(
+    name: str | os.PathLike[str],
+    *,
+    volts: float | str | None = None,
+    hz: float | str | None = None,
+    wave: str | None = None,
+    **values: Any,
+) -> Scene:
+    """A device by name, or a scene file by path, with some values changed.
+
+    Parameters
+    ----------
+    name
+        One of `device_names`, or the path of a TOML file.
+    volts
+        Amplitude of the signal [V] (of every signal, if there are several).
+    hz
+        Frequency of the signal [Hz].
+    wave
+        Kind of the signal, such as ``"square"`` or ``"sine"``; amplitude, frequency, phase and offset are
+        kept.
+    **values
+        Path to new value, ``**{"ground.film.coefficient": "1.5e-21 N m^2 s"}``; provenance follows.
+
+    Raises
+    ------
+    InputError
+        For an unknown name or path, and every refused value.
+    """
+    text = os.fspath(name)
+    if text.endswith(".toml") or (os.sep in text and text not in _packaged()):
+        scene = read_scene(text)
+    else:
+        scene = _device(text)
+    signals, others = _signal_changes(scene, values, volts=volts, hz=hz, wave=wave)
+    changes = {**signals, **others}
+    return override(scene, changes) if changes else scene
+
+
+_KEPT = ("amplitude", "frequency", "phase", "offset")
+"""Fields that mean the same in every waveform that has them."""
+
+
+def _signal_changes(
+    scene: Scene, values: Mapping[str, Any], *, volts: Any, hz: Any, wave: str | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Signals that change as a whole (sugar, or a new kind), and the values that are left."""
+    sugar = {key: value for key, value in (("amplitude", volts), ("frequency", hz)) if value is not None}
+    if (sugar or wave is not None) and not scene.signals:
+        raise InputError("the scene has no signal to change; give signals in its file")
+    others = dict(values)
+    problems: list[str] = []
+    changes: dict[str, Any] = {}
+    kinds = {str(kind_of(member)): member for member in alternatives(Waveform)}
+    for name, signal in scene.signals.items():
+        prefix = f"signals.{name}."
+        kind = others.get(f"{prefix}kind", wave)
+        if not sugar and kind is None:
+            continue
+        own = {path.removeprefix(prefix): others.pop(path) for path in values if path.startswith(prefix)}
+        own.pop("kind", None)
+        cls: type[Description] = type(signal)
+        kept = {key: getattr(signal, key) for key in cls.model_fields if key != "kind"}
+        if kind is not None and kind != kind_of(cls):
+            if kind not in kinds:
+                problems.append(f"{prefix}kind: there is no wave '{kind}'{nearest(str(kind), kinds)}")
+                continue
+            cls = kinds[kind]
+            kept = {key: kept[key] for key in _KEPT if key in kept and key in cls.model_fields}
+        problems += [
+            f"signals.{name}: a {kind_of(cls)} wave has no {key}"
+            for key in sugar
+            if key not in cls.model_fields
+        ]
+        changes[f"signals.{name}"] = {**kept, "kind": kind_of(cls), **sugar, **own}
+    if problems:
+        raise InputError(problems)
+    return changes, others

@@ -1,0 +1,180 @@
+"""Scenes in TOML: unit strings at the edge, exact round trip, all errors of a wrong file at once."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from tarsus.errors import InputError
+from tarsus.laws import Law
+from tarsus.scene import Scene, provenance_problems, table_faults
+from tarsus.spec import Description, quantity_units, validate
+from tarsus.structure import AnyStructure
+from tarsus.units import format_quantity
+
+__all__ = ["parse_scene", "read_scene", "scene_text", "write_scene"]
+
+_LONGEST_TEXT_LIST = 36
+"""Lists of more numbers than this are written as plain SI floats, without units."""
+
+
+def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Scene:
+    """Read a scene from a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    laws
+        Classes of user laws by name (`tarsus.load_laws`), for tables below ``ground.laws``.
+
+    Raises
+    ------
+    InputError
+        With every problem of the file: path, what was expected, nearest valid name.
+    """
+    file = Path(path)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: cannot be read: {error}") from None
+    return parse_scene(text, laws=laws, folder=file.parent, label=str(file))
+
+
+def parse_scene(
+    text: str,
+    *,
+    laws: Mapping[str, type[Law]] | None = None,
+    folder: Path | None = None,
+    label: str = "scene",
+) -> Scene:
+    """A scene from TOML text; as `read_scene`.
+
+    Parameters
+    ----------
+    text
+        TOML.
+    laws
+        Classes of user laws by name.
+    folder
+        Where relative paths inside the scene start.
+    label
+        Name of the text in errors about its syntax.
+    """
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{label}: not valid TOML: {error}") from None
+    context = {"laws": dict(laws or {}), "folder": folder}
+    try:
+        scene = validate(Scene, table, context=context)
+    except InputError as error:
+        named = [f"{path}: {said}" for path, said in table_faults(table, _points(table))]
+        raise InputError(dict.fromkeys([*error.problems, *named])) from None
+    problems = provenance_problems(scene)
+    if problems:
+        raise InputError(problems)
+    return scene
+
+
+def _points(table: Mapping[str, Any]) -> tuple[str, ...] | None:
+    """Points of the structure in raw tables, if that part of the file is right."""
+    robot = table.get("robot")
+    try:
+        structure = TypeAdapter(AnyStructure).validate_python(robot["structure"] if robot else None)
+    except (ValidationError, KeyError, TypeError):
+        return None
+    return structure.points
+
+
+def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
+    """Write a scene as a TOML file that `read_scene` reads back to an equal scene."""
+    Path(path).write_text(scene_text(scene), encoding="utf-8")
+
+
+def scene_text(scene: Scene) -> str:
+    """A scene as TOML text, quantities as unit strings."""
+    import tomlkit
+
+    document = tomlkit.document()
+    _fill(document, _table(scene))
+    return tomlkit.dumps(document)
+
+
+def _count(value: Any) -> int:
+    if isinstance(value, Mapping):
+        return sum(_count(v) for v in value.values())
+    return sum(_count(v) for v in value) if isinstance(value, tuple) else 1
+
+
+def _plain(value: Any, unit: str | None) -> Any:
+    """A field's value as TOML types; floats with a unit become unit strings."""
+    if isinstance(value, Description):
+        return _table(value)
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Mapping):
+        return {
+            key: {"kind": item.name(), **_table(item)} if isinstance(item, Law) else _plain(item, unit)
+            for key, item in value.items()
+        }
+    if isinstance(value, tuple):
+        return [_plain(item, unit) for item in value]
+    if isinstance(value, float) and unit not in (None, "1"):
+        return format_quantity(value, str(unit))
+    return value
+
+
+def _table(description: Description) -> dict[str, Any]:
+    units = quantity_units(type(description))
+    table: dict[str, Any] = {}
+    for name, field in sorted(type(description).model_fields.items(), key=lambda item: item[0] != "kind"):
+        value = getattr(description, name)
+        if value is None or (isinstance(value, (tuple, dict)) and not value and not field.is_required()):
+            continue
+        unit = units.get(name)
+        if isinstance(value, tuple) and _count(value) > _LONGEST_TEXT_LIST:
+            unit = None
+        plain = _plain(value, unit)
+        if plain != {} or field.is_required():
+            table[name] = plain
+    return table
+
+
+def _fill(target: Any, table: Mapping[str, Any]) -> None:
+    """Fill a tomlkit container: values first, then tables, small leaf tables of provenance inline."""
+    import tomlkit
+
+    for key, value in table.items():
+        if not isinstance(value, dict):
+            target.add(key, _array(value) if isinstance(value, list) else value)
+    for key, value in table.items():
+        if not isinstance(value, dict):
+            continue
+        child = tomlkit.table(is_super_table=bool(value) and all(isinstance(v, dict) for v in value.values()))
+        if key == "provenance":
+            child = tomlkit.table()
+            for path, origin in value.items():
+                entry = tomlkit.inline_table()
+                entry.update(origin)
+                child.add(path, entry)
+        else:
+            _fill(child, value)
+        target.add(key, child)
+
+
+def _array(values: list[Any]) -> Any:
+    import tomlkit
+
+    array = tomlkit.array()
+    for value in values:
+        array.append(_array(value) if isinstance(value, list) else value)
+    return array.multiline(bool(values) and (isinstance(values[0], list) or len(str(values)) > 90))

@@ -1,0 +1,375 @@
+"""Robot, ground and scene: everything a simulation needs to know, as one frozen description."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from enum import Enum
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
+
+from tarsus.drive.laws import ForceLaw
+from tarsus.drive.waveforms import Waveform
+from tarsus.errors import InputError
+from tarsus.explain import PathErrors, located_faults, nearest
+from tarsus.laws import Adhesion, Electrostatic, Film, Gravity, Law, Restitution
+from tarsus.spec import (
+    Description,
+    FrozenDict,
+    Named,
+    float_paths,
+    get_value,
+    quantity,
+    with_values,
+)
+from tarsus.structure import AnyStructure, Structure
+from tarsus.structure.base import Array
+from tarsus.units import format_quantity
+
+__all__ = [
+    "Drive",
+    "Foot",
+    "Ground",
+    "Initial",
+    "ModalLoad",
+    "PointLoad",
+    "Provenance",
+    "Robot",
+    "Scene",
+    "Source",
+    "override",
+    "provenance_problems",
+    "reference_faults",
+]
+
+
+class PointLoad(Description):
+    """A drive force that acts at points: its generalised force is the sum of weight times the point's row."""
+
+    kind: Literal["point"] = "point"
+    weights: Named[float] = quantity("1", "share of the force at each named point, upward")
+
+    def vector(self, structure: Structure) -> Array:
+        """Generalised force (n,) per newton of drive force."""
+        return np.sum([w * structure.row(point) for point, w in self.weights.items()], axis=0)
+
+
+class ModalLoad(Description):
+    """A drive force given by its participation in each coordinate of the structure."""
+
+    kind: Literal["modal"] = "modal"
+    participation: tuple[float, ...] = quantity("1", "generalised force in each coordinate per drive force")
+
+    def vector(self, structure: Structure) -> Array:
+        """Generalised force (n,) per newton of drive force."""
+        return np.array(self.participation)
+
+
+class Drive(Description):
+    """An actuator: where its force acts, and the law from volts to force with its history.
+
+    The generalised force on the structure is ``load.vector(structure) * law(volts)``.
+    """
+
+    load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
+    law: ForceLaw
+    history: tuple[float, ...] = quantity("V", "volts visited before the start, such as poling", default=())
+
+
+class Foot(Description):
+    """A point of the structure that can touch the ground.
+
+    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z.
+    """
+
+    point: str = Field(description="name of a point of the structure")
+    gap: float = quantity("m", "clearance of the foot at rest")
+    normal: int = Field(default=1, description="1 above a ground facing up, -1 below one facing down")
+    electrode: str | None = Field(
+        default=None, description="drive whose volts attract the foot to the ground"
+    )
+
+    @field_validator("gap")
+    @classmethod
+    def _above_ground(cls, value: float) -> float:
+        if value < 0.0:
+            shown = format_quantity(value, "m")
+            raise PathErrors(
+                [("", f"foot below ground at rest: expected a clearance of 0 or more, got {shown}")]
+            )
+        return value
+
+    @field_validator("normal")
+    @classmethod
+    def _unit_normal(cls, value: int) -> int:
+        if value not in (1, -1):
+            raise PathErrors([("", f"expected 1 (ground facing up) or -1 (facing down), got {value}")])
+        return value
+
+
+class Robot(Description):
+    """A structure with its drives and feet."""
+
+    structure: AnyStructure
+    drives: Named[Drive] = Field(default=FrozenDict(), description="actuators by name")
+    feet: Named[Foot] = Field(default=FrozenDict(), description="feet by name")
+
+    @model_validator(mode="after")
+    def _check_references(self) -> Robot:
+        faults = reference_faults(
+            self.structure.points,
+            self.drives,
+            {name: (foot.point, foot.electrode) for name, foot in self.feet.items()},
+            {
+                name: tuple(drive.load.weights)
+                for name, drive in self.drives.items()
+                if isinstance(drive.load, PointLoad)
+            },
+        )
+        n = self.structure.size
+        for name, drive in self.drives.items():
+            load = drive.load
+            if isinstance(load, ModalLoad) and len(load.participation) != n:
+                path = f"drives.{name}.load.participation"
+                faults.append((path, f"expected {n} values, one a coordinate, got {len(load.participation)}"))
+            elif isinstance(load, PointLoad) and not load.weights:
+                faults.append((f"drives.{name}.load.weights", "expected at least one point, got none"))
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+
+class Ground(Description):
+    """The set of laws between feet and ground; an absent law does not act.
+
+    Without restitution an impact takes all of the approach speed.
+    """
+
+    restitution: Restitution | None = None
+    adhesion: Adhesion | None = None
+    film: Film | None = None
+    electrostatic: Electrostatic | None = None
+    gravity: Gravity | None = None
+    laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
+
+    @field_validator("laws", mode="before")
+    @classmethod
+    def _user_laws(cls, value: Any, info: ValidationInfo) -> Any:
+        """Tables of user laws, built with the classes in the validation context."""
+        if not isinstance(value, Mapping):
+            return value
+        known: Mapping[str, type[Law]] = (info.context or {}).get("laws", {})
+        laws: dict[str, Any] = {}
+        faults: list[tuple[str, str]] = []
+        for name, item in value.items():
+            if not isinstance(item, Mapping):
+                laws[name] = item
+                continue
+            kind = str(item.get("kind", name))
+            law = known.get(kind)
+            if law is None:
+                hint = nearest(kind, known) if known else "; give the file that defines it (--law FILE.py)"
+                faults.append((str(name), f"no law of kind '{kind}' is known{hint}"))
+                continue
+            try:
+                laws[name] = law.model_validate({k: v for k, v in item.items() if k != "kind"})
+            except ValidationError as error:
+                faults += [(f"{name}.{path}", text) for path, text in located_faults(law, error)]
+        if faults:
+            raise PathErrors(faults)
+        return laws
+
+
+class Initial(Description):
+    """State at time zero, in the structure's coordinates; zeros when absent."""
+
+    displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
+    velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
+
+
+class Source(Enum):
+    """Where a value comes from."""
+
+    PRINTED = "printed"
+    DERIVED = "derived"
+    CALIBRATED = "calibrated"
+    ASSUMED = "assumed"
+
+
+class Provenance(Description):
+    """Where a value comes from, in a sentence: which table, derived how, calibrated to what."""
+
+    source: Source
+    note: str = Field(min_length=1, description="a sentence")
+
+
+class Scene(Description):
+    """A robot above a ground, its drive signals and initial state."""
+
+    name: str
+    robot: Robot
+    ground: Ground = Ground()
+    signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
+    initial: Initial = Initial()
+    duration: float = quantity("s", "time to simulate unless another is asked for", gt=0)
+    provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = FrozenDict()
+    citations: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> Scene:
+        structure = self.robot.structure
+        faults = _signal_faults(self.signals, self.robot.drives)
+        for name in ("displacement", "velocity"):
+            values = getattr(self.initial, name)
+            if values is not None and len(values) != structure.size:
+                text = f"expected {structure.size} values, one a coordinate, got {len(values)}"
+                faults.append((f"initial.{name}", text))
+        if not faults and self.initial.displacement is not None:
+            faults += self._start_faults(np.array(self.initial.displacement))
+        if self.ground.gravity is not None and structure.vertical() is None:
+            text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"
+            faults.append(("robot.structure.upward", f"gravity {text}"))
+        if self.ground.electrostatic is not None and not any(f.electrode for f in self.robot.feet.values()):
+            faults.append(
+                ("ground.electrostatic", "acts on no foot: give a foot its electrode, the name of a drive")
+            )
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+    def _start_faults(self, start: Array) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for name, foot in self.robot.feet.items():
+            moved = float(self.robot.structure.row(foot.point) @ start)
+            gap = foot.gap + foot.normal * moved
+            if gap < -1e-12 * max(foot.gap, abs(moved)):
+                text = f"foot '{name}' would start {format_quantity(-gap, 'm')} below the ground"
+                faults.append(("initial.displacement", text))
+        return faults
+
+    def origin(self, path: str) -> Provenance | None:
+        """Provenance of a value: that of its own path, or of the nearest list or table it is in."""
+        keys = path.split(".")
+        for count in range(len(keys), 0, -1):
+            found = self.provenance.get(".".join(keys[:count]))
+            if found is not None:
+                return found
+        return None
+
+
+def reference_faults(
+    points: Sequence[str] | None,
+    drives: Collection[str],
+    feet: Mapping[str, tuple[str | None, str | None]],
+    weights: Mapping[str, Iterable[str]],
+) -> list[tuple[str, str]]:
+    """Names used in a robot that nothing bears, as (path in the robot, sentence).
+
+    Parameters
+    ----------
+    points
+        Points of the structure; None when they are not known, and then not checked.
+    drives
+        Names of the drives.
+    feet
+        Point and electrode of each foot.
+    weights
+        Points that each drive's load names.
+    """
+    faults: list[tuple[str, str]] = []
+    for name, (point, electrode) in feet.items():
+        if points is not None and point is not None and point not in points:
+            faults.append(
+                (f"feet.{name}.point", f"the structure has no point '{point}'{nearest(point, points)}")
+            )
+        if electrode is not None and electrode not in drives:
+            faults.append(
+                (f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}")
+            )
+    for name, used in weights.items():
+        for point in used:
+            if points is not None and point not in points:
+                path = f"drives.{name}.load.weights.{point}"
+                faults.append((path, f"the structure has no point '{point}'{nearest(point, points)}"))
+    return faults
+
+
+def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:
+    return [
+        (f"signals.{name}", f"the robot has no drive '{name}' for this signal{nearest(name, drives)}")
+        for name in signals
+        if name not in drives
+    ]
+
+
+def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list[tuple[str, str]]:
+    """Wrong references in a scene's raw tables, for a file that has other faults as well."""
+
+    def sub(node: Any, key: str) -> Mapping[str, Any]:
+        found = node.get(key) if isinstance(node, Mapping) else None
+        return found if isinstance(found, Mapping) else {}
+
+    def text(node: Any, key: str) -> str | None:
+        found = node.get(key) if isinstance(node, Mapping) else None
+        return found if isinstance(found, str) else None
+
+    robot = sub(table, "robot")
+    drives, feet = sub(robot, "drives"), sub(robot, "feet")
+    faults = reference_faults(
+        points,
+        drives,
+        {name: (text(foot, "point"), text(foot, "electrode")) for name, foot in feet.items()},
+        {name: tuple(sub(sub(drive, "load"), "weights")) for name, drive in drives.items()},
+    )
+    return [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)
+
+
+def provenance_problems(scene: Scene) -> list[str]:
+    """Provenance of paths that the scene does not have, one sentence each."""
+    problems: list[str] = []
+    for path in scene.provenance:
+        try:
+            get_value(scene, path)
+        except InputError as error:
+            problems.append(f"provenance.{error}")
+    return problems
+
+
+def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -> Scene:
+    """`with_values` for people: provenance follows, so that a changed value no longer counts as printed.
+
+    Parameters
+    ----------
+    scene
+        Any scene.
+    values
+        As in `tarsus.spec.with_values`.
+    by
+        Who set them, for the note.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.spec.with_values`.
+    """
+    changed = with_values(scene, values)
+    before, after = float_paths(scene), float_paths(changed)
+    provenance = {path: origin for path, origin in scene.provenance.items() if _has(changed, path)}
+    for path, info in after.items():
+        old = before.get(path)
+        if old is not None and old.value == info.value:
+            continue
+        origin = scene.origin(path)
+        was = ""
+        if old is not None and origin is not None:
+            was = f"; was {format_quantity(old.value, old.unit)} ({origin.source.value})"
+        provenance[path] = Provenance(source=Source.ASSUMED, note=f"Set by {by}{was}.")
+    return with_values(changed, {"provenance": provenance})
+
+
+def _has(scene: Scene, path: str) -> bool:
+    try:
+        return get_value(scene, path) is not None
+    except InputError:
+        return False
