@@ -64,7 +64,7 @@ def test_a_run_that_would_never_end(tarsus, text):
     ("key", "value", "parts"),
     [
         ("mass", [[float("nan"), 0.0], [0.0, 1.0]], ("mass", "finite")),
-        ("mass", [[-1.0, 0.0], [0.0, 1.0]], ("mass", "positive")),
+        ("mass", [[-1.0, 0.0], [0.0, 1.0]], ("robot.structure.mass", "never negative")),
         ("mass", [[1.0, 1.0], [1.0, 1.0]], ("mass", "singular")),
         ("mass", [1.0, -2.0], ("mass",)),
         ("stiffness", [[1.0, 0.0]], ("stiffness",)),
