@@ -66,6 +66,7 @@ def test_summary_covers_all_rows_and_each_part(both):
 
 def test_files(both):
     found, folder = both
+    assert "<svg" in (folder / "cantilever" / "validation.html").read_text(encoding="utf-8")
     written = json.loads((folder / "cantilever" / "validation.json").read_text(encoding="utf-8"))
     assert written == found["cantilever"]
     with (folder / "cantilever" / "validation.csv").open(encoding="utf-8", newline="") as stream:

@@ -31,7 +31,7 @@ def validate(
     rows
         a file of further rows in the format of the packaged table.
     output
-        folder for validation.json and validation.csv.
+        folder for validation.html, validation.json and validation.csv.
     json
         print one JSON object instead of tables.
     """
@@ -166,6 +166,7 @@ def _write(validation: Validation, result: dict[str, Any], folder: Path, *, quie
 
     from tarsus.cli import console
     from tarsus.files.store import write_text
+    from tarsus.report import write_validation_report
 
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
@@ -188,5 +189,9 @@ def _write(validation: Validation, result: dict[str, Any], folder: Path, *, quie
     write_text(
         folder / "validation.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
     )
+    with console.spinner("writing the report"):
+        write_validation_report(result, folder / "validation.html")
     if not quiet:
-        print(f"\nwrote {folder / 'validation.csv'}\nwrote {folder / 'validation.json'}")
+        print()
+        for name in ("validation.csv", "validation.json", "validation.html"):
+            print(f"wrote {folder / name}")
