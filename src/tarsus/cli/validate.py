@@ -73,7 +73,7 @@ def _print(validation: Validation, summary: dict[str, Any]) -> None:
         print(
             f"ours against the source's model: peak within 15 % in {close['peak_within_15_percent']} of "
             f"{close['peak']['cases']}, contact within 30 % or 1 ms in "
-            f"{close['contact_within_30_percent_or_1_ms']} of {part['rows']}, existence of bounces in "
+            f"{close['contact_within_30_percent_or_1_ms']} of {close['contact']['cases']}, existence of bounces in "
             f"{close['existence_right']} of {close['count_cases']}"
         )
 
@@ -141,7 +141,7 @@ def _summary_rows(summary: dict[str, Any]) -> list[tuple[str, str, str]]:
             ),
             line(
                 f"{key}: mean error, absolute",
-                *(_percent(one[key]["mean_absolute_percent"], 1.0) for one in both),
+                *(_unsigned(one[key]["mean_absolute_percent"]) for one in both),
             ),
             line(
                 f"{key}: errors below 30 %",
@@ -157,6 +157,10 @@ def _number(value: float | None, digits: int) -> str:
 
 def _percent(value: float | None, scale: float = 100.0) -> str:
     return "-" if value is None or value != value else f"{value * scale:+.1f} %"
+
+
+def _unsigned(percent: float | None) -> str:
+    return "-" if percent is None else f"{percent:.1f} %"
 
 
 def _write(validation: Validation, result: dict[str, Any], folder: Path, *, quiet: bool) -> None:

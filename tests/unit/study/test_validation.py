@@ -63,10 +63,19 @@ def test_counts_need_half_a_bounce_and_empty_cells_do_not_count():
     assert table["existence_right"] == 2
     assert table["peak"] == {
         "cases": 0,
+        "in_means": 0,
         "mean_signed_percent": None,
         "mean_absolute_percent": None,
         "below_30_percent": 0,
     }
+
+
+def test_contact_where_none_was_measured_is_a_miss_and_not_left_out():
+    reference = [Observation(contact_ms=0.0), Observation(contact_ms=10.0), Observation(contact_ms=0.0)]
+    simulated = [Observation(contact_ms=5.0), Observation(contact_ms=8.0), Observation(contact_ms=0.0)]
+    contact = compare(reference, simulated)["contact"]
+    assert (contact["cases"], contact["in_means"], contact["below_30_percent"]) == (3, 2, 2)
+    assert contact["mean_absolute_percent"] == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize(("freq", "expected"), [(5.0, (4, 12)), (50.0, (5, 20)), (100.0, (10, 40))])
