@@ -73,8 +73,8 @@ def _print(validation: Validation, summary: dict[str, Any]) -> None:
         print(
             f"ours against the source's model: peak within 15 % in {close['peak_within_15_percent']} of "
             f"{close['peak']['cases']}, contact within 30 % or 1 ms in "
-            f"{close['contact_within_30_percent_or_1_ms']} of {close['contact']['cases']}, existence of bounces in "
-            f"{close['existence_right']} of {close['count_cases']}"
+            f"{close['contact_within_30_percent_or_1_ms']} of {close['contact']['cases']}, "
+            f"existence of bounces in {close['existence_right']} of {close['count_cases']}"
         )
 
 
