@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -13,10 +14,16 @@ from tarsus.core import hooks
 from tarsus.core.arrays import Laws
 from tarsus.core.modes import LinearSystem
 from tarsus.core.signals import Signals
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
+from tarsus.drive.waveforms import Constant
+from tarsus.errors import InputError
 from tarsus.laws.adhesion import Adhesion
+from tarsus.laws.base import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
 from tarsus.laws.restitution import Restitution
+from tarsus.scene import Ground, Scene
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
 FILM, ELECTROSTATIC, ADHESION, RESTITUTION, USER = 0, 2, 4, 6, 7
@@ -46,20 +53,18 @@ class Plan:
     """A scene as arrays, ready for the engine.
 
     system: the linear structure; laws: flags, parameters, users' pointers and volts channel per foot;
-    signals: drive channels then volts channels; initial (2n,): displacements and velocities at t = 0.
-    length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
-    first_step, horizon [s]: first and longest step tried.
+    signals: drive channels then volts channels, made of ``channels``; initial (2n,): displacements and velocities
+    at t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
 
     system: LinearSystem
     laws: Laws
     signals: Signals
+    channels: tuple[Pieces, ...]
     initial: np.ndarray
     length: float
     force: float
     rate: float
-    first_step: float
-    horizon: float
 
     @property
     def feet(self) -> int:
@@ -68,3 +73,205 @@ class Plan:
     @property
     def drives(self) -> int:
         return self.system.loads.shape[1]
+
+
+def lower_scene(scene: Scene) -> Plan:
+    """Lower a scene to arrays.
+
+    Raises InputError where a law of the user cannot be compiled.
+    """
+    system = lower_system(scene)
+    names = list(scene.robot.drives)
+    forces, volts = [], []
+    for name, drive in scene.robot.drives.items():
+        waveform = scene.signals.get(name) or Constant(level=0.0)
+        force, volt = lower(waveform, drive.law, drive.history)
+        forces.append(force)
+        volts.append(volt)
+    feet = list(scene.robot.feet.values())
+    laws = _lower_laws(scene.ground, len(feet))
+    acts = (laws.flags & hooks.HAS_FORCE) != 0
+    wired = [f.electrode if f.electrode is not None else (names[0] if names else None) for f in feet]
+    used = sorted({names.index(w) for w, a in zip(wired, acts, strict=True) if a and w is not None})
+    for i, w in enumerate(wired):
+        if acts[i] and w is not None:
+            laws.volts[i] = len(names) + used.index(names.index(w))
+    channels = (*forces, *(volts[d] for d in used))
+    signals = pack_signals(channels)
+    n = system.mass.shape[0]
+    initial = np.zeros(2 * n)
+    if scene.initial.displacement is not None:
+        initial[:n] = scene.initial.displacement
+    if scene.initial.velocity is not None:
+        initial[n:] = scene.initial.velocity
+    length, force, rate = _scales(scene, system, signals, initial)
+    return Plan(system, laws, signals, channels, initial, length, force, rate)
+
+
+def lower_system(scene: Scene) -> LinearSystem:
+    """The linear structure of a scene with its feet, drives and weight."""
+    structure = scene.robot.structure
+    matrices = structure.matrices()
+    n = structure.size
+    feet = scene.robot.feet.values()
+    normals = np.zeros((n, len(feet)))
+    for i, foot in enumerate(feet):
+        normals[:, i] = foot.normal * structure.row(foot.point)
+    loads = np.zeros((n, len(scene.robot.drives)))
+    for d, drive in enumerate(scene.robot.drives.values()):
+        loads[:, d] = drive.load.vector(structure)
+    constant = np.zeros(n)
+    if scene.ground.gravity is not None:
+        up = structure.vertical()
+        assert up is not None  # checked by Scene
+        constant -= scene.ground.gravity.acceleration * (matrices.mass @ up)
+    return LinearSystem(
+        np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
+        np.array([foot.gap for foot in feet], dtype=float), loads, constant,
+    )  # fmt: skip
+
+
+def _lower_laws(ground: Ground, m: int) -> Laws:
+    row = np.zeros(USER)
+    flags = 0
+    for column, law, flag in (
+        (FILM, ground.film, hooks.HAS_MOMENTUM),
+        (ELECTROSTATIC, ground.electrostatic, hooks.HAS_FORCE),
+        (ADHESION, ground.adhesion, hooks.HAS_LATCH),
+        (RESTITUTION, ground.restitution, 0),
+    ):
+        if law is not None:
+            values = law.parameters()
+            row[column : column + len(values)] = values
+            flags |= flag
+    if ground.film is None:
+        row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
+    if ground.electrostatic is None:
+        row[ELECTROSTATIC + 1] = 1.0
+    own = np.zeros(8, dtype=np.int64)
+    extra: list[float] = []
+    starts: dict[int, int] = {}
+    for kind, column, flag in _PROTOCOLS:
+        laws = [law for law in ground.laws.values() if isinstance(law, kind)]
+        if not laws:
+            continue
+        if len(laws) > 1 and column in (hooks.REBOUND, hooks.STRENGTH):
+            names = ", ".join(law.name() for law in laws)
+            raise InputError(f"ground.laws: only one {kind.__name__} can act at a time, got {names}")
+        own[column] = _compiled(
+            tuple((type(law).function(), len(law.parameters())) for law in laws), len(kind.leading)
+        )
+        starts[column] = len(extra)
+        for law in laws:
+            extra += law.parameters()
+            if isinstance(law, SmoothLaw) and law.uses_rate:
+                flags |= hooks.USES_RATE
+        flags |= flag
+    parameters = np.tile(np.concatenate([row, extra]), (max(m, 1), 1))
+    pointer = np.tile(own, (max(m, 1), 1))
+    base, width = parameters.ctypes.data, parameters.shape[1]
+    for column, start in starts.items():
+        for i in range(m):
+            pointer[i, column + 4] = base + 8 * (i * width + USER + start)
+    return Laws(np.full(m, flags, dtype=np.int64), parameters, pointer, np.full(m, -1, dtype=np.int64))
+
+
+_PROTOCOLS = (
+    (ResistiveLaw, hooks.MOMENTUM, hooks.HAS_MOMENTUM),
+    (SmoothLaw, hooks.FORCE, hooks.HAS_FORCE),
+    (ImpactLaw, hooks.REBOUND, 0),
+    (LatchLaw, hooks.STRENGTH, hooks.HAS_LATCH),
+)
+
+
+@lru_cache(maxsize=64)
+def _compiled(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int) -> int:
+    try:
+        return hooks.compile_laws(laws, arguments)
+    except Exception as error:  # numba raises many kinds; all mean the same to the user
+        names = ", ".join(function.__qualname__ for function, _ in laws)
+        reason = next(
+            (line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__
+        )
+        raise InputError(
+            f"{names}: a law must be arithmetic, 'if' and math functions of floats: {reason}"
+        ) from error
+
+
+def pack_signals(channels: Sequence[Pieces]) -> Signals:
+    """Channels laid end to end for the kernels; a channel that holds its last value gets a piece for that."""
+    starts, ends, coefs, sharps, untils, lasts = [], [], [], [], [], []
+    first, loops, periods, spans = [0], [], [], []
+    for pieces in channels:
+        start, end = pieces.start[:-1], pieces.start[1:]
+        coef, kink = pieces.coef, pieces.kink
+        if pieces.loop < 0:
+            hold = np.zeros((1, coef.shape[1]))
+            hold[0, 0] = coef[-1].sum()
+            start, end = np.append(start, end[-1]), np.append(end, _FOREVER)
+            coef, kink = np.vstack([coef, hold]), np.append(kink, True)
+        sharp = np.append(kink[1:], kink[pieces.loop] if pieces.loop >= 0 else False)
+        until, last = _kink_distances(end - start, sharp, pieces.loop)
+        starts.append(start)
+        ends.append(end)
+        coefs.append(coef)
+        sharps.append(sharp)
+        untils.append(until)
+        lasts.append(last)
+        first.append(first[-1] + len(start))
+        loops.append(pieces.loop)
+        periods.append(float(pieces.start[-1] - pieces.start[pieces.loop]) if pieces.loop >= 0 else 0.0)
+        # every piece is bounded by the sum of its coefficients' sizes
+        middle = coef[:, 0]
+        swing = np.abs(coef[:, 1:]).sum(axis=1)
+        spans.append(float((middle + swing).max() - (middle - swing).min()))
+
+    def join(parts: list[np.ndarray], empty: tuple[int, ...] = (0,)) -> np.ndarray:
+        return np.ascontiguousarray(np.concatenate(parts)) if parts else np.zeros(empty)
+
+    coef = join(coefs, (0, 12))
+    return Signals(
+        first=np.array(first, dtype=np.int64), start=join(starts), end=join(ends), coef=coef,
+        flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils), last=join(lasts),
+        loop=np.array(loops, dtype=np.int64), period=np.array(periods, dtype=float), span=np.array(spans, dtype=float),
+    )  # fmt: skip
+
+
+_FOREVER = 1e30
+
+
+def _kink_distances(length: np.ndarray, sharp: np.ndarray, loop: int) -> tuple[np.ndarray, np.ndarray]:
+    """Time from the start of each piece to the next kink (inf: none), and length of the piece that ends there."""
+    count = len(length)
+    until, last = np.full(count, np.inf), np.full(count, np.inf)
+    for _ in range(2):  # twice round the loop
+        following, following_last = (until[loop], last[loop]) if loop >= 0 else (np.inf, np.inf)
+        for p in range(count - 1, -1, -1):
+            if sharp[p]:
+                following, following_last = 0.0, length[p]
+            following = following + length[p]
+            until[p], last[p] = following, following_last
+    return until, last
+
+
+def _scales(
+    scene: Scene, system: LinearSystem, signals: Signals, initial: np.ndarray
+) -> tuple[float, float, float]:
+    n = len(system.mass)
+    start = np.abs(system.rest_gap + system.normals.T @ initial[:n])
+    lengths = [*start, *system.rest_gap]
+    if scene.ground.film is not None:
+        lengths.append(scene.ground.film.thickness)
+    length = max((x for x in lengths if x > 0.0), default=1e-6)
+    forces = [abs(s) for s in signals.span[: system.loads.shape[1]]]
+    if scene.ground.adhesion is not None:
+        forces.append(scene.ground.adhesion.initial)
+    forces.append(float(np.abs(system.constant).max(initial=0.0)))
+    forces.append(length * float(np.abs(np.diag(system.stiffness)).min(initial=np.inf)) if n else 0.0)
+    force = max((x for x in forces if x > 0.0), default=1e-9)
+    scale = np.sqrt(
+        np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.stiffness))).max(initial=0.0)
+    )
+    rub = np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.damping))).max(initial=0.0)
+    rate = max(float(scale), float(rub), 1.0)
+    return length, force, rate

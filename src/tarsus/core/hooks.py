@@ -142,20 +142,25 @@ def _call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
     return implementation
 
 
-def compile_law(function: Callable[..., float], arguments: int, count: int) -> int:
-    """Compile a user's plain function of floats; its address for the pointer columns.
+def compile_laws(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int) -> int:
+    """Compile users' plain functions of floats into one that adds them up; its address for the pointer columns.
 
-    ``function(*arguments, *parameters) -> float`` with ``arguments`` leading floats and ``count`` parameters.
-    Raises numba.core.errors.NumbaError where the function uses what cannot be compiled.
+    laws: (function, number of parameters), each ``function(*arguments, *parameters) -> float``; their parameters
+    stand one after the other. ``arguments`` is the number of leading floats.
+    Raises numba.core.errors.NumbaError where a function uses what cannot be compiled.
     """
-    leading = ", ".join("abcd"[:arguments])
-    row = ", ".join(f"row[{n}]" for n in range(count))
-    call = ", ".join(part for part in (leading, row) if part)
-    scope: dict[str, object] = {"law": numba.njit(function)}
-    exec(f"def adapter(a, b, c, d, row):\n    return law({call})\n", scope)  # noqa: S102
+    scope: dict[str, object] = {}
+    terms = []
+    first = 0
+    for n, (function, count) in enumerate(laws):
+        scope[f"law{n}"] = numba.njit(function)
+        row = ", ".join(f"row[{first + c}]" for c in range(count))
+        terms.append(f"law{n}({', '.join(part for part in (', '.join('abcd'[:arguments]), row) if part)})")
+        first += count
+    exec(f"def adapter(a, b, c, d, row):\n    return {' + '.join(terms)}\n", scope)  # noqa: S102
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         number = len(_python_laws) + 1
-        _python_laws[number] = (scope["adapter"], count)  # type: ignore[assignment]
+        _python_laws[number] = (scope["adapter"], first)  # type: ignore[assignment]
         return number
     signature = types.float64(*([types.float64] * 4), types.CPointer(types.float64))
     compiled = numba.cfunc(signature)(scope["adapter"])

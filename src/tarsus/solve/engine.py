@@ -59,7 +59,7 @@ class RawRun:
 
 def new_book(plan: Plan, duration: float) -> ModeBook:
     """Contact modes of a plan, to share between runs of the same structure."""
-    book = ModeBook(step_lengths(min(duration, plan.horizon)))
+    book = ModeBook(step_lengths(duration))
     book.add(contact_mode(plan.system, 0))
     return book
 
@@ -82,7 +82,10 @@ def execute(
     n = plan.system.mass.shape[0]
     state = _new_state(plan, duration, accuracy, book, track, record)
     work = _new_work(n, m, ni)
-    output = a.Output(np.zeros((512 + 2 * m, a.EVENT_WIDTH)), np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni)))
+    output = a.Output(
+        np.zeros((512 + 2 * m, a.EVENT_WIDTH)),
+        np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni)),
+    )
     verdict = np.zeros(max(m, 1), dtype=np.int64)
     events: list[np.ndarray] = []
     rows: list[np.ndarray] = []
@@ -107,13 +110,15 @@ def execute(
     )  # fmt: skip
 
 
-def _new_state(plan: Plan, duration: float, accuracy: Accuracy, book: ModeBook, track: bool, record: bool) -> a.State:
+def _new_state(
+    plan: Plan, duration: float, accuracy: Accuracy, book: ModeBook, track: bool, record: bool
+) -> a.State:
     m = plan.feet
     n = plan.system.mass.shape[0]
     lengths = book.lengths
     count = np.zeros(13, dtype=np.int64)
     count[a.TRACK], count[a.RECORD], count[a.MAX_STEPS] = track, record, accuracy.steps
-    count[a.CLASS] = int(np.searchsorted(-lengths, -plan.first_step))
+    count[a.CLASS] = int(np.searchsorted(-lengths, -0.5 / plan.rate))
     real = np.zeros(11)
     real[a.END] = duration
     real[a.TOL_GAP] = accuracy.gap * plan.length
