@@ -39,7 +39,7 @@ class PathErrors(InputError):
 def nearest(name: str, valid: Iterable[str]) -> str:
     """``"; did you mean 'x'?"`` for the closest valid name, else a list of the valid ones, else nothing."""
     names = [str(v) for v in valid]
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.55)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.65)
     if close:
         return f"; did you mean '{close[0]}'?"
     if not names:

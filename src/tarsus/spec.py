@@ -298,8 +298,8 @@ def _unknown(desc: Description, path: str) -> str:
                 return f"{path}: '{parent}' is not set here, so '{key}' has nothing to act on"
             whole = [p for p, _, _ in _leaves(desc, "", _BARE)]
             hint = nearest(path, whole)
-            if "valid names" in hint:
-                hint = nearest(key, [name for name, _ in _children(node)])
+            if "did you mean" not in hint:
+                hint = nearest(key, [name for name, _ in _children(node)]) or f"; '{parent}' is one value"
             return f"{path}: unknown path{hint}"
     return f"{path}: unknown path"
 

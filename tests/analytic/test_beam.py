@@ -67,7 +67,9 @@ def test_beam_against_finite_elements(second: float) -> None:
     deflections = np.vstack([np.zeros(4), vectors[::2]])
     slopes = np.vstack([np.zeros(4), vectors[1::2]])
     h = beam.length / ELEMENTS
-    area = nodes * ((deflections[1:] + deflections[:-1]) / 2 + h * (slopes[:-1] - slopes[1:]) / 12).sum(axis=0)
+    area = nodes * ((deflections[1:] + deflections[:-1]) / 2 + h * (slopes[:-1] - slopes[1:]) / 12).sum(
+        axis=0
+    )
     weight = area + beam.tip.mass * (arm @ vectors[-2:])
     np.testing.assert_allclose(modes.mass * beam.vertical(), weight, rtol=1e-4)
 

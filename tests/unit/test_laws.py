@@ -67,7 +67,9 @@ def test_film_force_is_the_rate_of_its_momentum() -> None:
 
 def test_electrostatics_attract() -> None:
     law = Electrostatic(coefficient=2e-20, offset="1 um")
-    assert Electrostatic.force(1e-6, 0.3, -10.0, 0.0, *law.parameters()) == pytest.approx(-2e-20 * 100 / 4e-12)
+    assert Electrostatic.force(1e-6, 0.3, -10.0, 0.0, *law.parameters()) == pytest.approx(
+        -2e-20 * 100 / 4e-12
+    )
     assert not Electrostatic.uses_rate
 
 
@@ -171,7 +173,10 @@ HEAD = "from tarsus.laws import SmoothLaw\nfrom tarsus.spec import quantity\n"
         ("import no_such_module_at_all\n", r"law\.py, line 1: ModuleNotFoundError"),
         (HEAD, r"defines no law; a law is a class derived from one of ResistiveLaw, SmoothLaw"),
         (HEAD + "class A(SmoothLaw):\n    a: float = 3.0\n", r"line 3: TypeError: A\.a: a law's field"),
-        (HEAD + "class A(SmoothLaw):\n    pass\n", r"law A defines no function force\(gap, gap_rate, volts, time\)"),
+        (
+            HEAD + "class A(SmoothLaw):\n    pass\n",
+            r"law A defines no function force\(gap, gap_rate, volts, time\)",
+        ),
         (
             HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return 1 / 0\n",
             r"law\.py, line 5: law A raised ZeroDivisionError",

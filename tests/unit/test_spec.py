@@ -121,7 +121,7 @@ def test_with_values_reports_everything_at_once() -> None:
         "layer.thickness: expected a length (m) above 0, got -1.0 (residual thickness)",
         "ratios.2: unknown path; did you mean 'ratios.1'?",
         "signals.pz.amplitude: unknown path; did you mean 'signals.pzt.amplitude'?",
-        "name.first: unknown path; did you mean 'name'?",
+        "name.first: unknown path; 'name' is one value",
         "count: expected a whole number, got 1.5",
     ]
 

@@ -37,7 +37,9 @@ def test_modal_matrices() -> None:
     mass = np.array([1e-6, 2e-6, 3e-6])
     np.testing.assert_allclose(matrices.mass, np.diag(mass), rtol=1e-15)
     np.testing.assert_allclose(matrices.stiffness, np.diag(mass * omega**2), rtol=1e-15)
-    np.testing.assert_allclose(matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6]))
+    np.testing.assert_allclose(
+        matrices.damping, np.diag([1e-6, 2 * 1.5 * omega[1] * 2e-6, 0.02 * omega[2] * 3e-6])
+    )
     np.testing.assert_array_equal(modal.row("foot"), [1.0, 0.5, -0.2])
     assert modal.points == ("foot",)
     np.testing.assert_array_equal(modal.vertical(), [1.0, 0.0, 0.0])
@@ -96,7 +98,10 @@ def test_lumped_extra_points() -> None:
     ("changes", "problem"),
     [
         ({"mass": [math.nan, 1.0]}, "mass.0.0: expected a mass (kg) that is finite, got nan"),
-        ({"mass": ["-1 mg", "2 mg"]}, "mass.0.0: expected a mass (kg) above 0, got -1e-06: a mass is never negative"),
+        (
+            {"mass": ["-1 mg", "2 mg"]},
+            "mass.0.0: expected a mass (kg) above 0, got -1e-06: a mass is never negative",
+        ),
         ({"mass": [0.0, 1.0]}, "mass: the mass matrix is singular: some motion has no inertia"),
         ({"mass": [[1.0, 1.0], [1.0, 1.0]]}, "mass: the mass matrix is singular: some motion has no inertia"),
         ({"mass": [[1.0, 2.0], [2.0, 1.0]]}, "mass: the mass matrix is not positive definite: some motion"),
@@ -104,7 +109,10 @@ def test_lumped_extra_points() -> None:
         ({"mass": [1.0]}, "mass: expected a 2 x 2 matrix, one row a coordinate, got 1 x 1"),
         ({"stiffness": [[1.0, 2.0]]}, "stiffness: expected a 2 x 2 matrix, one row a coordinate, got 1 x 2"),
         ({"mass": ["1 m", "2 mg"]}, "mass.0.0: expected a mass (kg), got '1 m', which is a length"),
-        ({"damping": [0.0, 0.0], "damping_ratios": [0.1, 0.1]}, "give either a damping matrix or damping_ratios"),
+        (
+            {"damping": [0.0, 0.0], "damping_ratios": [0.1, 0.1]},
+            "give either a damping matrix or damping_ratios",
+        ),
         ({"damping_ratios": [0.1]}, "damping_ratios: expected 2 values, one a coordinate, got 1"),
         ({"weights": {"tip": [1.0, 0.0]}}, "weights.tip: this name is already that of a coordinate"),
         ({"coordinates": ["tip", "tip"]}, "coordinates: expected different names, got one twice"),
@@ -137,7 +145,10 @@ def test_beam_keeps_as_many_modes_as_damping_ratios() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"frequencies": [623.0, 30000.0]}, "frequencies: with this tip the second frequency is at most 26.6"),
+        (
+            {"frequencies": [623.0, 30000.0]},
+            "frequencies: with this tip the second frequency is at most 26.6",
+        ),
         ({"frequencies": [623.0, 1500.0]}, "frequencies: with this tip the second frequency is at least "),
         ({"frequencies": [623.0, 600.0]}, "frequencies: the second frequency must be above the first"),
         ({"frequencies": [623.0]}, "frequencies"),

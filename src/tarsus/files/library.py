@@ -9,12 +9,13 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import alternatives, kind_of, nearest
 from tarsus.files.toml import read_scene
 from tarsus.scene import Scene, override
-from tarsus.spec import Description
 
 __all__ = ["ENTRY_POINT_GROUP", "device_names", "load_scene"]
 
@@ -118,7 +119,7 @@ def _signal_changes(
             continue
         own = {path.removeprefix(prefix): others.pop(path) for path in values if path.startswith(prefix)}
         own.pop("kind", None)
-        cls: type[Description] = type(signal)
+        cls: type[BaseModel] = type(signal)
         kept = {key: getattr(signal, key) for key in cls.model_fields if key != "kind"}
         if kind is not None and kind != kind_of(cls):
             if kind not in kinds:

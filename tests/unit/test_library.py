@@ -1,0 +1,142 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tarsus.drive.waveforms import RampedSquare, Sine, Square
+from tarsus.errors import InputError
+from tarsus.files import library
+from tarsus.files.library import device_names, load_scene
+from tarsus.files.toml import write_scene
+from tarsus.scene import Source
+from tarsus.spec import float_paths, get_value
+
+
+def test_packaged_devices() -> None:
+    assert {"cantilever", "cantilever-1"} <= set(device_names())
+
+
+@pytest.mark.parametrize("name", device_names())
+def test_every_float_of_a_device_has_provenance(name: str) -> None:
+    device = load_scene(name)
+    assert device.name == name
+    assert device.citations
+    for path in float_paths(device):
+        origin = device.origin(path)
+        assert origin is not None, f"{path} of {name} has no provenance"
+        assert len(origin.note.split()) >= 3, f"provenance of {path} is no sentence"
+    fields = {path for path in device.provenance if path.count(".") >= 2 or path == "duration"}
+    assert set(device.provenance) == fields, "provenance is given value by value"
+
+
+def test_the_printed_numbers_of_the_source() -> None:
+    device = load_scene("cantilever-1")
+    printed = {
+        "ground.restitution.coefficient": 0.378,
+        "ground.adhesion.rate": 1.700e-6,
+        "ground.adhesion.initial": 2.743e-7,
+        "ground.film.coefficient": 1.747e-21,
+        "ground.film.thickness": 58e-6,
+        "robot.feet.tip.gap": 70e-6,
+        "robot.structure.frequencies.0": 623.0,
+        "robot.structure.frequencies.1": 6424.0,
+        "robot.drives.pzt.law.rising.cubic": 0.0016e-6,
+        "robot.drives.pzt.law.falling.linear": -0.6062e-6,
+    }
+    for path, value in printed.items():
+        origin = device.origin(path)
+        assert get_value(device, path) == pytest.approx(value, rel=1e-15)
+        assert origin is not None and origin.source is Source.PRINTED
+
+
+def test_sugar_for_signals() -> None:
+    it = load_scene("cantilever", volts=6, hz="15 Hz", wave="sine")
+    assert it.signals["pzt"] == Sine(amplitude=6.0, frequency=15.0)
+    same = load_scene("cantilever", volts=6)
+    assert same.signals["pzt"] == Square(amplitude=6.0, frequency=50.0)
+    ramped = load_scene("cantilever", wave="ramped_square", **{"signals.pzt.duty": "25 %"})
+    assert ramped.signals["pzt"] == RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25)
+    by_path = load_scene("cantilever", **{"signals.pzt.kind": "sine", "signals.pzt.amplitude": "3 V"})
+    assert by_path.signals["pzt"] == Sine(amplitude=3.0, frequency=50.0)
+
+
+def test_values_by_path_change_provenance() -> None:
+    it = load_scene("cantilever-1", **{"ground.film.thickness": "60 um", "ground.adhesion": None})
+    assert it.ground.film is not None and it.ground.film.thickness == 60e-6
+    assert it.ground.adhesion is None
+    origin = it.origin("ground.film.thickness")
+    assert origin is not None and origin.source is Source.ASSUMED
+    assert origin.note == "Set by the user; was 58 um (printed)."
+    assert it.origin("ground.adhesion.rate") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("cantilver", {}, "no device is called 'cantilver'; did you mean 'cantilever'?"),
+        ("none.toml", {}, "none.toml: no such file"),
+        (
+            "cantilever",
+            {"wave": "sqare"},
+            "signals.pzt.kind: there is no wave 'sqare'; did you mean 'square'?",
+        ),
+        ("cantilever", {"wave": "constant", "volts": 3}, "signals.pzt: a constant wave has no amplitude"),
+        (
+            "cantilever",
+            {"volts": "3 mm"},
+            "signals.pzt.amplitude: expected a voltage (V), got '3 mm', which is a length",
+        ),
+        ("cantilever", {"hz": -1}, "signals.pzt.frequency: expected a frequency (Hz) above 0, got -1"),
+        ("cantilever", {"ground.flm.thickness": 1}, "unknown path; did you mean 'ground.film.thickness'?"),
+        ("cantilever", {"wave": "ramped_square"}, "signals.pzt.duty: expected a pure number from 0 to 1"),
+    ],
+)
+def test_refused(name: str, options: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        load_scene(name, **options)  # type: ignore[arg-type]
+    assert any(said in line for line in caught.value.problems), caught.value.problems
+
+
+def test_a_file_by_path(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    write_scene(load_scene("cantilever"), file)
+    assert load_scene(file, volts=3).signals["pzt"] == Square(amplitude=3.0, frequency=50.0)
+    assert load_scene(str(file)) == load_scene("cantilever")
+
+
+def test_devices_of_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "other.toml"
+    write_scene(load_scene("cantilever"), file)
+    package = tmp_path / "their_robots"
+    package.mkdir()
+    (package / "__init__.py").write_text(f"OTHER = {str(file)!r}\n")
+    info = tmp_path / "their_robots-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: their-robots\nVersion: 1\n")
+    (info / "entry_points.txt").write_text(
+        "[tarsus.devices]\nother = their_robots:OTHER\nbroken = their_robots:NONE\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    library._plugged.cache_clear()
+    try:
+        assert {"other", "broken"} <= set(device_names())
+        assert load_scene("other") == load_scene("cantilever")
+        with pytest.raises(InputError, match="device 'broken' of package .* cannot be loaded"):
+            load_scene("broken")
+    finally:
+        library._plugged.cache_clear()
+        library._device.cache_clear()
+
+
+def test_importing_the_package_is_light() -> None:
+    code = (
+        "import sys, tarsus; dir(tarsus)\n"
+        "heavy = {'numba', 'matplotlib', 'xarray', 'scipy', 'pydantic', 'numpy', 'tomlkit'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+        "tarsus.load_scene('cantilever')\n"
+        "heavy = {'numba', 'matplotlib', 'xarray', 'scipy', 'tomlkit'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+        "try:\n    tarsus.nothing\nexcept AttributeError:\n    pass\nelse:\n    raise SystemExit(1)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,215 @@
+import math
+import time
+
+import numpy as np
+import pytest
+
+from tarsus.drive.laws import LinearForce
+from tarsus.drive.waveforms import Sine
+from tarsus.errors import InputError
+from tarsus.files.library import load_scene
+from tarsus.laws import Electrostatic, Film, Gravity, Restitution, SmoothLaw
+from tarsus.scene import (
+    Drive,
+    Foot,
+    Ground,
+    Initial,
+    ModalLoad,
+    PointLoad,
+    Provenance,
+    Robot,
+    Scene,
+    Source,
+    override,
+)
+from tarsus.spec import float_paths, quantity, with_values
+from tarsus.structure import Lumped, Modal
+
+
+def chain(**changes: object) -> Lumped:
+    values = {"coordinates": ["tip", "base"], "mass": [1e-6, 2e-6], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
+    return Lumped(**{**values, **changes})
+
+
+def robot(**changes: object) -> Robot:
+    values = {
+        "structure": chain(),
+        "drives": {"pzt": Drive(load=PointLoad(weights={"base": 1.0}), law=LinearForce(gain="1 uN/V"))},
+        "feet": {"toe": Foot(point="tip", gap="70 um")},
+    }
+    return Robot(**{**values, **changes})
+
+
+def scene(**changes: object) -> Scene:
+    values = {
+        "name": "chain",
+        "robot": robot(),
+        "ground": Ground(restitution=Restitution(coefficient=0.4)),
+        "signals": {"pzt": Sine(amplitude=8.0, frequency=50.0)},
+        "duration": 0.1,
+    }
+    return Scene(**{**values, **changes})
+
+
+def problems(build) -> list[str]:  # type: ignore[no-untyped-def]
+    with pytest.raises(InputError) as caught:
+        build()
+    return caught.value.problems
+
+
+def test_loads_are_generalised_forces() -> None:
+    structure = chain(weights={"middle": [0.5, 0.5]})
+    load = PointLoad(weights={"middle": 2.0, "tip": -1.0})
+    np.testing.assert_allclose(load.vector(structure), [0.0, 1.0])
+    np.testing.assert_allclose(ModalLoad(participation=[0.3, 0.4]).vector(structure), [0.3, 0.4])
+
+
+def test_a_foot_below_the_ground_at_rest() -> None:
+    assert problems(lambda: Foot(point="tip", gap="-3 um")) == [
+        "Foot.gap: foot below ground at rest: expected a clearance of 0 or more, got -3 um"
+    ]
+    assert problems(lambda: Foot(point="tip", gap=0.0, normal=2)) == [
+        "Foot.normal: expected 1 (ground facing up) or -1 (facing down), got 2"
+    ]
+    assert "got nan" in problems(lambda: Foot(point="tip", gap=math.nan))[0]
+
+
+def test_names_in_a_robot() -> None:
+    said = problems(
+        lambda: robot(
+            feet={"toe": Foot(point="tpi", gap=0.0, electrode="pzd")},
+            drives={
+                "pzt": Drive(load=PointLoad(weights={"bas": 1.0}), law=LinearForce(gain=1.0)),
+                "two": Drive(load=ModalLoad(participation=[1.0]), law=LinearForce(gain=1.0)),
+                "none": Drive(load=PointLoad(weights={}), law=LinearForce(gain=1.0)),
+            },
+        )
+    )
+    assert said == [
+        "Robot.feet.toe.point: the structure has no point 'tpi'; did you mean 'tip'?",
+        "Robot.feet.toe.electrode: there is no drive 'pzd'; did you mean 'pzt'?",
+        "Robot.drives.pzt.load.weights.bas: the structure has no point 'bas'; did you mean 'base'?",
+        "Robot.drives.two.load.participation: expected 2 values, one a coordinate, got 1",
+        "Robot.drives.none.load.weights: expected at least one point, got none",
+    ]
+
+
+def test_names_and_lengths_in_a_scene() -> None:
+    said = problems(
+        lambda: scene(
+            signals={"ptz": Sine(amplitude=1.0, frequency=1.0)},
+            initial=Initial(displacement=[0.0], velocity=[0.0]),
+        )
+    )
+    assert said == [
+        "Scene.signals.ptz: the robot has no drive 'ptz' for this signal; did you mean 'pzt'?",
+        "Scene.initial.displacement: expected 2 values, one a coordinate, got 1",
+        "Scene.initial.velocity: expected 2 values, one a coordinate, got 1",
+    ]
+
+
+def test_starting_below_the_ground() -> None:
+    said = problems(lambda: scene(initial=Initial(displacement=["-71 um", "0 m"])))
+    assert said[0].startswith("Scene.initial.displacement: foot 'toe' would start ")
+    assert said[0].endswith(" below the ground")
+    scene(initial=Initial(displacement=["-70 um", "0 m"]))
+    upside_down = robot(feet={"toe": Foot(point="tip", gap="70 um", normal=-1)})
+    scene(robot=upside_down, initial=Initial(displacement=["-71 um", "0 m"]))
+    assert problems(lambda: scene(robot=upside_down, initial=Initial(displacement=["71 um", "0 m"])))
+
+
+def test_zero_duration() -> None:
+    assert problems(lambda: scene(duration=0.0)) == [
+        "Scene.duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)"
+    ]
+
+
+def test_a_film_needs_a_thickness() -> None:
+    table = {"film": {"coefficient": "1.7e-21 N m^2 s", "thickness": "0 um"}}
+    assert problems(lambda: Ground(**table))[0].startswith(
+        "Ground.film.thickness: expected a length (m) above 0"
+    )
+
+
+def test_gravity_needs_to_know_up() -> None:
+    modal = Modal(frequencies=[0.0], damping_ratios=[0.0], modal_masses=[1.0], shapes={"tip": [1.0]})
+    bare = robot(structure=modal, drives={})
+    said = problems(lambda: scene(robot=bare, signals={}, ground=Ground(gravity=Gravity())))
+    assert said == [
+        "Scene.robot.structure.upward: gravity needs to know which way is up: give upward, the coordinates of a "
+        "unit upward translation"
+    ]
+    scene(ground=Ground(gravity=Gravity()))
+
+
+def test_electrostatics_need_an_electrode() -> None:
+    ground = Ground(electrostatic=Electrostatic(coefficient=1e-21, offset=1e-6))
+    assert problems(lambda: scene(ground=ground))[0].startswith("Scene.ground.electrostatic: acts on no foot")
+    scene(ground=ground, robot=robot(feet={"toe": Foot(point="tip", gap=0.0, electrode="pzt")}))
+
+
+def test_user_laws_are_kept_by_name() -> None:
+    class Magnet(SmoothLaw):
+        pull: float = quantity("N", "pull", ge=0)
+
+        @staticmethod
+        def force(gap: float, gap_rate: float, volts: float, time: float, pull: float) -> float:
+            return -pull
+
+    it = scene(ground=Ground(laws={"magnet": Magnet(pull="3 uN")}))
+    assert float_paths(it)["ground.laws.magnet.pull"].value == 3e-6
+    changed = with_values(it, {"ground.laws.magnet.pull": 4e-6, "ground.restitution": None})
+    assert changed.ground.laws["magnet"] == Magnet(pull=4e-6)
+    added = with_values(scene(), {"ground.laws.magnet": Magnet(pull=1.0)})
+    assert added.ground.laws == {"magnet": Magnet(pull=1.0)}
+
+
+def test_origin_is_that_of_the_nearest_table() -> None:
+    printed = Provenance(source=Source.PRINTED, note="Table 1.")
+    derived = Provenance(source=Source.DERIVED, note="From it.")
+    it = scene(provenance={"robot.structure": printed, "robot.structure.mass.0": derived})
+    assert it.origin("robot.structure.stiffness.0.1") == printed
+    assert it.origin("robot.structure.mass.0.0") == derived
+    assert it.origin("robot.structure.mass.1.1") == printed
+    assert it.origin("duration") is None
+
+
+def test_override_keeps_provenance_true() -> None:
+    printed = Provenance(source=Source.PRINTED, note="Table 1.")
+    it = scene(
+        ground=Ground(film=Film(coefficient=1e-21, thickness=1e-6)),
+        provenance={"ground.film": printed, "signals.pzt": printed, "robot.structure.mass": printed},
+    )
+    changed = override(
+        it, {"ground.film": None, "signals.pzt.amplitude": "6 V", "robot.structure.mass.1.1": 2e-6}
+    )
+    assert changed.provenance == {
+        "signals.pzt": printed,
+        "robot.structure.mass": printed,
+        "signals.pzt.amplitude": Provenance(
+            source=Source.ASSUMED, note="Set by the user; was 8 V (printed)."
+        ),
+    }
+
+
+def test_scenes_are_hashable_values() -> None:
+    assert scene() == scene()
+    assert hash(scene()) == hash(scene())
+    assert hash(load_scene("cantilever")) == hash(load_scene("cantilever"))
+
+
+def test_with_values_on_a_device_is_fast() -> None:
+    it = load_scene("cantilever")
+    values = {
+        "ground.film.coefficient": 1e-21,
+        "robot.structure.damping_ratios.0": 0.03,
+        "robot.drives.pzt.law.weights.2": -1e-7,
+        "signals.pzt.amplitude": 7.0,
+    }
+    best = math.inf
+    for _ in range(5):
+        start = time.perf_counter()
+        for _ in range(50):
+            with_values(it, values)
+        best = min(best, (time.perf_counter() - start) / 50)
+    assert best < 0.5e-3

@@ -1,0 +1,273 @@
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tarsus.errors import InputError
+from tarsus.files.library import device_names, load_scene
+from tarsus.files.toml import parse_scene, read_scene, scene_text, write_scene
+from tarsus.laws import load_laws
+from tarsus.scene import Scene
+from tarsus.spec import float_paths, get_value, with_values
+
+BALL = """
+name = "ball"
+duration = "3 s"
+
+[robot.structure]
+kind = "lumped"
+coordinates = ["ball"]
+mass = "1 g"
+stiffness = 0
+
+[robot.feet.ball]
+point = "ball"
+gap = 0
+
+[ground]
+gravity = {}
+restitution = { coefficient = "90 %" }
+
+[initial]
+displacement = ["1 m"]
+"""
+
+LAW = """
+from tarsus.laws import SmoothLaw
+from tarsus.spec import quantity
+
+
+class Magnet(SmoothLaw):
+    pull: float = quantity("N", "pull in contact", ge=0)
+
+    def force(gap, gap_rate, volts, time, pull):
+        return -pull
+"""
+
+
+def problems(text: str, **options: object) -> list[str]:
+    with pytest.raises(InputError) as caught:
+        parse_scene(text, **options)  # type: ignore[arg-type]
+    return caught.value.problems
+
+
+def test_a_small_file() -> None:
+    ball = parse_scene(BALL)
+    assert ball.duration == 3.0
+    assert get_value(ball, "robot.structure.mass.0.0") == 1e-3
+    assert get_value(ball, "ground.gravity.acceleration") == 9.81
+    assert get_value(ball, "ground.restitution.coefficient") == 0.9
+    assert ball.initial.displacement == (1.0,)
+    assert parse_scene(scene_text(ball)) == ball
+
+
+@pytest.mark.parametrize("name", device_names())
+def test_devices_round_trip_exactly(name: str, tmp_path: Path) -> None:
+    it = load_scene(name)
+    write_scene(it, tmp_path / "it.toml")
+    assert read_scene(tmp_path / "it.toml") == it
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        {"kind": "sine", "amplitude": "1 V", "frequency": "3 kHz", "phase": "90 deg"},
+        {"kind": "ramped_square", "amplitude": 8.0, "frequency": 5.0, "duty": "25 %"},
+        {"kind": "ramp", "start": 0.0, "stop": 3.0, "duration": 0.1},
+        {
+            "kind": "swept_sine",
+            "amplitude": 1.0,
+            "start_frequency": 1.0,
+            "stop_frequency": 9.0,
+            "duration": 1.0,
+        },
+        {"kind": "on_off", "levels": [0.0, 8.0], "durations": [0.1, 1 / 3], "repeat": True},
+        {"kind": "poling", "level": 10.0, "hold": 1.0},
+        {"kind": "constant", "level": -0.0},
+        {
+            "kind": "sampled",
+            "times": [0.1 * k for k in range(200)],
+            "levels": [1 / (k + 1) for k in range(200)],
+        },
+    ],
+)
+def test_waveforms_round_trip_exactly(signal: dict[str, object]) -> None:
+    it = with_values(load_scene("cantilever"), {"signals.pzt": signal, "provenance": {}})
+    text = scene_text(it)
+    assert parse_scene(text) == it
+    assert scene_text(parse_scene(text)) == text
+
+
+PATHS = sorted(float_paths(load_scene("cantilever")))
+
+
+@settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=40)
+@given(st.dictionaries(st.sampled_from(PATHS), st.floats(1e-3, 1.0), max_size=4))
+def test_any_values_round_trip_exactly(values: dict[str, float]) -> None:
+    device = load_scene("cantilever")
+    small = {path: get_value(device, path) * (1.0 + 0.1 * value) for path, value in values.items()}
+    it = with_values(device, small)
+    assert parse_scene(scene_text(it)) == it
+
+
+def test_quantities_are_written_as_people_write_them() -> None:
+    text = scene_text(load_scene("cantilever-1"))
+    for line in (
+        'frequencies = ["623 Hz", "6424 Hz"]',
+        'gap = "70 um"',
+        'rate = "1.7 uN/s"',
+        'thickness = "58 um"',
+        "coefficient = 0.378",
+        'amplitude = "8 V"',
+        '"robot.structure.frequencies" = {source = "printed", note = "',
+    ):
+        assert line in text
+
+
+def test_a_wrong_file_gives_all_its_errors_at_once() -> None:
+    text = """
+name = "wrong"
+duration = 0
+
+[robot.structure]
+kind = "modal"
+frequencies = ["100 Hz"]
+damping_ratios = [0.01]
+modal_masses = ["-1 mg"]
+shapes = { tip = [1.0] }
+stifness = 3
+
+[robot.drives.pzt]
+law = { kind = "lineer", gain = "1 uN/V" }
+load = { kind = "point", weights = { tip = 1 } }
+
+[robot.feet.left]
+point = "toe"
+gap = "-2 um"
+
+[robot.feet.right]
+point = "tip"
+gap = "3 mg"
+electrode = "ptz"
+
+[ground.film]
+coefficient = nan
+thickness = "0 um"
+
+[ground.friction]
+coefficient = 0.3
+
+[signals.ptz]
+kind = "square"
+amplitude = "8 V"
+"""
+    assert problems(text) == [
+        "robot.structure.modal_masses.0: expected a mass (kg) above 0, got -1 mg (modal mass of each mode)",
+        "robot.structure.stifness: unknown name 'stifness'; valid names are 'kind', 'frequencies', 'damping_ratios', "
+        "'modal_masses', 'shapes', 'modal_damping', 'upward'",
+        "robot.drives.pzt.law.kind: unknown kind 'lineer'; did you mean 'linear'?",
+        "robot.feet.left.gap: foot below ground at rest: expected a clearance of 0 or more, got -2 um",
+        "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass (clearance of the foot at rest)",
+        "ground.film.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan (film coefficient C)",
+        "ground.film.thickness: expected a length (m) above 0, got 0 um (residual film thickness at contact; "
+        "at zero a foot never lands)",
+        "ground.friction: unknown name 'friction'; valid names are 'restitution', 'adhesion', 'film', "
+        "'electrostatic', 'gravity', 'laws'",
+        "signals.ptz.frequency: expected a frequency (Hz) above 0 (frequency of repetition), nothing given",
+        "duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)",
+        "robot.feet.right.electrode: there is no drive 'ptz'; did you mean 'pzt'?",
+        "signals.ptz: the robot has no drive 'ptz' for this signal; did you mean 'pzt'?",
+    ]
+
+
+def test_wrong_points_are_found_beside_other_errors() -> None:
+    text = BALL.replace('point = "ball"', 'point = "bal"').replace('duration = "3 s"', 'duration = "3 m"')
+    assert sorted(problems(text)) == [
+        "duration: expected a time (s), got '3 m', which is a length (time to simulate unless another is asked for)",
+        "robot.feet.ball.point: the structure has no point 'bal'; did you mean 'ball'?",
+    ]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "name = 3", "robot = 3", "robot = []\nsignals = 3", "[robot]\nfeet = 'a'"]
+)
+def test_nonsense_is_an_input_error(text: str) -> None:
+    assert problems(text)
+
+
+def test_provenance_of_nothing() -> None:
+    text = BALL + '[provenance]\n"ground.film.thickness" = { source = "printed", note = "T" }\n'
+    assert problems(text) == [
+        "provenance.ground.film.thickness: 'ground.film' is not set here, so 'thickness' has nothing to act on"
+    ]
+    text = BALL + '[provenance]\nduratio = { source = "guessed", note = "" }\n'
+    said = problems(text)
+    assert said[0].startswith(
+        "provenance.duratio.source: expected 'printed', 'derived', 'calibrated' or 'assumed'"
+    )
+    text = BALL + '[provenance]\nduratio = { source = "printed", note = "T" }\n'
+    assert problems(text) == ["provenance.duratio: unknown path; did you mean 'duration'?"]
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_scene(tmp_path / "none.toml")
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("name = \n")
+    with pytest.raises(InputError, match="not valid TOML: Invalid value"):
+        read_scene(wrong)
+    wrong.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_scene(wrong)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_scene(tmp_path)
+
+
+def test_user_laws_in_a_file(tmp_path: Path) -> None:
+    (tmp_path / "law.py").write_text(LAW)
+    laws = load_laws(tmp_path / "law.py")
+    text = BALL + '[ground.laws.magnet]\npull = "3 uN"\n[ground.laws.other]\nkind = "magnet"\npull = "1 uN"\n'
+    it = parse_scene(text, laws=laws)
+    assert it.ground.laws["other"] == laws["magnet"](pull=1e-6)
+    assert parse_scene(scene_text(it), laws=laws) == it
+    assert problems(text)[0] == (
+        "ground.laws.magnet: no law of kind 'magnet' is known; give the file that defines it (--law FILE.py)"
+    )
+    wrong = text.replace('pull = "1 uN"', "pull = -1")
+    assert problems(wrong, laws=laws) == [
+        "ground.laws.other.pull: expected a force (N) of at least 0, got -1.0 (pull in contact)"
+    ]
+
+
+def test_files_named_in_a_scene_are_found_beside_it(tmp_path: Path) -> None:
+    folder = tmp_path / "somewhere"
+    folder.mkdir()
+    (folder / "volts.csv").write_text("time,volts\n0,0\n0.1,8\n")
+    it = with_values(load_scene("cantilever"), {"provenance": {}})
+    text = scene_text(it).replace(
+        scene_text(it)[scene_text(it).index("[signals.pzt]") :],
+        '[signals.pzt]\nkind = "sampled"\nfile = "volts.csv"\n',
+    )
+    (folder / "it.toml").write_text(text)
+    scene = read_scene(folder / "it.toml")
+    write_scene(scene, tmp_path / "copy.toml")
+    assert read_scene(tmp_path / "copy.toml") == scene
+
+
+def test_large_matrices_are_plain_numbers() -> None:
+    n = 8
+    stiffness = [
+        [(2.0 if i == j else -1.0 if abs(i - j) == 1 else 0.0) / 3 for j in range(n)] for i in range(n)
+    ]
+    ball = parse_scene(BALL)
+    structure = {
+        "kind": "lumped",
+        "coordinates": [f"m{k}" for k in range(n)],
+        "mass": ["1 mg"] * n,
+        "stiffness": stiffness,
+    }
+    it: Scene = with_values(
+        ball, {"robot": {"structure": structure, "feet": {"a": {"point": "m0", "gap": 0.0}}}, "initial": {}}
+    )
+    assert parse_scene(scene_text(it)) == it
