@@ -136,8 +136,8 @@ def test_gravity_needs_to_know_up() -> None:
     bare = robot(structure=modal, drives={})
     said = problems(lambda: scene(robot=bare, signals={}, ground=Ground(gravity=Gravity())))
     assert said == [
-        "Scene.robot.structure.upward: gravity needs to know which way is up: give upward, the coordinates of a "
-        "unit upward translation"
+        "Scene.robot.structure.upward: gravity needs to know which way is up: give upward, the coordinates "
+        "of a unit upward translation"
     ]
     scene(ground=Ground(gravity=Gravity()))
 

@@ -129,7 +129,7 @@ def test_with_values_reports_everything_at_once() -> None:
 def test_a_path_inside_something_absent() -> None:
     with pytest.raises(InputError, match="'layer' is not set here, so 'thickness' has nothing to act on"):
         with_values(Whole(name="it", ratios=[]), {"layer.thickness": 1.0})
-    with pytest.raises(InputError, match="unknown path; did you mean 'layer.thickness'"):
+    with pytest.raises(InputError, match=r"unknown path; did you mean 'layer\.thickness'"):
         get_value(whole(), "layer.thicknes")
 
 
@@ -159,7 +159,8 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
         validate(Whole, table)
     assert caught.value.problems == [
         "name: expected a text, got 3",
-        "layer.coefficient: expected a film coefficient (N m^2 s) of at least 0, got -1 N m^2 s (film coefficient)",
+        "layer.coefficient: expected a film coefficient (N m^2 s) of at least 0, got -1 N m^2 s "
+        "(film coefficient)",
         "layer.thickness: expected a length (m) above 0 (residual thickness), nothing given",
         "layer.thicknes: unknown name 'thicknes'; did you mean 'thickness'?",
         "signals.a.kind: unknown kind 'wve'; did you mean 'wave'?",

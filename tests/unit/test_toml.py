@@ -164,12 +164,14 @@ amplitude = "8 V"
 """
     assert problems(text) == [
         "robot.structure.modal_masses.0: expected a mass (kg) above 0, got -1 mg (modal mass of each mode)",
-        "robot.structure.stifness: unknown name 'stifness'; valid names are 'kind', 'frequencies', 'damping_ratios', "
-        "'modal_masses', 'shapes', 'modal_damping', 'upward'",
+        "robot.structure.stifness: unknown name 'stifness'; valid names are 'kind', 'frequencies', "
+        "'damping_ratios', 'modal_masses', 'shapes', 'modal_damping', 'upward'",
         "robot.drives.pzt.law.kind: unknown kind 'lineer'; did you mean 'linear'?",
         "robot.feet.left.gap: foot below ground at rest: expected a clearance of 0 or more, got -2 um",
-        "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass (clearance of the foot at rest)",
-        "ground.film.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan (film coefficient C)",
+        "robot.feet.right.gap: expected a length (m), got '3 mg', which is a mass "
+        "(clearance of the foot at rest)",
+        "ground.film.coefficient: expected a film coefficient (N m^2 s) that is finite, got nan "
+        "(film coefficient C)",
         "ground.film.thickness: expected a length (m) above 0, got 0 um (residual film thickness at contact; "
         "at zero a foot never lands)",
         "ground.friction: unknown name 'friction'; valid names are 'restitution', 'adhesion', 'film', "
@@ -184,7 +186,8 @@ amplitude = "8 V"
 def test_wrong_points_are_found_beside_other_errors() -> None:
     text = BALL.replace('point = "ball"', 'point = "bal"').replace('duration = "3 s"', 'duration = "3 m"')
     assert sorted(problems(text)) == [
-        "duration: expected a time (s), got '3 m', which is a length (time to simulate unless another is asked for)",
+        "duration: expected a time (s), got '3 m', which is a length "
+        "(time to simulate unless another is asked for)",
         "robot.feet.ball.point: the structure has no point 'bal'; did you mean 'ball'?",
     ]
 
@@ -199,7 +202,8 @@ def test_nonsense_is_an_input_error(text: str) -> None:
 def test_provenance_of_nothing() -> None:
     text = BALL + '[provenance]\n"ground.film.thickness" = { source = "printed", note = "T" }\n'
     assert problems(text) == [
-        "provenance.ground.film.thickness: 'ground.film' is not set here, so 'thickness' has nothing to act on"
+        "provenance.ground.film.thickness: 'ground.film' is not set here, "
+        "so 'thickness' has nothing to act on"
     ]
     text = BALL + '[provenance]\nduratio = { source = "guessed", note = "" }\n'
     said = problems(text)
