@@ -60,6 +60,15 @@ def test_check_names_all_errors_at_once(tarsus, scene_table, save):
     assert any("robot.feet.tip.gap" in one and "a mass" in one for one in said)
 
 
+def test_check_of_a_scene_with_a_law_of_ones_own(tarsus, scene_table, save, magnet):
+    scene_table["ground"]["laws"] = {"magnet": {"strength": "2e-24 N m^4"}}
+    file = save(scene_table)
+    alone = tarsus("check", file)
+    assert alone.code == 2
+    assert "--law" in alone.sentences[0]
+    assert tarsus("check", file, "--law", magnet).code == 0
+
+
 def test_check_of_no_file_and_of_no_toml(tarsus, tmp_path):
     missing = tarsus("check", tmp_path / "none.toml")
     assert missing.code == 2

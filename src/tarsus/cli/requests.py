@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from tarsus.errors import InputError
 
 if TYPE_CHECKING:
+    from tarsus.laws import Law
     from tarsus.scene import Scene
 
 _LAWS = "ground.laws."
@@ -55,16 +56,10 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
 
     if not law_files:
         return load_scene(name, **values)
-    from tarsus.laws import load_laws
     from tarsus.scene import override
     from tarsus.spec import validate
 
-    laws = {}
-    for file in law_files:
-        for law_name, law in load_laws(file).items():
-            if law_name in laws:
-                raise InputError(f"{file}: a law named '{law_name}' is already given by another --law file")
-            laws[law_name] = law
+    laws = laws_of(law_files)
     own: dict[str, dict[str, Any]] = {law_name: {} for law_name in laws}
     rest: dict[str, Any] = {}
     for path, value in values.items():
@@ -78,6 +73,19 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
         for law_name, law in laws.items()
     }
     return override(load_scene(name, **rest), made, by="a law file")
+
+
+def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
+    """The laws of all files by name."""
+    from tarsus.laws import load_laws
+
+    laws: dict[str, type[Law]] = {}
+    for file in law_files:
+        for law_name, law in load_laws(file).items():
+            if law_name in laws:
+                raise InputError(f"{file}: a law named '{law_name}' is already given by another --law file")
+            laws[law_name] = law
+    return laws
 
 
 def duration_for(scene: Scene, text: str | None) -> float:
