@@ -1,8 +1,8 @@
 """A run on disk: one folder that anyone can open without this package.
 
 `write_run` writes scene, series, events, measures, provenance, citations and a summary; `read_run` reads them
-back as a `StoredRun`, which offers what a report needs of a run. Files are written beside their destination and
-moved into place, the summary last: a folder with a `summary.json` holds one whole run.
+back as a `StoredRun`, which offers what a report needs of a run. Files are written beside their destination
+and moved into place, the summary last: a folder with a `summary.json` holds one whole run.
 """
 
 from __future__ import annotations
@@ -177,8 +177,9 @@ def write_text(path: Path, text: str) -> None:
 def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Path]:
     """Write a run into `directory` (made if missing) and return the files written.
 
-    Files of an earlier run in the same folder are replaced, its report and `.mat` removed, everything else in it is
-    left alone. `mat` adds `series.mat` (MATLAB v5). Raises InputError if `directory` is a file or cannot be written.
+    Files of an earlier run in the same folder are replaced, its report and `.mat` removed, everything else
+    in it is left alone. `mat` adds `series.mat` (MATLAB v5). Raises InputError if `directory` is a file or
+    cannot be written.
     """
     folder = Path(directory)
     with _staging(folder) as stage:
@@ -195,8 +196,11 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
         return _move_into(stage, folder)
 
 
-def read_run(directory: str | Path) -> StoredRun:
-    """Read a folder made by `write_run`. Raises InputError if it holds no whole run or one of another format."""
+def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> StoredRun:
+    """Read a folder made by `write_run`; `laws` are the user's laws its scene needs, by kind.
+
+    Raises InputError if the folder holds no whole run, or one of another format.
+    """
     folder = Path(directory)
     summary = _read_json(folder / SUMMARY_FILE)
     if summary.get("format") != FORMAT:
@@ -207,7 +211,7 @@ def read_run(directory: str | Path) -> StoredRun:
 
     names = tuple(summary["feet"])
     return StoredRun(
-        scene=read_scene(folder / SCENE_FILE),
+        scene=read_scene(folder / SCENE_FILE, laws),
         dataset=_read_netcdf(folder / SERIES_FILE),
         events=_read_events(folder / EVENTS_FILE, names),
         foot_names=names,
@@ -241,7 +245,7 @@ def ledger_table(run: RunLike) -> dict[str, float]:
 
 
 def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
-    """Where each stated value comes from: path -> source, note, and value with its SI unit if it is one number."""
+    """Provenance by path: source, note, and the value with its SI unit if it is one number."""
     from tarsus.spec import float_paths
 
     values = float_paths(scene)
@@ -255,9 +259,14 @@ def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
 
 
 def events_csv(events: np.ndarray, foot_names: Sequence[str]) -> str:
-    """Event table as CSV text: SI values at full precision, units in the header, empty where not applicable."""
+    """Event table as CSV text: full precision, units in the header, empty where not applicable."""
     names = [name for name in events.dtype.names or () if name not in ("time", "foot", "kind")]
-    header = ["time [s]", "foot", "kind", *(f"{n} [{EVENT_UNITS[n]}]" if n in EVENT_UNITS else n for n in names)]
+    header = [
+        "time [s]",
+        "foot",
+        "kind",
+        *(f"{n} [{EVENT_UNITS[n]}]" if n in EVENT_UNITS else n for n in names),
+    ]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
@@ -428,12 +437,14 @@ def _readable(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError([f"{path.parent} holds no whole run: cannot read {path.name}, {_reason(error)}"]) from error
+        raise InputError(
+            [f"{path.parent} holds no whole run: cannot read {path.name}, {_reason(error)}"]
+        ) from error
 
 
 @contextlib.contextmanager
 def _staging(folder: Path) -> Iterator[Path]:
-    """A temporary folder inside `folder`; removed whatever happens, and `folder` too if it was made and stays empty."""
+    """A temporary folder inside `folder`, always removed; `folder` too if made here and left empty."""
     if folder.exists() and not folder.is_dir():
         raise InputError([f"cannot write a run into {folder}: it is a file, a folder is needed"])
     made = not folder.exists()

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from tarsus.report.series import Series, Window, ever, joined
 from tarsus.report.style import (
@@ -22,8 +23,8 @@ from tarsus.report.style import (
     Scale,
     decimate,
     few_ticks,
-    new_figure,
     scale_of,
+    stack,
     to_svg,
 )
 
@@ -46,53 +47,62 @@ class Plate:
 def motion(series: Series, window: Window) -> Plate:
     """Drive voltage above the displacement of every point, contact shaded, ground level dashed."""
     several = len(series.feet) > 1
-    heights = [1.0, 3.0] + ([0.25 * len(series.feet)] if several else [])
-    figure = new_figure(3.7 + (0.22 * len(series.feet) if several else 0.0))
-    panels = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
+    driven = bool(series.drives)
+    heights = [0.62] * driven + [2.3] + [0.2 * len(series.feet)] * several
+    figure, panels = stack(heights, gap_in=0.28, legend_rows=int(len(series.drives) != 1))
     clock = _clock(window)
-    _voltage(panels[0], series, window, clock)
+    if driven:
+        _voltage(panels[0], series, window, clock)
 
-    axes = panels[1]
+    axes = panels[int(driven)]
     shift = series["displacement"]
     scale = scale_of("m", shift[:, series.inside(window)])
-    others = [i for i, name in enumerate(series.points) if name not in series.foot_points]
-    for order, index in enumerate(others):
-        line = {"color": CYCLE[(order + 1) % len(CYCLE)], "lw": 0.9, "label": series.points[index]}
-        _line(axes, series, window, clock, shift[index], scale, **line)
-    for order, name in enumerate(dict.fromkeys(series.foot_points)):
-        color = CYCLE[order % len(CYCLE)] if several else BLUE
+    feet = list(dict.fromkeys(series.foot_points))
+    others = [name for name in series.points if name not in feet]
+    for order, name in enumerate(feet + others):
+        is_foot = name in feet
+        look = {"lw": 1.3, "zorder": 2.5} if is_foot else {"lw": 0.9, "zorder": 2.0}
+        label = f"{name} (foot)" if is_foot else name
         values = shift[series.points.index(name)]
-        _line(axes, series, window, clock, values, scale, color=color, lw=1.3, label=f"{name} (foot)")
+        _line(
+            axes, series, window, clock, values, scale, color=CYCLE[order % len(CYCLE)], label=label, **look
+        )
     for level in sorted(set(series.ground_levels)):
         axes.axhline(level / scale.step, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
     axes.set_ylabel(f"displacement ({scale.label})")
     few_ticks(axes, y=6)
-    if not several:
+    shaded = len(series.feet) == 1 and bool(series.contacts[0])
+    if shaded:
         _shade(axes, series.contacts[0], window, clock)
-    _legend(axes, contact=not several and bool(series.contacts[0]), ground=True)
+    _legend(axes, contact=shaded, ground=bool(series.feet))
     if several:
-        _contact_rows(panels[2], series, window, clock)
+        _contact_rows(panels[-1], series, window, clock)
     _finish(panels[-1], window, clock)
-    shown = "grey bars below" if several else "shading"
-    caption = (
-        f"Displacement of {joined(series.points)} from rest under the drive voltage above; {shown} marks contact, "
-        "the dashed line is the displacement at which the foot touches the ground."
-    )
+    caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
+    if several or shaded:
+        caption += f"; {'the bars below mark' if several else 'shading marks'} contact"
+    if series.feet:
+        caption += "; the dashed line is the displacement at which the foot touches the ground"
+    caption += "."
     return Plate(to_svg(figure, caption), caption)
 
 
 def circular(series: Series) -> Plate | None:
-    """Height above ground over the drive period as angle (as Fig. 3.20 of the source); None without a period."""
+    """Height above ground over one drive period as angle (as Fig. 3.20); None if nothing repeats."""
     period = series.period
-    if period is None or series.time[-1] < period:
+    if period is None or not series.feet or series.time[-1] < period:
         return None
     turns = int(min(np.floor(series.time[-1] / period * (1.0 + 1e-9)), TURNS))
     window = series.last_periods(turns)
     part = series.inside(window)
     feet = range(min(len(series.feet), MOST_FEET))
     wide = len(feet) > 1
-    figure = new_figure(3.7, 3.7 * min(len(feet), 2)) if len(feet) <= 2 else new_figure(7.2, 7.2)
-    grid = figure.subplots(-(-len(feet) // 2), min(len(feet), 2), squeeze=False)
+    across, down = min(len(feet), 2), -(-len(feet) // 2)
+    figure = Figure(figsize=(3.6 * across, (3.6 + 0.2 * wide) * down))
+    grid = figure.subplots(down, across, squeeze=False)
+    figure.subplots_adjust(
+        left=0.0, right=1.0, bottom=0.0, top=0.95 if wide else 1.0, wspace=0.02, hspace=0.08
+    )
     scale = scale_of("m", series["gap"][: len(feet), part])
     for axes, foot in zip(grid.flat, feet, strict=False):
         _turns(axes, series, foot, window, period, scale)
@@ -100,12 +110,18 @@ def circular(series: Series) -> Plate | None:
             axes.set_title(series.feet[foot], color=INK)
     for axes in list(grid.flat)[len(feet) :]:
         axes.set_axis_off()
-    which = f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
-    more = f" Shown are the first {MOST_FEET} of {len(series.feet)} feet." if len(series.feet) > MOST_FEET else ""
+    which = (
+        f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
+    )
+    more = (
+        f" Shown are the first {MOST_FEET} of {len(series.feet)} feet."
+        if len(series.feet) > MOST_FEET
+        else ""
+    )
     caption = (
-        f"One turn clockwise is one drive period ({_amount(period, 's')}), radius is the height above the ground, "
-        f"whose level is the centre; {which}. The outer arc marks contact, the grey curve around it is the drive "
-        f"voltage.{more}"
+        f"One turn clockwise is one drive period ({_amount(period, 's')}), radius is the height above the "
+        f"ground (rings in {scale.label}, the centre is the ground); {which}. The outer arc marks contact in "
+        f"the last period, the grey curve around it is the drive voltage.{more}"
     )
     return Plate(to_svg(figure, caption), caption, wide=wide)
 
@@ -133,23 +149,23 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     if not touched:
         absent.append("contact")
 
-    count = 2 + len(rows) + int(touched)
-    figure = new_figure(0.7 + 0.95 * count)
-    panels = figure.subplots(count, 1, sharex=True)
+    count = 1 + len(rows) + bool(drive) + touched
+    figure, panels = stack([0.85] + [0.72] * (count - 1), gap_in=0.2)
     gap = series["gap"][foot]
     scale = scale_of("m", gap[part])
     _line(panels[0], series, window, clock, gap, scale, color=BLUE)
     panels[0].set_ylabel(f"height\n({scale.label})")
 
-    scale = scale_of("N", *(values[part] for _, values in drive))
+    scale = scale_of("N", *(values[part] for _, values in drive)) if drive else scale_of("N")
     for index, (name, values) in enumerate(drive):
         color = VERMILION if index == 0 else CYCLE[(index + 1) % len(CYCLE)]
         _line(panels[1], series, window, clock, values, scale, color=color, label=name)
-    panels[1].set_ylabel(f"drive\n({scale.label})")
+    if drive:
+        panels[1].set_ylabel(f"drive\n({scale.label})")
     if len(drive) > 1:
         _legend(panels[1])
 
-    for axes, (label, values, color) in zip(panels[2:], rows, strict=False):
+    for axes, (label, values, color) in zip(panels[1 + bool(drive) :], rows, strict=False):
         scale = scale_of("N", values[part])
         _line(axes, series, window, clock, values, scale, color=color)
         axes.set_ylabel(f"{label}\n({scale.label})")
@@ -158,7 +174,9 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         scale = scale_of("N", contact[part], limit[part])
         if ever(limit[part]):
             bound = np.where(limit > 0.0, -limit, np.nan)
-            _line(axes, series, window, clock, bound, scale, color=MUTED, ls=(0, (2, 2)), label="pull-off limit")
+            _line(
+                axes, series, window, clock, bound, scale, color=MUTED, ls=(0, (2, 2)), label="pull-off limit"
+            )
         _line(axes, series, window, clock, contact, scale, color=INK, label="contact force")
         axes.set_ylabel(f"contact\n({scale.label})")
         if ever(limit[part]):
@@ -168,15 +186,16 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         few_ticks(axes, y=3)
         if axes is not panels[0]:
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
-    figure.align_ylabels(panels)
     _finish(panels[-1], window, clock)
     name = series.feet[foot]
     caption = (
-        f"Forces on foot {name} below its height above the ground, each on its own scale; positive pushes the foot "
-        "off the ground, contact is shaded."
+        f"Forces on foot {name} below its height above the ground, each on its own scale; positive pushes "
+        "the foot off the ground, contact is shaded."
     )
     if touched and ever(limit[part]):
-        caption += " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
+        caption += (
+            " While it sticks, adhesion holds (contact force below zero) until the pull-off limit is reached."
+        )
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
     return Plate(to_svg(figure, caption), caption)
@@ -184,8 +203,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
 
 def energies(series: Series, companion: Series | None, window: Window) -> Plate:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
-    figure = new_figure(3.6)
-    panels = figure.subplots(2, 1, sharex=True)
+    figure, panels = stack([1.35, 1.35], legend_rows=int(companion is not None))
     clock = _clock(window)
     for axes, name, label in zip(
         panels, ("kinetic_energy", "elastic_energy"), ("kinetic energy", "elastic energy"), strict=True
@@ -206,13 +224,16 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             _shade(axes, series.contacts[0], window, clock)
     if companion is not None:
         _legend(panels[0])
-    figure.align_ylabels(panels)
     _finish(panels[-1], window, clock)
     caption = "Kinetic energy and elastic (potential) energy of the structure"
     if companion is not None:
         caption += ", as simulated and for the same scene with adhesion switched off"
     if len(series.feet) == 1 and series.contacts[0]:
-        caption += "; shading marks contact of the run with adhesion" if companion is not None else ", contact shaded"
+        caption += (
+            "; shading marks contact of the run with adhesion"
+            if companion is not None
+            else ", contact shaded"
+        )
     caption += "."
     return Plate(to_svg(figure, caption), caption)
 
@@ -230,8 +251,7 @@ LEDGER_CURVES = (
 
 def ledger(series: Series) -> Plate:
     """Where the energy went: cumulative curves over the whole run."""
-    figure = new_figure(2.9)
-    axes = figure.subplots()
+    figure, (axes,) = stack([2.3], legend_rows=2)
     window = series.whole
     clock = _clock(window)
     curves = dict(series.values)
@@ -254,7 +274,13 @@ def _clock(window: Window) -> Scale:
 
 
 def _line(
-    axes: Axes, series: Series, window: Window, clock: Scale, values: np.ndarray, scale: Scale, **style: object
+    axes: Axes,
+    series: Series,
+    window: Window,
+    clock: Scale,
+    values: np.ndarray,
+    scale: Scale,
+    **style: object,
 ) -> None:
     part = series.inside(window)
     time, thin = decimate(series.time[part], np.asarray(values[part], dtype=float))
@@ -279,30 +305,34 @@ def _shade(axes: Axes, contacts: list[Window], window: Window, clock: Scale) -> 
     bars = [(a, max(b - a, least)) for a, b in contacts if b > window[0] and a < window[1]]
     if bars:
         spans = [(a / clock.step, width / clock.step) for a, width in bars]
-        axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=CONTACT, lw=0, zorder=0)
+        axes.broken_barh(
+            spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=CONTACT, lw=0, zorder=0
+        )
 
 
 def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
     for row, contacts in enumerate(series.contacts):
-        spans = [(a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]]
+        spans = [
+            (a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]
+        ]
         axes.broken_barh(spans, (row - 0.35, 0.7), color=MUTED, lw=0)
     axes.set_yticks(range(len(series.feet)), series.feet)
     axes.set_ylim(len(series.feet) - 0.5, -0.5)
-    axes.set_ylabel("contact")
+    axes.set_title("contact", loc="left", pad=2.0)
 
 
 def _turns(axes: Axes, series: Series, foot: int, window: Window, period: float, scale: Scale) -> None:
     part = series.inside(window)
-    largest = float(np.max(series["gap"][: MOST_FEET, part])) / scale.step
+    largest = float(np.max(series["gap"][:MOST_FEET, part])) / scale.step
     rings = [r for r in _round_steps(largest) if r > 0.0]
-    rim = 1.06 * max(largest, rings[-1])
+    rim = 1.12 * max(largest, rings[-1])
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     for radius in rings:
         axes.plot(radius * np.sin(circle), radius * np.cos(circle), color=RULE, lw=0.6, zorder=0)
         at = np.deg2rad(45.0)
-        text = f"{radius:g}" + (f" {scale.label}" if radius == rings[-1] else "")
         axes.text(
-            radius * np.sin(at), radius * np.cos(at), text, color=MUTED, fontsize=7, ha="center", va="center",
+            radius * np.sin(at), radius * np.cos(at), f"{radius:g}",
+            color=MUTED, fontsize=7, ha="center", va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
         )  # fmt: skip
     axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
@@ -314,18 +344,22 @@ def _turns(axes: Axes, series: Series, foot: int, window: Window, period: float,
         when, height = decimate(time[inside], gap[inside], bins=360)
         angle = 2.0 * np.pi * (when / period - turn)
         newest = turn == last - 1
-        style = {"color": BLUE, "lw": 1.2, "zorder": 3} if newest else {"color": BLUE, "lw": 0.6, "alpha": 0.3}
+        style = (
+            {"color": BLUE, "lw": 1.2, "zorder": 3} if newest else {"color": BLUE, "lw": 0.6, "alpha": 0.3}
+        )
         radius = np.maximum(height, 0.0) / scale.step
         axes.plot(radius * np.sin(angle), radius * np.cos(angle), **style)  # type: ignore[arg-type]
     for start, end in series.contacts[foot]:
         a, b = max(start, (last - 1) * period), min(end, last * period)
         if b > a:
             angle = 2.0 * np.pi * (np.linspace(a, b, 60) / period - (last - 1))
-            axes.plot(rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt")
+            axes.plot(
+                rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt", zorder=4
+            )
     inside = series.inside(((last - 1) * period, last * period))
     when, volts = decimate(time[inside], series["volts"][0][inside], bins=180)
     swing = float(np.max(np.abs(volts))) or 1.0
-    around = rim * (1.13 + 0.06 * volts / swing)
+    around = rim * (1.12 + 0.06 * volts / swing)
     angle = 2.0 * np.pi * (when / period - (last - 1))
     axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
     for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -36,8 +37,17 @@ class Markup:
 Cell = str | Markup
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[Cell]], *, tall: bool = False, caption: str = "") -> str:
-    """An HTML table; `tall` makes it scroll. A `Markup` cell is used as it stands, strings are escaped."""
+def table(
+    columns: Sequence[Column],
+    rows: Iterable[Sequence[Cell]],
+    *,
+    tall: bool = False,
+    over: Sequence[tuple[str, int]] = (),
+) -> str:
+    """An HTML table; `tall` makes it scroll, `over` is a row of (title, columns spanned) above its titles.
+
+    A `Markup` cell is used as it stands, strings are escaped.
+    """
     head = "".join(
         f"<th{' class=n' if c.number else ''}>{escape(c.title)}"
         + (f' <span class="unit">({escape(c.unit)})</span>' if c.unit else "")
@@ -48,9 +58,12 @@ def table(columns: Sequence[Column], rows: Iterable[Sequence[Cell]], *, tall: bo
         "<tr>" + "".join(_cell(cell, column) for cell, column in zip(row, columns, strict=True)) + "</tr>\n"
         for row in rows
     )
-    above = f"<caption>{escape(caption)}</caption>" if caption else ""
+    above = "".join(f"<th colspan={span}>{escape(title)}</th>" for title, span in over)
+    above = f'<tr class="over">{above}</tr>' if above else ""
+    many = ' class="many"' if len(columns) > 9 else ""
     kind = ' class="table tall" tabindex="0"' if tall else ' class="table"'
-    return f"<div{kind}><table>{above}<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody></table></div>"
+    head = f"<thead>{above}<tr>{head}</tr></thead>"
+    return f"<div{kind}><table{many}>{head}\n<tbody>\n{body}</tbody></table></div>\n"
 
 
 def _cell(cell: Cell, column: Column) -> str:
@@ -81,22 +94,27 @@ def number(value: float | None, digits: int = 4) -> str:
     if value == 0.0:
         return "0"
     shown = f"{value:.{digits}g}"
-    if "e" not in shown:
-        return shown.replace("-", "−")
-    mantissa, power = shown.split("e")
-    return f"{mantissa}·10{_superscript(int(power))}".replace("-", "−")
+    if "e+" in shown and abs(value) < 1e5:
+        shown = f"{float(shown):.0f}"
+    return set_power(shown)
+
+
+def set_power(shown: str) -> str:
+    """The text of a number with a minus sign and a power of ten set as such: "1.7e-21" -> "1.7·10⁻²¹"."""
+    mantissa, _, power = shown.partition("e")
+    return f"{mantissa}·10{_superscript(int(power))}".replace("-", "−") if power else shown.replace("-", "−")
 
 
 def amount(value: float, unit: str, digits: int = 4) -> str:
     """A value with its unit under an engineering prefix, e.g. "264.1 µm"; unit "1" or "" is left out."""
-    if unit in ("1", "", "-"):
+    if unit in ("1", "", "-") or not math.isfinite(value):
         return number(value, digits)
     if unit not in ("s", "m", "N", "J", "V", "Hz", "kg", "m/s", "W"):
         return f"{number(value, digits)} {pretty_unit(unit)}"
     if unit == "kg":
         value, unit = value * 1e3, "g"
-    if not math.isfinite(value) or value == 0.0:
-        return f"{number(value, digits)} {unit}"
+    if value == 0.0:
+        return f"0 {unit}"
     scale = scale_of(unit, value)
     return f"{number(value / scale.step, digits)} {scale.label}"
 
@@ -106,7 +124,7 @@ def pretty_unit(unit: str) -> str:
     out = unit
     for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^-1", "⁻¹"), ("^-2", "⁻²")):
         out = out.replace(power, sign)
-    return "" if out == "1" else out
+    return "" if out == "1" else re.sub(r"\bu(?=[A-Zmsg])", "µ", out)
 
 
 def figure(plate: Plate, index: int) -> str:

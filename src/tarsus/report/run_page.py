@@ -58,8 +58,9 @@ def write_report(
 ) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
-    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12 of the source);
-    `validation` are rows of a validation table to add at the end. Raises InputError if `path` cannot be written.
+    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12);
+    `validation` are rows of a validation table to add at the end. Raises InputError if `path` cannot be
+    written.
     """
     target = Path(path)
     write_text(target, report_html(run, companion, validation))
@@ -97,7 +98,8 @@ def _sections(
     yield "<h2>Measures</h2>\n"
     yield _measures(run)
 
-    yield "<h2>Forces</h2>\n"
+    if series.feet:
+        yield "<h2>Forces</h2>\n"
     for foot in range(min(len(series.feet), figures.MOST_FEET)):
         yield figure(figures.forces(series, detail, foot), next(numbers))
 
@@ -180,14 +182,24 @@ def _ledger(run: RunLike) -> str:
     terms = [(key, label, float(getattr(run.ledger, key))) for key, label in LEDGER_LINES]
     largest = max(abs(value) for _, _, value in terms) or 1.0
     scale = scale_of("J", largest)
-    columns = [Column("term", number=False), Column("energy", scale.label), Column("share of the largest", "%")]
+    columns = [
+        Column("term", number=False),
+        Column("energy", scale.label),
+        Column("share of the largest", "%"),
+    ]
     rows: list[list[Cell]] = [
         [label, number(value / scale.step), number(100.0 * value / largest, 3)]
         for key, label, value in terms
         if value != 0.0 or key not in ("laws", "electrostatic")
     ]
     residual = float(run.ledger.residual)
-    rows.append(["residual (closes the ledger)", number(residual / scale.step, 2), number(100.0 * residual / largest, 2)])
+    rows.append(
+        [
+            "residual (closes the ledger)",
+            number(residual / scale.step, 2),
+            number(100.0 * residual / largest, 2),
+        ]
+    )
     return (
         table(columns, rows) + f"<p>Work in, changes and losses agree to {number(run.ledger.closure, 2)} "
         "of the largest term.</p>\n"
@@ -238,8 +250,9 @@ def _events(run: RunLike) -> str:
     tally = [f"{n} × {EVENT_WORDS[int(kind)]}" for kind, n in zip(kinds, counts, strict=True)]
     more = f" The first {len(rows)} are listed; {rest} more are in {EVENTS_FILE}." if rest else ""
     note = (
-        "Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force on the foot "
-        "away from it, strength what adhesion could hold at that moment, apex the highest point of the flight before."
+        "Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force "
+        "on the foot away from it, strength what adhesion could hold at that moment, apex the highest point "
+        "of the flight before."
     )
     return f"<p>{escape(joined(tally))}.{escape(more)} {note}</p>\n" + table(columns, rows, tall=True)
 
@@ -256,8 +269,8 @@ def _values(run: RunLike) -> str:
         source: Cell = tag(row.source) if row.source else MISSING
         rows.append([code(row.path), row.value, source, row.note or row.doc])
     return (
-        "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user or left at "
-        "its default.</p>\n" + table(columns, rows)
+        "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user "
+        "or left at its default.</p>\n" + table(columns, rows)
     )
 
 
@@ -265,8 +278,10 @@ def _foot(run: RunLike) -> str:
     cited = [str(entry) for entry in run.scene.citations]
     items = "".join(f"<li>{escape(entry)}</li>" for entry in cited)
     sources = f"<p>Sources of this scene:</p><ul>{items}</ul>" if items else ""
-    return f"<footer>{sources}<p>Made by Tarsus {escape(package_version())}. Angles, units and signs: gap is positive " \
-        "when open, forces are positive along the ground's normal.</p></footer>"
+    return (
+        f"<footer>{sources}<p>Made by Tarsus {escape(package_version())}. Conventions: z is up, a gap is "
+        "positive when open, forces on the structure are positive along the ground's normal.</p></footer>"
+    )
 
 
 def _positive(value: float) -> bool:

@@ -1,4 +1,4 @@
-"""What the figures need of a run, taken out of it once: plain arrays, contact intervals, the drive's period."""
+"""What the figures need of a run, taken out once: plain arrays, contact intervals, the drive's period."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Window = tuple[float, float]
 
 @dataclass(frozen=True)
 class Series:
-    """Arrays of one run: `time` [samples]; every entry of `values` [samples] or [names, samples], SI units."""
+    """Arrays of one run in SI units: `time` [samples]; `values` [samples] or [names, samples]."""
 
     time: np.ndarray
     values: dict[str, np.ndarray]
@@ -87,7 +87,7 @@ def series_of(run: RunLike) -> Series:
 
 
 def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]:
-    """Stretches of time [s] in which a foot stays on the ground; the last is cut at `end` if it is not left."""
+    """Stretches of time [s] in which a foot stays on the ground; `end` cuts the last if it is not left."""
     out: list[Window] = []
     since: float | None = None
     mine = events[events["foot"] == foot]
@@ -104,13 +104,8 @@ def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]
 
 def drive_period(scene: Any) -> float | None:
     """Period of the slowest periodic signal of the scene [s]; None if none repeats."""
-    periods = [1.0 / f for signal in scene.signals.values() if (f := _frequency(signal)) is not None]
-    return max(periods, default=None)
-
-
-def _frequency(signal: Any) -> float | None:
-    frequency = getattr(signal, "frequency", None)
-    return float(frequency) if isinstance(frequency, int | float) and frequency > 0.0 else None
+    tracks = [signal.track() for signal in scene.signals.values()]
+    return max((float(track.start[-1]) for track in tracks if track.periodic), default=None)
 
 
 def ever(values: np.ndarray) -> bool:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
-from tarsus.report.html import amount, number, pretty_unit
+from tarsus.report.html import number, pretty_unit, set_power
 from tarsus.spec import float_paths
+from tarsus.units import format_quantity
 
 LONGEST_LIST = 6
 """Values of a list shown one by one; longer lists are described by their length and range."""
@@ -16,7 +16,7 @@ LONGEST_LIST = 6
 
 @dataclass(frozen=True)
 class ValueRow:
-    """One row: `path` of the value or list, `value` for reading, `source` word ("" if not stated), `note`, `doc`."""
+    """One row: `path` of the value or list, `value` for reading, `source` word or "", `note`, `doc`."""
 
     path: str
     value: str
@@ -30,8 +30,10 @@ def value_rows(scene: Any) -> list[ValueRow]:
     rows = []
     for path, group in groupby(float_paths(scene).items(), key=lambda item: _list_path(item[0])):
         infos = [info for _, info in group]
-        source, note = _origin(path, scene.provenance)
-        rows.append(ValueRow(path, _value([i.value for i in infos], infos[0].unit), source, note, infos[0].doc))
+        source, note = _origin(scene, path)
+        rows.append(
+            ValueRow(path, _value([i.value for i in infos], infos[0].unit), source, note, infos[0].doc)
+        )
     return rows
 
 
@@ -45,19 +47,23 @@ def _list_path(path: str) -> str:
 
 def _value(values: list[float], unit: str) -> str:
     if len(values) <= LONGEST_LIST:
-        return ", ".join(amount(value, unit) for value in values)
+        return ", ".join(_exact(value, unit) for value in values)
     shown = pretty_unit(unit)
-    return f"{len(values)} values, {number(min(values))} to {number(max(values))}" + (f" {shown}" if shown else "")
+    return f"{len(values)} values, {number(min(values))} to {number(max(values))}" + (
+        f" {shown}" if shown else ""
+    )
 
 
-def _origin(path: str, provenance: Mapping[str, Any]) -> tuple[str, str]:
-    """Provenance stated for the path, for its first element, or for the nearest part of the scene around it."""
-    for candidate in (path, f"{path}.0"):
-        if candidate in provenance:
-            return str(provenance[candidate].source.value), provenance[candidate].note
-    parts = path.split(".")
-    for length in range(len(parts) - 1, 0, -1):
-        above = ".".join(parts[:length])
-        if above in provenance:
-            return str(provenance[above].source.value), provenance[above].note
-    return "", ""
+def _exact(value: float, unit: str) -> str:
+    """An input value to six digits, which is all of them for a number typed by hand."""
+    rounded = float(f"{value:.6g}")
+    if unit == "1":
+        return number(rounded, 6)
+    figure, shown = format_quantity(rounded, unit).split(" ", 1)
+    return f"{set_power(figure)} {pretty_unit(shown)}"
+
+
+def _origin(scene: Any, path: str) -> tuple[str, str]:
+    """Source word and note of a value or list; of a list whose elements differ, those of the first."""
+    found = scene.origin(path) or scene.origin(f"{path}.0")
+    return (found.source.value, found.note) if found is not None else ("", "")

@@ -1,0 +1,338 @@
+"""The report: one readable, self-contained page that shows what the run holds."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+
+from tarsus.errors import InputError
+from tarsus.files.store import read_run, write_run
+from tarsus.report import write_report, write_validation_report
+from tarsus.report.html import amount, number
+from tarsus.report.run_page import MOST_EVENTS, report_html
+from tarsus.report.series import contact_intervals, drive_period, series_of
+from tarsus.report.style import decimate, scale_of
+from tarsus.report.validation_page import validation_html
+from tarsus.report.values import value_rows
+from unit.sample_run import EVENT, SampleRun, make_run, make_scene
+
+VOID = {"meta", "br", "link", "img", "hr", "use", "path", "rect", "circle"}
+
+
+class Page(HTMLParser):
+    """Checks nesting, collects tags, attributes and text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        assert not self.open, f"not closed: {self.open}"
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] != "style":
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def run() -> SampleRun:
+    return make_run(duration=0.09, step=1e-5)
+
+
+@pytest.fixture(scope="module")
+def companion() -> SampleRun:
+    return make_run(duration=0.09, step=1e-5, adhesive=False)
+
+
+@pytest.fixture(scope="module")
+def page_text(run: SampleRun, companion: SampleRun) -> str:
+    return report_html(run, companion)
+
+
+@pytest.fixture(scope="module")
+def page(page_text: str) -> Page:
+    return Page(page_text)
+
+
+def validation_row(hz: float = 50.0, measured: dict[str, float] | None = None) -> dict[str, Any]:
+    ours = {"bounces": 1.0, "peak_um": 150.0, "contact_ms": 5.0}
+    return {
+        "freq_hz": hz,
+        "volt_v": 8.0,
+        "wave": "sine",
+        "source": {"bounces": 1.0, "peak_um": 140.0, "contact_ms": 5.1},
+        "measured": measured,
+        "ours": ours,
+    }
+
+
+def validation_result() -> dict[str, Any]:
+    column = {
+        "count_right": 9,
+        "mean_count_error": 0.25,
+        "peak": {"mean_absolute_percent": 18.6, "cases": 12},
+    }
+    rows = [
+        validation_row(50.0, {"bounces": 1.0, "peak_um": 152.0, "contact_ms": 2.5}),
+        validation_row(15.0, {"bounces": 0.0, "peak_um": 120.0, "contact_ms": 0.0}),
+        validation_row(5.0),
+    ]
+    own = {"rows": 3, "source": column, "ours": column, "ours_against_source": {"peak_within_15_percent": 11}}
+    return {"device": "cantilever <x>", "rows": rows, "summary": own | {"added_rows": own}}
+
+
+def test_page_is_small_and_needs_nothing_from_outside(page_text: str, page: Page) -> None:
+    assert len(page_text.encode()) < 1_500_000
+    assert "script" not in page.tags and "link" not in page.tags and "img" not in page.tags
+    for _, name, value in page.attributes:
+        if name in ("src", "href", "xlink:href"):
+            assert value.startswith("#"), value
+    assert not re.findall(r"url\((?!#)", page_text)
+    assert "@import" not in page_text
+
+
+def test_ids_are_unique_and_references_resolve(page: Page) -> None:
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    used = {v[1:] for _, name, v in page.attributes if name.endswith("href") and v.startswith("#")}
+    used |= {m for _, _, v in page.attributes for m in re.findall(r"url\(#([^)]+)\)", v)}
+    assert used and used <= set(ids)
+
+
+def test_page_says_what_was_run_and_how_it_ended(run: SampleRun, page: Page) -> None:
+    assert run.code.value in page.text
+    assert "square, amplitude 8 V, frequency 50 Hz" in page.text
+    assert "computed in 12.3 ms" in page.text
+    headings = ["Motion", "Measures", "Forces", "Energy", "Events", "Values of this run"]
+    positions = [page.text.index(f" {heading} ") for heading in headings]
+    assert positions == sorted(positions)
+
+
+def test_failed_run_is_marked(run: SampleRun) -> None:
+    assert 'class="verdict failed"' in report_html(dataclasses.replace(run, ok=False))
+
+
+def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
+    figures = page.tags.count("svg")
+    assert figures == page.tags.count("figcaption") == 6
+    for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (pJ)"):
+        assert label in page.text
+    for number_ in range(1, figures + 1):
+        assert f"Figure {number_}." in page.text
+    assert "without adhesion" in page.text
+
+
+def test_without_companion_there_is_one_curve(run: SampleRun) -> None:
+    text = Page(report_html(run)).text
+    assert "without adhesion" not in text
+    assert "with adhesion switched off" not in text
+
+
+def test_texts_of_the_scene_are_escaped(page_text: str, page: Page) -> None:
+    assert "<laser" not in page_text and "<micro>" not in page_text
+    assert "<laser vibrometer> & network analyser" in page.text
+    assert "contact dynamics of <micro> robots" in page.text
+
+
+def test_measures_come_with_definition_and_spread(page: Page) -> None:
+    assert "contact level to highest point after break-off" in page.text
+    assert "9.12 ms 40 µs 4" in page.text
+    assert "nan" not in page.text.lower().replace("nanometre", "")
+
+
+def test_values_come_with_provenance() -> None:
+    rows = {row.path: row for row in value_rows(make_scene())}
+    assert rows["robot.structure.frequencies"].value == "623 Hz, 6424 Hz"
+    assert rows["robot.structure.frequencies"].source == "printed"
+    assert rows["ground.film.thickness"].source == "calibrated"
+    assert rows["ground.film.coefficient"].value == "1.747·10⁻²¹ N m² s"
+    assert rows["robot.feet.tip.gap"].value == "70 µm"
+    assert rows["robot.feet.tip.gap"].source == ""
+
+
+def test_long_event_list_is_cut_and_says_so(run: SampleRun) -> None:
+    many = np.zeros(MOST_EVENTS + 37, EVENT)
+    many["time"] = np.linspace(0.0, 0.09, len(many))
+    many["kind"] = 1
+    text = report_html(dataclasses.replace(run, events=many))
+    assert text.count("<td>bounce</td>") == MOST_EVENTS
+    assert f"The first {MOST_EVENTS} are listed; 37 more are in events.csv." in text
+
+
+def test_run_that_never_touches(run: SampleRun) -> None:
+    quiet = run.dataset.copy()
+    for name in ("contact_force", "adhesion_strength", "pull", "film_force"):
+        quiet[name] = quiet[name] * 0.0
+    text = Page(report_html(dataclasses.replace(run, events=run.events[:0], dataset=quiet))).text
+    assert "No foot touched the ground." in text
+    assert "No film or electrostatic or contact force acts" in text
+
+
+def test_several_feet_get_a_panel_each() -> None:
+    run = make_run(feet=3, duration=0.05, step=2e-5)
+    page = Page(report_html(run))
+    for foot in ("foot-1", "foot-2", "foot-3"):
+        assert f"Forces on foot {foot}" in page.text
+    assert "the bars below mark contact" in page.text
+
+
+def test_run_without_feet_or_drives(run: SampleRun) -> None:
+    scene = make_scene()
+    robot = scene.robot.model_copy(update={"feet": {}, "drives": {}})
+    bare = scene.model_copy(update={"robot": robot, "signals": {}})
+    none = {name: [] for name in ("foot", "drive")}
+    data = run.dataset.isel(none)
+    text = report_html(
+        dataclasses.replace(run, scene=bare, dataset=data, events=run.events[:0], foot_names=())
+    )
+    assert "Kinetic energy" in Page(text).text
+
+
+def test_run_shorter_than_a_period_has_no_circle() -> None:
+    text = Page(report_html(make_run(duration=0.012, step=1e-5))).text
+    assert "One turn clockwise" not in text
+    assert "last 2 drive periods" not in text
+
+
+def test_equal_runs_give_equal_pages(run: SampleRun, companion: SampleRun, page_text: str) -> None:
+    assert report_html(run, companion) == page_text
+
+
+def test_settings_of_matplotlib_are_left_alone(run: SampleRun) -> None:
+    before = dict(matplotlib.rcParams)
+    report_html(run)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_stored_run_can_be_reported(run: SampleRun, tmp_path: Path) -> None:
+    write_run(run, tmp_path)
+    path = write_report(read_run(tmp_path), tmp_path / "report.html")
+    text = path.read_text(encoding="utf-8")
+    assert run.code.value in text
+    assert "computed in" not in text
+
+
+def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="folder"):
+        write_report(run, tmp_path)
+
+
+def test_validation_rows_can_be_part_of_a_report(run: SampleRun) -> None:
+    text = Page(report_html(run, validation=validation_result()["rows"])).text
+    assert " Validation " in text and "50 Hz 8 V sine" in text
+
+
+def test_validation_page_has_rows_errors_and_summary(tmp_path: Path) -> None:
+    path = write_validation_report(validation_result(), tmp_path / "validation.html")
+    source = path.read_text(encoding="utf-8")
+    page = Page(source)
+    assert "Validation of cantilever <x>" in page.text
+    assert "18.6 %" in page.text
+    assert "Added rows (3)" in page.text
+    first, second, third = re.findall(r"<tr><td>\d+ Hz.*?</tr>", source.replace("\u00a0", " "))
+    assert '<td class="n">+1 %</td>' in first, "peak 152 against 150"
+    assert '<td class="n off">−100 %</td>' in first, "contact 2.5 against 5"
+    assert second.endswith('<td class="n off">–</td></tr>'), "contact 0 against 5 has no relative error"
+    assert '<td class="n off">−1</td>' in second, "one bounce where none was seen"
+    assert third.count("<td class=n>–</td>") == 6, "nothing measured"
+
+
+def test_validation_of_rows_without_reference() -> None:
+    result = validation_result()
+    for row in result["rows"]:
+        row["source"] = row["measured"] = None
+    assert "50 Hz 8 V sine" in Page(validation_html(result)).text.replace("\u00a0", " ")
+
+
+def test_contact_intervals_follow_the_events() -> None:
+    rows = [(0.0, 0, 5), (0.1, 0, 3), (0.15, 1, 2), (0.2, 0, 1), (0.3, 0, 2), (0.4, 0, 3), (0.5, 0, 4)]
+    events = np.zeros(len(rows), EVENT)
+    events["time"], events["foot"], events["kind"] = zip(*rows, strict=True)
+    assert contact_intervals(events, 0, 0.9) == [(0.0, 0.1), (0.3, 0.4), (0.5, 0.9)]
+    assert contact_intervals(events, 1, 0.9) == [(0.15, 0.9)]
+    assert contact_intervals(events[:0], 0, 0.9) == []
+
+
+def test_windows_end_at_whole_periods(run: SampleRun) -> None:
+    series = series_of(run)
+    assert series.period == drive_period(run.scene) == pytest.approx(0.02)
+    assert series.last_periods(2) == pytest.approx((0.04, 0.08))
+    assert series.last_periods(10) == series.whole
+    part = series.inside((0.04, 0.08))
+    assert series.time[part][0] <= 0.04 and series.time[part][-1] >= 0.08
+
+
+def test_decimation_keeps_every_extreme() -> None:
+    time = np.linspace(0.0, 1.0, 200_001)
+    values = np.sin(40.0 * time)
+    values[123_457] = 9.0
+    values[55_555] = -7.0
+    thin_time, thin = decimate(time, values, bins=300)
+    assert len(thin) <= 602
+    assert thin.max() == 9.0 and thin.min() == -7.0
+    assert (thin_time[0], thin_time[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(thin_time) > 0)
+    short = np.arange(5.0)
+    assert decimate(short, short)[1] is short
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (264.1e-6, "m", "264.1 µm"),
+        (0.0, "s", "0 s"),
+        (1.0, "m", "1 m"),
+        (-0.6499e-6, "N", "−649.9 nN"),
+        (2.5e-7, "kg", "250 µg"),
+        (1e-3, "s", "1 ms"),
+        (3.14159, "1", "3.142"),
+        (float("nan"), "m", "–"),
+        (12345.0, "1", "12340"),
+        (1.747e-21, "N m^2 s", "1.747·10⁻²¹ N m² s"),
+    ],
+)
+def test_numbers_read_well(value: float, unit: str, text: str) -> None:
+    assert amount(value, unit) == text
+
+
+def test_numbers_without_value() -> None:
+    assert number(None) == number(float("inf")) == "–"
+    assert scale_of("m", np.array([np.nan, 3e-6])).label == "µm"
+    assert scale_of("m", np.array([])).label == "m"
+
+
+def test_matplotlib_is_loaded_only_for_reports() -> None:
+    check = "import sys, tarsus.files.store as s; sys.exit(bool({'matplotlib', 'xarray'} & {*sys.modules}))"
+    assert subprocess.run([sys.executable, "-c", check]).returncode == 0
+    check = "import sys, tarsus.report; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", check]).returncode == 0
