@@ -83,8 +83,8 @@ def tag(word: str) -> Markup:
 
 
 def code(word: str) -> Markup:
-    """A path or file name."""
-    return Markup(f"<code>{escape(word)}</code>")
+    """A path or file name, which may break after its dots."""
+    return Markup(f"<code>{escape(word).replace('.', '.<wbr>')}</code>")
 
 
 def number(value: float | None, digits: int = 4) -> str:

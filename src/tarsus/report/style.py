@@ -141,17 +141,27 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
 def decimate(time: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
     """Thin a long series to its extremes per bin of time, so that no peak is lost.
 
-    `time`, `values` shape [samples]; returns the kept samples in order, at most 2 * `bins` + 2 of them.
+    `time`, `values` shape [samples]; returns the kept samples in order, at most 2 * `bins` + 2 of them (and
+    one more per bin with NaN, so that gaps in a line stay gaps).
     """
     if len(time) <= 2 * bins + 2:
         return time, values
     span = time[-1] - time[0]
     bin_of = np.minimum(((time - time[0]) * (bins / span)).astype(int), bins - 1)
     starts = np.flatnonzero(np.diff(bin_of, prepend=-1))
-    order = np.lexsort((values, bin_of))
-    ends = np.append(starts[1:], len(time)) - 1
-    keep = np.unique(np.concatenate(([0], order[starts], order[ends], [len(time) - 1])))
+    counts = np.diff(starts, append=len(time))
+    keep = [np.array([0, len(time) - 1])]
+    for extreme in (np.fmin, np.fmax):
+        keep.append(_first_of_bin(values == np.repeat(extreme.reduceat(values, starts), counts), bin_of))
+    keep.append(_first_of_bin(np.isnan(values), bin_of))
+    keep = np.unique(np.concatenate(keep))
     return time[keep], values[keep]
+
+
+def _first_of_bin(chosen: np.ndarray, bin_of: np.ndarray) -> np.ndarray:
+    """Index of the first chosen sample in each bin that has one."""
+    index = np.flatnonzero(chosen)
+    return index[np.diff(bin_of[index], prepend=-1) != 0]
 
 
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")

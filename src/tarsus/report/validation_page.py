@@ -213,7 +213,7 @@ def _merit(key: str, value: Any) -> str:
 
 def _words(key: str) -> str:
     if key in MERITS:
-        return MERITS[key]
+        return MERITS[key].replace(" %", "\u00a0%")
     for ending, words in (("_signed_percent", " signed error"), ("_absolute_percent", " absolute error")):
         key = key.replace(ending, words)
     return key.replace("_percent", " %").replace("_", " ").replace(".", ": ")
