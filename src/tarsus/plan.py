@@ -49,6 +49,38 @@ def source_hash() -> str:
 
 
 @dataclass(frozen=True)
+class FootLaws:
+    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,); addresses (8,) of users' functions and,
+    by pointer column, where in the parameter row a user's parameters start."""
+
+    flags: np.ndarray
+    parameters: np.ndarray
+    addresses: np.ndarray
+    starts: dict[int, int]
+    volts: np.ndarray
+
+    def own(self) -> OwnLaws:
+        """A copy with parameter memory of its own, which the users' functions read."""
+        parameters = self.parameters.copy()
+        pointer = np.tile(self.addresses, (len(parameters), 1))
+        base, width = parameters.ctypes.data, parameters.shape[1]
+        for column, start in self.starts.items():
+            pointer[:, column + 4] = base + 8 * (np.arange(len(parameters)) * width + USER + start)
+        return OwnLaws(Laws(self.flags, parameters, pointer, self.volts))
+
+
+@dataclass(frozen=True)
+class OwnLaws:
+    """Kernel arrays of the laws, with memory nobody else writes to."""
+
+    arrays: Laws
+
+    @property
+    def parameters(self) -> np.ndarray:
+        return self.arrays.parameters
+
+
+@dataclass(frozen=True)
 class Plan:
     """A scene as arrays, ready for the engine.
 
@@ -58,7 +90,7 @@ class Plan:
     """
 
     system: LinearSystem
-    laws: Laws
+    laws: FootLaws
     signals: Signals
     channels: tuple[Pieces, ...]
     initial: np.ndarray
@@ -131,7 +163,7 @@ def lower_system(scene: Scene) -> LinearSystem:
     )  # fmt: skip
 
 
-def _lower_laws(ground: Ground, m: int) -> Laws:
+def _lower_laws(ground: Ground, m: int) -> FootLaws:
     row = np.zeros(USER)
     flags = 0
     for column, law, flag in (
@@ -167,13 +199,10 @@ def _lower_laws(ground: Ground, m: int) -> Laws:
             if isinstance(law, SmoothLaw) and law.uses_rate:
                 flags |= hooks.USES_RATE
         flags |= flag
-    parameters = np.tile(np.concatenate([row, extra]), (max(m, 1), 1))
-    pointer = np.tile(own, (max(m, 1), 1))
-    base, width = parameters.ctypes.data, parameters.shape[1]
-    for column, start in starts.items():
-        for i in range(m):
-            pointer[i, column + 4] = base + 8 * (i * width + USER + start)
-    return Laws(np.full(m, flags, dtype=np.int64), parameters, pointer, np.full(m, -1, dtype=np.int64))
+    return FootLaws(
+        np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)), own, starts,
+        np.full(m, -1, dtype=np.int64),
+    )  # fmt: skip
 
 
 _PROTOCOLS = (

@@ -23,16 +23,23 @@ Tables = namedtuple(
 Laws = namedtuple("Laws", "flags parameters pointer volts")
 # What a run carries from call to call.
 State = namedtuple("State", "count real w physical cursor since order apex")
+# Runs that differ in law parameters (nr, m, np) and initial state (nr, 2n) only; codes and event_end (nr,) and
+# finish (nr, 4 + 2m), filled by the kernel: end time, steps, rejected steps, open apexes and their times.
+Batch = namedtuple("Batch", "parameters initial codes event_end finish")
 # events (ne, 11), trace (nt, width): filled from the start, emptied by the caller when full.
 Output = namedtuple("Output", "events trace")
 Work = namedtuple(
-    "Work", "values constant active linear nodes volts margin power vpower series line velocity magnitude state other"
+    "Work", "values constant active linear nodes volts margin power vpower series line velocity state other"
 )
 
 # State.count
-MODE, CLASS, EVENTS, ROWS, PENDING, CHECK, STEPS, STALLED, TRACK, RECORD, MAX_STEPS, FOOT, REJECTED = range(13)
+(MODE, CLASS, EVENTS, ROWS, PENDING, CHECK, STEPS, STALLED, TRACK, RECORD, MAX_STEPS, REJECTED, RUN, FRESH, BASE,
+ MARKS, FIRST_CLASS) = range(17)  # fmt: skip
+COUNTS = 17
 # State.real
-TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, PROBE = range(11)
+TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, PROBE, \
+    MARK, PERIOD, GROWTH = range(14)  # fmt: skip
+REALS = 14
 # columns of an event row
 E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME = range(11)
 EVENT_WIDTH = 11
@@ -40,7 +47,7 @@ EVENT_WIDTH = 11
 T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)
 TRACE_HEAD = 5
 
-BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START = 1, 2, 3, 4, 5
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
 
 # Return codes of the kernel.
 DONE, NEED_MODE, EVENTS_FULL, TRACE_FULL, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE = range(8)

@@ -115,8 +115,10 @@ def solve(
 
 @fused
 def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, span):
-    """Estimated error of a free foot's gap at the end of the step [m], and of the drives relative to their span."""
+    """Estimated error of a free foot's gap at the end of the step [m], of the drives relative to their span, and
+    the growth of the smooth forces over the step (1 where they shrink or do not matter)."""
     gap_error = 0.0
+    growth = 1.0
     for i in range(2 * m):
         foot = i if i < m else i - m
         wanted = HAS_MOMENTUM if i < m else HAS_FORCE
@@ -125,7 +127,12 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, sp
         a = 0.0
         for j in range(N):
             a += tail_row[j] * values[i, j]
-        gap_error = max(gap_error, abs(a * node_constant[q, k, foot, i, N - 1]))
+        error = abs(a * node_constant[q, k, foot, i, N - 1])
+        if error > gap_error:
+            gap_error = error
+            before = abs(values[i, 0])
+            after = abs(values[i, N - 1])
+            growth = after / before if after > before > 0.0 else 1.0
     drive_error = 0.0
     for d in range(nd):
         i = 2 * m + d
@@ -135,7 +142,7 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, sp
         for j in range(N):
             a += tail_row[j] * values[i, j]
         drive_error = max(drive_error, abs(a) / span[d])
-    return gap_error, drive_error
+    return gap_error, drive_error, growth
 
 
 @fused

@@ -110,18 +110,27 @@ def root(a, b, fa, fb, i, held, first, series, terms, flags, par, pointer, since
 
 
 @inner
-def extremum(a, b, series, terms):
-    """Zero of the series' slope in [a, b], where it changes sign, by bisection and secant."""
-    fa = horner_slope(series, 0, terms, a)
-    fb = horner_slope(series, 0, terms, b)
-    for n in range(60):
+def poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower):
+    """Slope of the event function in scaled time; by a central difference where a user's law is part of it."""
+    if not held:
+        return horner_slope(series, 0, terms, s)
+    d = 1e-5
+    up = poly_margin(i, held, 0, series, terms, s + d, flags, par, pointer, since, t, h, vpower)
+    down = poly_margin(i, held, 0, series, terms, s - d, flags, par, pointer, since, t, h, vpower)
+    return (up - down) / (2.0 * d)
+
+
+@inner
+def minimum(a, b, fa, fb, i, held, series, terms, flags, par, pointer, since, t, h, vpower):
+    """Scaled time in [a, b] at which the slope rises through zero, from its values fa < 0 < fb at the ends."""
+    for n in range(40):
         s = b - fb * (b - a) / (fb - fa)
         if n % 3 == 2 or not a < s < b:
             s = 0.5 * (a + b)
-        f = horner_slope(series, 0, terms, s)
-        if f == 0.0 or b - a < 1e-13:
+        f = poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower)
+        if f == 0.0 or b - a < 1e-12:
             return s
-        if (f < 0.0) == (fa < 0.0):
+        if f < 0.0:
             a = s
             fa = f
         else:
@@ -140,17 +149,19 @@ def first_root(
     """
     a = 0.0
     fa = poly_margin(i, held, 0, series, terms, 0.0, flags, par, pointer, since, t, h, vpower)
-    slope_a = horner_slope(series, 0, terms, 0.0) if order < 2 else 0.0
+    slope_a = 0.0
+    if order < 2:
+        slope_a = poly_slope(i, held, series, terms, 0.0, flags, par, pointer, since, t, h, vpower)
     for j in range(1, N):
         if a >= limit:
             break
         b = min(tau[j], limit)
         fb = poly_margin(i, held, 0, series, terms, b, flags, par, pointer, since, t, h, vpower)
-        slope_b = horner_slope(series, 0, terms, b)
+        slope_b = poly_slope(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
         end, f_end = b, fb
-        if fb >= -epsilon and not held and slope_a < 0.0 < slope_b and (order == 0 or j > 1):
-            s = extremum(a, b, series, terms)
-            f = horner(series, 0, terms, s)
+        if fb >= -epsilon and slope_a < 0.0 < slope_b and (order == 0 or j > 1):
+            s = minimum(a, b, slope_a, slope_b, i, held, series, terms, flags, par, pointer, since, t, h, vpower)
+            f = poly_margin(i, held, 0, series, terms, s, flags, par, pointer, since, t, h, vpower)
             if f < -epsilon:
                 end, f_end = s, f
         if f_end < -epsilon:

@@ -6,7 +6,7 @@ import math
 
 from tarsus.core import arrays as a
 from tarsus.core.collocate import add_pull_forces, solve, tail
-from tarsus.core.contact import enter_mode, impact, release, settle
+from tarsus.core.contact import enter_mode, impact, log, release, settle
 from tarsus.core.events import CROSSING, NOTHING, bulge, first_root, margins, scan
 from tarsus.core.flow import (
     add_constant,
@@ -20,7 +20,7 @@ from tarsus.core.flow import (
     taylor,
 )
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
-from tarsus.core.jit import entry, fused
+from tarsus.core.jit import entry, fused, inner
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
 from tarsus.core.peak import hides_peak, raise_apex
 from tarsus.core.signals import fill, seek
@@ -97,12 +97,13 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
                 work.nodes[i, j] = work.linear[i, j]
     if mask != 0:
         add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
-    gap_error, drive_error = tail(
+    gap_error, drive_error, growth = tail(
         q, k, m, nd, mask, flags, _tail, tables.node_constant, work.values, work.constant, signals.span
     )
     for i in range(m):
         work.active[i] = not mask >> i & 1 and flags[i] & HAS_MOMENTUM != 0
         work.active[m + i] = not mask >> i & 1 and flags[i] & HAS_FORCE != 0
+    state.real[a.GROWTH] = growth
     return max(gap_error / state.real[a.TOL_GAP], drive_error / state.real[a.TOL_DRIVE])
 
 
@@ -175,6 +176,15 @@ def find_mode(mask_of, wanted):
 
 
 @fused
+def landing_class(terms, q):
+    """Longest step in which an event can be landed on."""
+    k = 0
+    while terms[q, k] == 0:
+        k += 1
+    return k
+
+
+@fused
 def shorter(tables, q, k, nk, fraction):
     """Largest shorter step class that ends within ``fraction`` of class k (at least one class down)."""
     n = k + 1
@@ -242,6 +252,29 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
 
 
 @fused
+def next_class(tables, work, real, q, k, wanted, error, m, h, event):
+    """Step class to try next: the tail goes with h^9, and with the growth of the forces that caused it."""
+    expected = error * real[a.GROWTH] ** 4
+    if event:
+        expected = error
+    if expected > 0.5:
+        wanted = max(wanted, k + 1)
+    elif k <= wanted:
+        wanted = max(k - (int(-math.log2(expected) * 0.1) if expected > 1e-9 else 3), 0)
+    # An event that linear motion puts inside the next step needs a step to land in.
+    ahead = math.inf
+    for i in range(m):
+        drop = work.margin[i, N - 2] - work.margin[i, N - 1]
+        if drop > 0.0:
+            ahead = min(ahead, work.margin[i, N - 1] * (_tau[N - 1] - _tau[N - 2]) * h / drop)
+    if event:
+        ahead = 0.0
+    while tables.terms[q, wanted] == 0 and tables.lengths[wanted] > ahead:
+        wanted += 1
+    return wanted
+
+
+@fused
 def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk):
     """Advance to the end of one step or to the event inside it. Returns (code or -1, foot with an event or -1)."""
     count, real = state.count, state.real
@@ -250,7 +283,8 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     size = 2 * nb
     t = real[a.TIME]
     kink, reach = next_kink(signals, state.cursor, nc, t)
-    left = min(kink, real[a.END] - t)
+    goal = min(real[a.END], real[a.MARK])
+    left = min(kink, goal - t)
     wanted = k
     while True:
         if k >= nk:
@@ -262,7 +296,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         error = attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
         if not 0.0 <= error <= 1.0:
             count[a.REJECTED] += 1
-            k += 1
+            k += 2 if not error > 1.0 else 1 + int(min(math.log2(error), 90.0) * 0.11)
             wanted = max(wanted, k)
             continue
         limit = min(1.0, left / h)
@@ -295,8 +329,8 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     else:
         state_at(work.series, tables.terms[q, k], size, fraction, work.state)
         real[a.TIME] = t + fraction * h if foot >= 0 else t + left
-        if foot < 0 and left == real[a.END] - t:
-            real[a.TIME] = real[a.END]
+        if foot < 0 and left == goal - t:
+            real[a.TIME] = goal
     for r in range(size):
         if not math.isfinite(work.state[r]):
             return a.NOT_FINITE, -1
@@ -305,9 +339,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         for i in range(m):
             if i != foot:
                 state.order[i] = 0
-    count[a.CLASS] = wanted
-    if error < 1e-3 and k == wanted and wanted > 0 and foot < 0:
-        count[a.CLASS] = wanted - 1
+    count[a.CLASS] = next_class(tables, work, real, q, k, wanted, error, m, h, foot >= 0)
     return -1, foot
 
 
@@ -323,11 +355,66 @@ def progressed(state):
     return state.count[a.STALLED] < 2000
 
 
+@inner
+def begin(signals, laws, batch, state):
+    """Set the state to the start of run count[RUN]."""
+    count, real = state.count, state.real
+    run = count[a.RUN]
+    for r in range(state.physical.shape[0]):
+        state.physical[r] = batch.initial[run, r]
+    for i in range(laws.parameters.shape[0]):
+        state.since[i] = 0.0
+        state.order[i] = 0
+        state.apex[i, 0] = 0.0
+        state.apex[i, 1] = 0.0
+        for p in range(laws.parameters.shape[1]):
+            laws.parameters[i, p] = batch.parameters[run, i, p]
+    for c in range(signals.loop.shape[0]):
+        state.cursor[c, 0] = signals.first[c]
+        state.cursor[c, 1] = 0
+    for n in (a.PENDING, a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS):
+        count[n] = 0
+    count[a.CLASS] = count[a.FIRST_CLASS]
+    real[a.TIME] = 0.0
+    real[a.PROGRESS] = -math.inf
+    real[a.MARK] = real[a.PERIOD]
+
+
+@inner
+def finish(batch, state, code):
+    """Note how run count[RUN] ended and go on to the next."""
+    count = state.count
+    run = count[a.RUN]
+    batch.codes[run] = code
+    batch.event_end[run] = count[a.BASE] + count[a.EVENTS]
+    batch.finish[run, 0] = state.real[a.TIME]
+    batch.finish[run, 1] = count[a.STEPS]
+    batch.finish[run, 2] = count[a.REJECTED]
+    count[a.RUN] = run + 1
+    count[a.FRESH] = 1
+
+
+@inner
+def mark(events, state, mask, m):
+    """End of a drive period: log the highest gap since the last mark and start anew."""
+    count, t = state.count, state.real[a.TIME]
+    for i in range(m):
+        if not mask >> i & 1:
+            log(events, count, t, i, a.PERIOD_MARK, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, state.apex)
+            state.apex[i, 0] = 0.0
+            state.apex[i, 1] = t
+    count[a.MARKS] += 1
+    state.real[a.MARK] = (count[a.MARKS] + 1) * state.real[a.PERIOD]
+
+
 def make_advance(sources: str):  # noqa: ANN201 - numba dispatcher
     """The compiled engine; ``sources``, a hash of every source it was made of, keys its place in the disk cache."""
 
-    def advance(modes, tables, signals, laws, state, output, work, verdict):
-        """Run until the end, or until the caller must act; the state is complete and the call resumes."""
+    def advance(modes, tables, signals, laws, batch, state, output, work, verdict):
+        """Run all of a batch, or until the caller must act; the state is complete and the next call resumes.
+
+        Returns DONE when every run has ended (each with its own code), or NEED_MODE, EVENTS_FULL, TRACE_FULL.
+        """
         if len(sources) == 0:
             return -1
         count, real = state.count, state.real
@@ -338,13 +425,16 @@ def make_advance(sources: str):  # noqa: ANN201 - numba dispatcher
         nk = tables.lengths.shape[0]
         capacity = output.events.shape[0] - 2 * m - 4
         rows = output.trace.shape[0] - 2
-        while True:
+        while count[a.RUN] < batch.codes.shape[0]:
+            if count[a.FRESH] != 0:
+                begin(signals, laws, batch, state)
             if count[a.PENDING] >= 0:
                 q = find_mode(modes.mask, count[a.PENDING])
                 if q < 0:
                     return a.NEED_MODE
                 enter_mode(modes, laws, q, m, state.physical, state.w, work.state, work.other)
                 count[a.MODE] = q
+                count[a.CLASS] = landing_class(tables.terms, q)
                 count[a.PENDING] = -1
                 count[a.CHECK] = 1
             q = count[a.MODE]
@@ -353,31 +443,35 @@ def make_advance(sources: str):  # noqa: ANN201 - numba dispatcher
                 return a.EVENTS_FULL
             if count[a.RECORD] != 0 and count[a.ROWS] > rows:
                 return a.TRACE_FULL
+            if real[a.TIME] >= real[a.MARK]:
+                mark(output.events, state, modes.mask[q], m)
+                continue
             if real[a.TIME] >= real[a.END]:
-                return a.DONE
+                finish(batch, state, a.DONE)
+                continue
             if count[a.CHECK] != 0:
                 count[a.CHECK] = 0
                 next_kink(signals, state.cursor, nc, real[a.TIME])
                 if m > 0 and settle(modes, laws, signals, state, output.events, q, m, nd, size, work.other):
                     count[a.CHECK] = 1
                     if not progressed(state):
-                        return a.STALL
+                        finish(batch, state, a.STALL)
                     continue
             count[a.STEPS] += 1
             if count[a.STEPS] > count[a.MAX_STEPS]:
-                return a.STEP_LIMIT
+                finish(batch, state, a.STEP_LIMIT)
+                continue
             code, foot = step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk)
             if code >= 0:
-                return code
-            if foot < 0:
-                continue
-            count[a.FOOT] = foot
-            if modes.mask[q] >> foot & 1:
-                release(modes, laws, state, output.events, q, m, size, foot, work.other)
-            else:
-                impact(modes, laws, signals, state, output.events, q, m, nd, size, foot, work.other, -1.0)
-            count[a.CHECK] = 1 if m > 1 else 0
-            if not progressed(state):
-                return a.STALL
+                finish(batch, state, code)
+            elif foot >= 0:
+                if modes.mask[q] >> foot & 1:
+                    release(modes, laws, state, output.events, q, m, size, foot, work.other)
+                else:
+                    impact(modes, laws, signals, state, output.events, q, m, nd, size, foot, work.other, -1.0)
+                count[a.CHECK] = 1 if m > 1 else 0
+                if not progressed(state):
+                    finish(batch, state, a.STALL)
+        return a.DONE
 
     return entry(advance)

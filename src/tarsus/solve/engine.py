@@ -1,10 +1,10 @@
-"""Drives the compiled loop over one plan: buffers, contact modes on demand, codes. No descriptions here."""
+"""Drives the compiled loop over plans: buffers, contact modes on demand, codes. No descriptions here."""
 
 from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,13 +17,13 @@ from tarsus.core.stack import ModeBook, step_lengths
 from tarsus.plan import Plan, source_hash
 
 _advance = None
-_lock = threading.Lock()
+_compiling = threading.Lock()
 
 
 def advance():  # noqa: ANN201 - numba dispatcher
     """The compiled engine, made on first use (its machine code is kept on disk between processes)."""
     global _advance
-    with _lock:
+    with _compiling:
         if _advance is None:
             _advance = make_advance(source_hash())
     return _advance
@@ -38,89 +38,115 @@ class Accuracy:
     steps: bound on the number of steps, so that a run always ends.
     """
 
-    gap: float = 1e-10
+    gap: float = 1e-8
     drive: float = 1e-9
-    steps: int = 200_000_000
+    steps: int = 50_000_000
+
+
+class SharedBook:
+    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads."""
+
+    def __init__(self, plan: Plan, duration: float) -> None:
+        self.system = plan.system
+        self.book = ModeBook(step_lengths(duration))
+        self._lock = threading.Lock()
+        self.require(0)
+
+    def require(self, mask: int) -> None:
+        with self._lock:
+            if not self.book.has(mask):
+                self.book.add(contact_mode(self.system, mask))
+
+    def arrays(self) -> tuple[a.Modes, a.Tables]:
+        with self._lock:
+            return self.book.arrays()
 
 
 @dataclass
-class RawRun:
-    """What the kernel produced: code, event rows (ne, 11), trace rows (nt, width), step counts."""
+class RawRuns:
+    """What the kernel made of nr runs: codes (nr,), event rows of run i in events[event_end[i-1]:event_end[i]].
 
-    code: int
-    time: float
+    finish (nr, 3): end time [s], steps, rejected steps. trace: recorded steps of all runs, end to end.
+    """
+
+    codes: np.ndarray
     events: np.ndarray
+    event_end: np.ndarray
+    finish: np.ndarray
     trace: np.ndarray
-    book: ModeBook
-    steps: int
-    rejected: int
-    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    book: SharedBook
 
-
-def new_book(plan: Plan, duration: float) -> ModeBook:
-    """Contact modes of a plan, to share between runs of the same structure."""
-    book = ModeBook(step_lengths(duration))
-    book.add(contact_mode(plan.system, 0))
-    return book
+    def of(self, run: int) -> np.ndarray:
+        """Event rows of one run."""
+        return self.events[self.event_end[run - 1] if run else 0 : self.event_end[run]]
 
 
 def execute(
     plan: Plan,
     duration: float,
-    book: ModeBook | None = None,
+    *,
+    parameters: np.ndarray | None = None,
+    initial: np.ndarray | None = None,
+    book: SharedBook | None = None,
     accuracy: Accuracy | None = None,
+    period: float = math.inf,
     track: bool = True,
     record: bool = False,
-    lock: threading.Lock | None = None,
-) -> RawRun:
-    """Run a plan for ``duration`` [s]: ``track`` finds the apex of every flight, ``record`` keeps every step."""
+) -> RawRuns:
+    """Run a plan for ``duration`` [s], once or for many law parameters (nr, m, np) and initial states (nr, 2n).
+
+    period [s]: events mark the highest gap of every drive period; track: find the apex of every flight;
+    record: keep every step for series and energies.
+    """
     accuracy = accuracy or Accuracy()
-    book = book if book is not None else new_book(plan, duration)
+    book = book if book is not None else SharedBook(plan, duration)
     kernel = advance()
-    m, nd = plan.feet, plan.drives
-    ni = 2 * m + nd + 1
-    n = plan.system.mass.shape[0]
-    state = _new_state(plan, duration, accuracy, book, track, record)
+    laws = plan.laws.own()
+    if parameters is None:
+        parameters = laws.parameters[None]
+    if initial is None:
+        initial = np.broadcast_to(plan.initial, (len(parameters), len(plan.initial)))
+    runs = len(parameters)
+    m, n = plan.feet, len(plan.system.mass)
+    ni = 2 * m + plan.drives + 1
+    batch = a.Batch(
+        np.ascontiguousarray(parameters), np.ascontiguousarray(initial), np.zeros(runs, dtype=np.int64),
+        np.zeros(runs, dtype=np.int64), np.zeros((runs, 3)),
+    )  # fmt: skip
+    state = _new_state(plan, duration, accuracy, book.book.lengths, period, track, record)
     work = _new_work(n, m, ni)
+    size = 1024 if runs == 1 else 65536
     output = a.Output(
-        np.zeros((512 + 2 * m, a.EVENT_WIDTH)),
-        np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni)),
+        np.zeros((size + 2 * m, a.EVENT_WIDTH)), np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni))
     )
     verdict = np.zeros(max(m, 1), dtype=np.int64)
     events: list[np.ndarray] = []
     rows: list[np.ndarray] = []
     while True:
-        modes, tables = book.arrays()
-        code = kernel(modes, tables, plan.signals, plan.laws, state, output, work, verdict)
-        if code in (a.EVENTS_FULL, a.TRACE_FULL) or code != a.NEED_MODE:
-            events.append(output.events[: state.count[a.EVENTS]].copy())
-            rows.append(output.trace[: state.count[a.ROWS]].copy())
-            state.count[a.EVENTS] = 0
-            state.count[a.ROWS] = 0
+        code = kernel(*book.arrays(), plan.signals, laws.arrays, batch, state, output, work, verdict)
         if code == a.NEED_MODE:
-            with lock or threading.Lock():
-                mask = int(state.count[a.PENDING])
-                if not book.has(mask):
-                    book.add(contact_mode(plan.system, mask))
-        elif code not in (a.EVENTS_FULL, a.TRACE_FULL):
+            book.require(int(state.count[a.PENDING]))
+            continue
+        events.append(output.events[: state.count[a.EVENTS]].copy())
+        rows.append(output.trace[: state.count[a.ROWS]].copy())
+        state.count[a.BASE] += state.count[a.EVENTS]
+        state.count[a.EVENTS] = state.count[a.ROWS] = 0
+        if code == a.DONE:
             break
-    return RawRun(
-        code=int(code), time=float(state.real[a.TIME]), events=np.concatenate(events), trace=np.concatenate(rows),
-        book=book, steps=int(state.count[a.STEPS]), rejected=int(state.count[a.REJECTED]), state=state.w.copy(),
-    )  # fmt: skip
+    return RawRuns(batch.codes, np.concatenate(events), batch.event_end, batch.finish, np.concatenate(rows), book)
 
 
 def _new_state(
-    plan: Plan, duration: float, accuracy: Accuracy, book: ModeBook, track: bool, record: bool
+    plan: Plan, duration: float, accuracy: Accuracy, lengths: np.ndarray, period: float, track: bool, record: bool
 ) -> a.State:
-    m = plan.feet
-    n = plan.system.mass.shape[0]
-    lengths = book.lengths
-    count = np.zeros(13, dtype=np.int64)
-    count[a.TRACK], count[a.RECORD], count[a.MAX_STEPS] = track, record, accuracy.steps
-    count[a.CLASS] = int(np.searchsorted(-lengths, -0.5 / plan.rate))
-    real = np.zeros(11)
+    m = max(plan.feet, 1)
+    size = max(2 * len(plan.system.mass), 2)
+    count = np.zeros(a.COUNTS, dtype=np.int64)
+    count[a.TRACK], count[a.RECORD], count[a.MAX_STEPS], count[a.FRESH] = track, record, accuracy.steps, 1
+    count[a.FIRST_CLASS] = int(np.searchsorted(-lengths, -0.5 / plan.rate))
+    real = np.zeros(a.REALS)
     real[a.END] = duration
+    real[a.PERIOD] = period
     real[a.TOL_GAP] = accuracy.gap * plan.length
     real[a.TOL_DRIVE] = accuracy.drive
     real[a.EPS_GAP] = 1e-14 * plan.length
@@ -128,13 +154,11 @@ def _new_state(
     real[a.EPS_SPEED] = 1e-13 * plan.length * plan.rate
     real[a.REST_HEIGHT] = 1e-12 * plan.length
     real[a.MIN_PROGRESS] = 1e-10 / plan.rate
-    real[a.PROGRESS] = -math.inf
     real[a.PROBE] = 1e-7 * plan.length
-    cursor = np.zeros((max(len(plan.signals.loop), 1), 2), dtype=np.int64)
-    cursor[: len(plan.signals.loop), 0] = plan.signals.first[:-1]
     return a.State(
-        count=count, real=real, w=np.zeros(max(2 * n, 2)), physical=plan.initial.copy(), cursor=cursor,
-        since=np.zeros(max(m, 1)), order=np.zeros(max(m, 1), dtype=np.int64), apex=np.zeros((max(m, 1), 2)),
+        count=count, real=real, w=np.zeros(size), physical=np.zeros(2 * len(plan.system.mass)),
+        cursor=np.zeros((max(len(plan.signals.loop), 1), 2), dtype=np.int64), since=np.zeros(m),
+        order=np.zeros(m, dtype=np.int64), apex=np.zeros((m, 2)),
     )  # fmt: skip
 
 
@@ -142,27 +166,14 @@ def _new_work(n: int, m: int, ni: int) -> a.Work:
     def rows(count: int) -> np.ndarray:
         return np.zeros((max(count, 1), N))
 
-    return a.Work(
-        values=_inputs(ni), constant=_constant(ni), active=_active(ni, m), linear=rows(2 * m), nodes=rows(2 * m + 1),
-        volts=rows(m), margin=rows(m), power=rows(ni), vpower=rows(m), series=np.zeros((TERMS, max(2 * n, 2))),
-        line=np.zeros(TERMS), velocity=np.zeros(max(2 * n, 2)), magnitude=np.zeros(max(n, 1)),
-        state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
-    )  # fmt: skip
-
-
-def _inputs(ni: int) -> np.ndarray:
-    values = np.zeros((ni, N))
-    values[-1] = 1.0
-    return values
-
-
-def _constant(ni: int) -> np.ndarray:
+    values = rows(ni)
+    values[-1] = 1.0  # the last input is the constant 1
     constant = np.zeros(ni, dtype=np.bool_)
     constant[-1] = True
-    return constant
-
-
-def _active(ni: int, m: int) -> np.ndarray:
     active = np.ones(ni, dtype=np.bool_)
     active[: 2 * m] = False
-    return active
+    return a.Work(
+        values=values, constant=constant, active=active, linear=rows(2 * m), nodes=rows(2 * m + 1), volts=rows(m),
+        margin=rows(m), power=rows(ni), vpower=rows(m), series=np.zeros((TERMS, max(2 * n, 2))), line=np.zeros(TERMS),
+        velocity=np.zeros(max(2 * n, 2)), state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
+    )  # fmt: skip
