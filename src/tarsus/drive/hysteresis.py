@@ -49,6 +49,11 @@ class PrandtlIshlinskii(VoltageLaw):
             raise PathErrors([("weights", text)])
         return self
 
+    @property
+    def has_memory(self) -> bool:
+        """False without plays."""
+        return any(self.weights)
+
     def coefficients(self) -> Floats:
         """(4,), the memory-free polynomial, ascending."""
         return np.array([self.constant, self.linear, self.quadratic, self.cubic])
@@ -73,6 +78,8 @@ class PrandtlIshlinskii(VoltageLaw):
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
         r, w = self.plays()
+        felt = np.abs(w) > 1e-15 * (abs(self.linear) + float(np.abs(w).sum()))
+        r, w = r[felt], w[felt]
         past = visited(history)
         levels = np.empty(len(past) + 2 * track.count)
         levels[: len(past)] = past

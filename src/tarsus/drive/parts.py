@@ -75,6 +75,12 @@ def to_pieces(track: Track, parts: Parts, loop_stretch: int) -> Pieces:
     start = np.append(np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left)), track.start[-1])
     if not (np.isfinite(start).all() and np.isfinite(coef).all()):
         raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
+    long = np.diff(start) > 0.0
+    if not long.all():  # pieces shorter than the resolution of time
+        start = np.append(start[:-1][long], start[-1])
+        begins = np.concatenate([[0], np.flatnonzero(long)[:-1] + 1])
+        kink = np.logical_or.reduceat(kink, begins)
+        coef, stretch = coef[long], stretch[long]
     loop = -1
     if loop_stretch >= 0:
         loop = int(np.searchsorted(stretch, loop_stretch))
@@ -106,14 +112,17 @@ def _fit(
     """
     source = np.arange(len(stretch))
     values, size = _sample(track, stretch, low, high, law)
-    tolerance = max(_TOLERANCE * float(np.ptp(values)), 1e-15 * size)
-    chebyshev = values @ _TO_CHEBYSHEV.T
-    for _ in range(20):
+    tolerance = max(_TOLERANCE * float(np.ptp(values)), 4e-15 * size)
+    chebyshev = _chebyshev(values)
+    before = np.full(len(source), np.inf)
+    while True:
         miss = np.abs(chebyshev[:, TERMS:]).sum(axis=1)
-        if not (miss > tolerance).any():
+        bad = (miss > tolerance) & (
+            miss < 0.5 * before
+        )  # a cut that gained nothing met the rounding of the values
+        if not bad.any():
             break
         cuts = np.ones(len(source), dtype=np.intp)
-        bad = miss > tolerance
         cuts[bad] = np.clip(np.ceil((miss[bad] / tolerance) ** (1.0 / TERMS)), 2, 8)
         total = int(cuts.sum())
         if total > _MOST_PIECES:
@@ -129,10 +138,19 @@ def _fit(
         low = np.where(rank == 0, left, left + width * (rank / many))
         high = np.where(rank == many - 1, end, left + width * ((rank + 1) / many))
         chebyshev = np.repeat(chebyshev, cuts, axis=0)
+        before = np.repeat(np.where(bad, miss, 0.0), cuts)
         part = source[again]
         values, _ = _sample(track, stretch[part], low[again], high[again], law[part])
-        chebyshev[again] = values @ _TO_CHEBYSHEV.T
+        chebyshev[again] = _chebyshev(values)
     return chebyshev[:, :TERMS] @ _TO_MONOMIAL.T, source, low, high
+
+
+def _chebyshev(values: Floats) -> Floats:
+    """Chebyshev coefficients (Q, 16) of the values (Q, 16) at the nodes; the mean is kept out of the sums."""
+    middle = values[:, _NODES // 2].copy()
+    coef = (values - middle[:, None]) @ _TO_CHEBYSHEV.T
+    coef[:, 0] += middle
+    return coef
 
 
 def _sample(track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats) -> tuple[Floats, float]:

@@ -123,16 +123,17 @@ def linear_track(
 ) -> Track:
     """Track of straight stretches from `first` (S,) to `last` (S,) [V] between the times `start` (S+1,) [s].
 
-    Stretches of no length are dropped. With `hold` a constant stretch at the last value follows, so that
-    the corner at the end is a stretch's start like every other. Kinks are where value or slope differs from
-    before.
+    Stretches of no length, to rounding, are dropped. With `hold` a constant stretch at the last value
+    follows, so that the corner at the end is a stretch's start like every other. Kinks are where value or
+    slope differs from before.
     """
     t, v0, v1 = (np.asarray(a, dtype=np.float64) for a in (start, first, last))
     if hold:
         t, v0, v1 = np.append(t, t[-1] + max(1.0, t[-1])), np.append(v0, v1[-1]), np.append(v1, v1[-1])
-    long = np.diff(t) > 0.0
+    long = np.diff(t) > (1e-14 * t[-1] if periodic else 4.0 * np.spacing(t[1:]))
     if not long.all():
         t = np.concatenate([t[:-1][long], t[-1:]])
+        t[0] = 0.0
         v0, v1 = v0[long], v1[long]
     _check_count(len(v0))
     slope = (v1 - v0) / np.diff(t)
@@ -151,18 +152,17 @@ def constant_track(volts: float) -> Track:
     return linear_track([0.0, 1.0], [volts], [volts], periodic=False)
 
 
-def sine_track(amplitude: float, frequency: float, phase: float, offset: float) -> Track:
-    """One period of offset + amplitude sin(2 pi frequency t + phase), cut at its extremes."""
+def sine_track(amplitude: float, period: float, phase: float, offset: float) -> Track:
+    """One period of offset + amplitude sin(2 pi t / period + phase), cut at its extremes."""
     if amplitude == 0.0:
         return constant_track(offset)
-    period = 1.0 / frequency
     begin, sign = _fold(phase)
     turn = (0.5 * np.pi - begin) / (2.0 * np.pi)
     start = period * np.array([0.0, turn, turn + 0.5, 1.0])
     psi0 = np.array([begin, -0.5 * np.pi, -0.5 * np.pi])
     psi1 = np.array([0.5 * np.pi, 0.5 * np.pi, begin])
     scale = sign * amplitude * np.array([1.0, -1.0, 1.0])
-    keep = np.diff(start) > 1e-15 * period
+    keep = np.diff(start) > 1e-14 * period
     start = np.concatenate([start[:-1][keep], start[-1:]])
     inner = np.zeros((int(keep.sum()), 4))
     inner[:, 0] = 0.5 * (psi0 + psi1)[keep]
@@ -243,6 +243,9 @@ def polyline_track(edges: ArrayLike, first: ArrayLike, last: ArrayLike, begin: f
     """
     u, v0, v1 = (np.asarray(a, dtype=np.float64) for a in (edges, first, last))
     begin = float(u[0] + np.remainder(begin - u[0], 1.0))
+    near = u[np.abs(u - begin) < 1e-13]
+    begin = float(near[-1]) if len(near) else begin  # no sliver of the stretch before
+    begin = float(u[0]) if begin == u[-1] else begin
     k = min(int(np.searchsorted(u, begin, side="right")) - 1, len(v0) - 1)
     middle = v0[k] + (v1[k] - v0[k]) * ((begin - u[k]) / (u[k + 1] - u[k])) if u[k + 1] > u[k] else v0[k]
     around = np.concatenate([[0.0], u[k + 1 :] - begin, (u[1 : k + 1] - begin) + 1.0, [1.0]])

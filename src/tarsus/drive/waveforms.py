@@ -22,6 +22,7 @@ from tarsus.drive.track import (
     sine_track,
     swept_track,
 )
+from tarsus.errors import InputError
 from tarsus.explain import PathErrors
 from tarsus.spec import quantity
 
@@ -53,7 +54,10 @@ class _Periodic(Signal):
     @property
     def period(self) -> float:
         """Period [s]."""
-        return 1.0 / self.frequency
+        period = 1.0 / self.frequency
+        if not math.isfinite(3.0 * period):
+            raise InputError(f"a frequency of {self.frequency!r} Hz is too low: its period overflows")
+        return period
 
     def _cycles(self, time: Floats) -> Floats:
         """Position within the cycle, in [0, 1)."""
@@ -72,7 +76,7 @@ class Sine(_Periodic):
 
     def track(self) -> Track:
         """Monotone stretches of one period."""
-        return sine_track(self.amplitude, self.frequency, self.phase, self.offset)
+        return sine_track(self.amplitude, self.period, self.phase, self.offset)
 
 
 class Square(_Periodic):
