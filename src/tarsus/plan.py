@@ -205,6 +205,33 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
     )  # fmt: skip
 
 
+_SLOTS = {"film": FILM, "electrostatic": ELECTROSTATIC, "adhesion": ADHESION, "restitution": RESTITUTION}
+
+
+def law_column(scene: Scene, path: str) -> int | None:
+    """Column of a foot's parameter row that holds the value at ``path``; None if it is no parameter of a law.
+
+    Such values vary from run to run without lowering the scene again.
+    """
+    keys = path.split(".")
+    if keys[0] != "ground":
+        return None
+    if len(keys) == 3 and keys[1] in _SLOTS:
+        law = getattr(scene.ground, keys[1])
+        fields = list(type(law).model_fields) if law is not None else []
+        return _SLOTS[keys[1]] + fields.index(keys[2]) if keys[2] in fields else None
+    if len(keys) == 4 and keys[1] == "laws" and keys[2] in scene.ground.laws:
+        column = USER
+        for kind, _, _ in _PROTOCOLS:
+            for name, law in scene.ground.laws.items():
+                if isinstance(law, kind):
+                    fields = list(type(law).model_fields)
+                    if name == keys[2]:
+                        return column + fields.index(keys[3]) if keys[3] in fields else None
+                    column += len(fields)
+    return None
+
+
 _PROTOCOLS = (
     (ResistiveLaw, hooks.MOMENTUM, hooks.HAS_MOMENTUM),
     (SmoothLaw, hooks.FORCE, hooks.HAS_FORCE),

@@ -7,6 +7,7 @@ times (series). Nothing is interpolated: this is the engine's own solution.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +58,8 @@ class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
     drives, constant: work of drive forces and of constant ones (weight); damping: vᵀ C v dissipated;
-    film, smooth: work of the ground's resistive and smooth forces on the structure.
+    film, smooth: work of the ground's resistive and smooth forces on the structure; electrostatic: the part of
+    ``smooth`` that the caller's split assigns to electrostatics.
     """
 
     time: Floats
@@ -66,6 +68,7 @@ class Integrals:
     damping: Floats
     film: Floats
     smooth: Floats
+    electrostatic: Floats
 
 
 @dataclass(frozen=True)
@@ -80,11 +83,16 @@ class _Panels:
 
 
 def replay(
-    system: LinearSystem, modes: list[ContactMode], trace: Floats, times: Floats
+    system: LinearSystem,
+    modes: list[ContactMode],
+    trace: Floats,
+    times: Floats,
+    electrostatic: Callable[[Floats, Floats, Floats], Floats] | None = None,
 ) -> tuple[Sampled, Integrals]:
     """Series at the sorted ``times`` [s] and energy integrals of a recorded run.
 
     trace (nr, width): rows as the kernel records them. Times outside the run take its nearest recorded state.
+    electrostatic(gap (k, m), rate (k, m), time (k,)) -> force (k, m) [N] splits the smooth forces.
     """
     n, m = system.normals.shape
     nt = len(times)
@@ -93,7 +101,7 @@ def replay(
         *(np.zeros((m, nt)) for _ in range(5)),
         np.zeros((m, nt), dtype=bool),
     )
-    work = np.zeros((5, len(trace)))
+    work = np.zeros((6, len(trace)))
     owner = np.clip(np.searchsorted(trace[:, T_TIME], times, side="right") - 1, 0, len(trace) - 1)
     for q, mode in enumerate(modes):
         rows = np.flatnonzero(trace[:, T_MODE] == q)
@@ -107,7 +115,7 @@ def replay(
             if not len(part):
                 continue
             panels = _expand(mode, trace, part, rate, n)
-            work[:, part] += _integrate(system, mode, panels, part, len(trace))
+            work[:, part] += _integrate(system, mode, panels, part, len(trace), electrostatic)
             chosen = np.flatnonzero(np.isin(owner, part))
             if len(chosen):
                 _sample(system, mode, panels, times, owner, chosen, sampled)
@@ -175,27 +183,46 @@ def _evaluate(
 
 
 def _integrate(
-    system: LinearSystem, mode: ContactMode, panels: _Panels, rows: NDArray[np.int64], total: int
-) -> Floats:
+    system: LinearSystem, mode: ContactMode, panels: _Panels, rows: NDArray[np.int64], total: int,
+    electrostatic: Callable[[Floats, Floats, Floats], Floats] | None,
+) -> Floats:  # fmt: skip
     n, m = system.normals.shape
-    out = np.zeros((5, total))
+    out = np.zeros((6, total))
     index = np.arange(len(panels.row))
     for s, weight in zip(_POINTS, _WEIGHTS, strict=True):
         y, value, slope = _evaluate(mode, panels, index, np.full(len(index), s))
-        v = y @ mode.to_physical[n:].T
+        physical = y @ mode.to_physical.T + mode.offset
+        v = physical[:, n:]
         rate = v @ system.normals
         scale = weight * panels.length
-        drive = value[:, 2 * m : -1]
-        power = (
-            np.einsum("kd,kd->k", drive, v @ system.loads),
+        power = [
+            np.einsum("kd,kd->k", value[:, 2 * m : -1], v @ system.loads),
             v @ system.constant,
             np.einsum("ki,ij,kj->k", v, system.damping, v),
             np.einsum("kf,kf->k", slope[:, :m], rate),
             np.einsum("kf,kf->k", value[:, m : 2 * m], rate),
-        )
-        for term, density in zip(out, power, strict=True):
+        ]
+        if electrostatic is not None:
+            gap = system.rest_gap + physical[:, :n] @ system.normals
+            held = [i for i in range(m) if mode.mask >> i & 1]
+            gap[:, held], rate[:, held] = 0.0, 0.0
+            force = electrostatic(gap, rate, panels.start + s * panels.length)
+            power.append(np.einsum("kf,kf->k", force, rate))
+        for term, density in zip(out, power, strict=False):
             np.add.at(term, panels.row, scale * density)
     return out[:, rows]
+
+
+def end_states(initial: Floats, modes: list[ContactMode], trace: Floats, n: int) -> tuple[Floats, Floats]:
+    """Displacements and velocities (2n,) at the start and at the end of a recorded run."""
+    if not len(trace):
+        return initial, initial
+    row = trace[-1:]
+    mode = modes[int(row[0, T_MODE])]
+    rate = float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
+    panels = _expand(mode, row, np.array([0]), rate, n)
+    y, _, _ = _evaluate(mode, panels, np.array([len(panels.row) - 1]), np.ones(1))
+    return initial, y[0] @ mode.to_physical.T + mode.offset
 
 
 def _sample(

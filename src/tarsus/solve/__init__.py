@@ -1,0 +1,8 @@
+"""Simulation: one run, or thousands at once."""
+
+from tarsus.solve.batch import Batch, simulate_batch
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.run import Ledger, ResultCode, Run
+from tarsus.solve.simulate import simulate
+
+__all__ = ["Accuracy", "Batch", "Ledger", "ResultCode", "Run", "simulate", "simulate_batch"]

@@ -1,0 +1,14 @@
+"""What a run is judged by: one definition of every measure, used by every table."""
+
+from tarsus.measure.history import FootHistory, foot_history
+from tarsus.measure.periods import RESOLUTION, Measure, Measures, period_statistics, scene_period
+
+__all__ = [
+    "RESOLUTION",
+    "FootHistory",
+    "Measure",
+    "Measures",
+    "foot_history",
+    "period_statistics",
+    "scene_period",
+]

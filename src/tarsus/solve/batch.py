@@ -1,0 +1,197 @@
+"""Thousands of runs at once: any described float may vary."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tarsus.core.arrays import PERIOD_MARK
+from tarsus.errors import InputError
+from tarsus.measure import Measures, period_statistics, scene_period
+from tarsus.plan import Plan, law_column, lower_scene
+from tarsus.scene import Scene
+from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute
+from tarsus.solve.simulate import check_duration
+from tarsus.spec import with_values
+
+_CHUNK = 256  # runs handed to the kernel at a time
+
+
+@dataclass(frozen=True)
+class BatchRun:
+    """One run of a batch: its events and what measures need."""
+
+    all_events: np.ndarray
+    foot_names: tuple[str, ...]
+    duration: float
+    period: float
+    code: ResultCode
+
+    @property
+    def events(self) -> np.ndarray:
+        """Events in time order, without the period marks."""
+        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+
+    @property
+    def ok(self) -> bool:
+        """True when the run reached its end."""
+        return self.code is ResultCode.DONE
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Results of `simulate_batch`: nr runs in the order of the varied values.
+
+    vary: the varied values (nr,) by path; periods (nr,) [s]: drive period of the statistics.
+    """
+
+    scene: Scene
+    vary: Mapping[str, np.ndarray]
+    duration: float
+    periods: NDArray[np.float64]
+    _parts: Sequence[tuple[RawRuns, int]]
+
+    def __len__(self) -> int:
+        return len(self.periods)
+
+    @property
+    def codes(self) -> list[ResultCode]:
+        """How every run ended."""
+        return [ResultCode.of(int(raw.codes[k])) for raw, k in self._parts]
+
+    def run(self, i: int) -> BatchRun:
+        """Run number ``i``."""
+        raw, k = self._parts[i]
+        return BatchRun(
+            structured_events(raw.of(k)), tuple(self.scene.robot.feet), self.duration, float(self.periods[i]),
+            ResultCode.of(int(raw.codes[k])),
+        )  # fmt: skip
+
+    def events(self, i: int) -> np.ndarray:
+        """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
+        return self.run(i).events
+
+    def measures(self, i: int, **options: Any) -> Measures:
+        """Measures of run number ``i``; options as for `tarsus.measure.period_statistics`."""
+        return period_statistics(self.run(i), **options)
+
+    def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
+        """One measure of every run (nr,); NaN for runs that did not reach their end."""
+        return np.array(
+            [
+                self.measures(i, **options)[name].value if code is ResultCode.DONE else np.nan
+                for i, code in enumerate(self.codes)
+            ]
+        )
+
+
+def simulate_batch(
+    scene: Scene,
+    vary: Mapping[str, ArrayLike],
+    duration: float | None = None,
+    *,
+    threads: int | None = None,
+    accuracy: Accuracy | None = None,
+    track: bool = True,
+) -> Batch:
+    """Simulate a scene for many values of any of its floats.
+
+    Parameters
+    ----------
+    scene
+        The scene; values that do not vary are its own.
+    vary
+        Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
+        length. Runs that differ in parameters of ground laws and in initial state only share everything else.
+    duration
+        Model time of every run [s].
+    threads
+        Worker threads; all cores by default.
+    accuracy
+        Tolerances of the engine.
+    track
+        Find the highest gap of every flight (needed for peaks and for telling bounces from chatter).
+
+    Raises
+    ------
+    InputError
+        For unknown paths, values out of bounds, or arrays of different lengths.
+    """
+    seconds = scene.duration if duration is None else float(duration)
+    check_duration(seconds)
+    values = _columns(vary)
+    count = len(next(iter(values.values()))) if values else 1
+    native = {path: law_column(scene, path) for path in values}
+    own = [path for path, where in native.items() if where is not None]
+    rest = [path for path in values if path not in own]
+    for path in own:
+        for edge in (values[path].min(), values[path].max()):
+            with_values(scene, {path: float(edge)})  # bounds are intervals: both ends suffice
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for i in range(count):
+        groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
+    books: dict[Any, SharedBook] = {}
+    periods = np.zeros(count)
+    jobs: list[tuple[Plan, SharedBook, float, np.ndarray, NDArray[np.int64]]] = []
+    results: list[tuple[RawRuns, int] | None] = [None] * count
+
+    def prepare(item: tuple[tuple[float, ...], list[int]]) -> tuple[Plan, float, NDArray[np.int64], Any]:
+        chosen, members = item
+        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
+        key = (variant.robot.structure, variant.robot.feet, variant.ground.gravity, _loads(variant))
+        return lower_scene(variant), scene_period(variant, seconds), np.array(members), key
+
+    def work(job: tuple[Plan, SharedBook, float, np.ndarray, NDArray[np.int64]]) -> None:
+        plan, book, period, parameters, members = job
+        raw = execute(plan, seconds, parameters=parameters, book=book, accuracy=accuracy, period=period, track=track)
+        for k, i in enumerate(members):
+            results[i] = (raw, k)
+
+    for plan, period, members, key in map(prepare, groups.items()):
+        if key not in books:
+            books[key] = SharedBook(plan, seconds)
+        periods[members] = period
+        parameters = np.repeat(plan.laws.parameters[None], len(members), axis=0)
+        for path in own:
+            column = native[path]
+            assert column is not None
+            parameters[:, :, column] = values[path][members, None]
+        for first in range(0, len(members), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            jobs.append((plan, books[key], period, parameters[part], members[part]))
+    workers = threads or os.cpu_count() or 1
+    if workers == 1 or len(jobs) == 1:
+        for job in jobs:
+            work(job)
+    else:
+        work(jobs[0])  # compiles once, before the threads start
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(work, jobs[1:]))
+    return Batch(scene, values, seconds, periods, [r for r in results if r is not None])
+
+
+def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    values = {path: np.atleast_1d(np.asarray(v, dtype=float)) for path, v in vary.items()}
+    problems = [f"{path}: expected a list of numbers, got an array of {v.ndim} dimensions" for path, v in values.items() if v.ndim != 1]
+    problems += [f"{path}: every value must be a finite number" for path, v in values.items() if not np.isfinite(v).all()]
+    lengths = {len(v) for v in values.values()}
+    if len(lengths) > 1:
+        shown = ", ".join(f"{path} has {len(v)}" for path, v in values.items())
+        problems.append(f"varied values must be of one length: {shown}")
+    if lengths == {0}:
+        problems.append("varied values: expected at least one run, got none")
+    if problems:
+        raise InputError(problems)
+    return values
+
+
+def _loads(scene: Scene) -> tuple[Any, ...]:
+    return tuple(drive.load for drive in scene.robot.drives.values())
+

@@ -1,0 +1,59 @@
+"""How a run ended, as a sentence; and its events as a structured array."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+
+from tarsus.core import arrays as a
+
+
+class ResultCode(Enum):
+    """How a run ended. The value is a sentence."""
+
+    DONE = "The run reached its end."
+    STALLED = "The run stopped: events crowd one instant (contacts repeat without time passing)."
+    TOO_STIFF = "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
+    STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
+    NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
+
+    @classmethod
+    def of(cls, code: int) -> ResultCode:
+        """The result of a kernel return code."""
+        return _CODES[code]
+
+
+_CODES = {
+    a.DONE: ResultCode.DONE,
+    a.STALL: ResultCode.STALLED,
+    a.STEP_TOO_SMALL: ResultCode.TOO_STIFF,
+    a.STEP_LIMIT: ResultCode.STEP_LIMIT,
+    a.NOT_FINITE: ResultCode.NOT_FINITE,
+}
+
+EVENT_TYPE = np.dtype(
+    [
+        ("time", "f8"), ("foot", "i4"), ("kind", "i1"), ("speed_before", "f8"), ("speed_after", "f8"), ("pull", "f8"),
+        ("strength", "f8"), ("energy", "f8"), ("adhesion_energy", "f8"), ("apex", "f8"), ("apex_time", "f8"),
+    ]
+)  # fmt: skip
+"""Fields of an event: time [s]; foot number; kind (1 bounce, 2 capture, 3 release, 4 rest, 5 contact at start);
+approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
+the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
+that ended, and when [s]."""
+
+
+def structured_events(rows: np.ndarray) -> np.ndarray:
+    """Kernel event rows (ne, 11) as a structured array, in time order."""
+    out = np.zeros(len(rows), dtype=EVENT_TYPE)
+    for name, column in _COLUMNS.items():
+        out[name] = rows[:, column]
+    return out
+
+
+_COLUMNS = {
+    "time": a.E_TIME, "foot": a.E_FOOT, "kind": a.E_KIND, "speed_before": a.E_BEFORE, "speed_after": a.E_AFTER,
+    "pull": a.E_PULL, "strength": a.E_STRENGTH, "energy": a.E_ENERGY, "adhesion_energy": a.E_ADHESION,
+    "apex": a.E_APEX, "apex_time": a.E_APEX_TIME,
+}  # fmt: skip

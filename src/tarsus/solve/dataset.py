@@ -1,0 +1,68 @@
+"""A run as an xarray Dataset."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray
+
+    from tarsus.solve.run import Run
+    from tarsus.solve.series import Series
+
+
+def to_dataset(run: Run, series: Series) -> xarray.Dataset:
+    """Series of a run with dims time, foot, drive, point; every variable has ``units`` and ``long_name``."""
+    import xarray
+
+    scene = run.scene
+    structure = scene.robot.structure
+    points = list(structure.points)
+    rows = np.array([structure.row(p) for p in points]).reshape(len(points), structure.size)
+    state = series.state
+    variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+
+    def add(name: str, dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> None:
+        variables[name] = (dims, values, {"units": units, "long_name": long_name})
+
+    add("volts", ("drive", "time"), series.volts, "V", "drive voltage")
+    add("drive_force", ("drive", "time"), series.force, "N", "drive force")
+    add("displacement", ("point", "time"), rows @ state.x, "m", "displacement of a point along +z")
+    add("velocity", ("point", "time"), rows @ state.v, "m/s", "velocity of a point along +z")
+    foot = ("foot", "time")
+    add("gap", foot, state.gap, "m", "clearance of a foot")
+    add("gap_rate", foot, state.rate, "m/s", "rate of the clearance, negative when approaching")
+    add("contact", foot, state.held, "1", "foot held on the ground")
+    add("pull", foot, state.pull, "N", "structure's pull on a held foot, away from the ground")
+    add("adhesion_strength", foot, series.strength, "N", "pull that the contact would hold")
+    add("film_force", foot, series.film, "N", "squeeze-film force on the foot along the normal")
+    add("electrostatic_force", foot, series.electrostatic, "N", "electrostatic force on the foot along the normal")
+    add("law_force", foot, series.user, "N", "force of user laws on the foot along the normal")
+    add("contact_force", foot, series.contact, "N", "reaction of the ground on a held foot, negative when it holds back")
+    add("kinetic_energy", ("time",), series.kinetic, "J", "kinetic energy")
+    add("elastic_energy", ("time",), series.elastic, "J", "elastic energy")
+    for name, (key, text) in _CUMULATIVE.items():
+        add(name, ("time",), series.cumulative[key], "J", f"{text}, from the start")
+    return xarray.Dataset(
+        variables,
+        coords={
+            "time": ("time", series.time, {"units": "s", "long_name": "time"}),
+            "foot": ("foot", list(scene.robot.feet)),
+            "drive": ("drive", list(scene.robot.drives)),
+            "point": ("point", points),
+        },
+        attrs={"title": scene.name, "result": run.code.value, "duration_s": run.duration, "period_s": run.period},
+    )
+
+
+_CUMULATIVE = {
+    "work_in": ("work_in", "work of drives and weight"),
+    "damping_loss": ("damping", "energy lost to structural damping"),
+    "film_loss": ("film", "energy lost to the squeeze film"),
+    "electrostatic_work": ("electrostatic", "work of electrostatic forces on the structure"),
+    "law_work": ("laws", "work of user laws on the structure"),
+    "impact_loss": ("impacts", "energy lost in impacts"),
+    "adhesion_loss": ("adhesion", "kinetic energy taken by adhesive capture"),
+}

@@ -1,0 +1,119 @@
+"""One finished run: events, measures, energy ledger, and the series behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tarsus.core.arrays import PERIOD_MARK
+from tarsus.measure import Measures, period_statistics
+from tarsus.plan import Plan
+from tarsus.scene import Scene
+from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.engine import RawRuns
+
+if TYPE_CHECKING:
+    import xarray
+
+    from tarsus.solve.series import Series
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Where the energy of a run went [J]: work_in + electrostatic + laws = kinetic + elastic + damping + film
+    + impacts + adhesion + residual.
+
+    work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
+    impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the kinetic
+    energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the largest
+    term.
+    """
+
+    work_in: float
+    kinetic: float
+    elastic: float
+    damping: float
+    film: float
+    electrostatic: float
+    impacts: float
+    adhesion: float
+    laws: float
+    residual: float
+    closure: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """A finished simulation of ``scene`` over ``duration`` [s].
+
+    code: how it ended; wall_s: seconds it took; period [s]: drive period of the statistics.
+    """
+
+    scene: Scene
+    plan: Plan
+    raw: RawRuns
+    duration: float
+    period: float
+    wall_s: float
+
+    @property
+    def code(self) -> ResultCode:
+        """How the run ended; its value is a sentence."""
+        return ResultCode.of(int(self.raw.codes[0]))
+
+    @property
+    def ok(self) -> bool:
+        """True when the run reached its end."""
+        return self.code is ResultCode.DONE
+
+    @property
+    def end_time(self) -> float:
+        """Time reached [s]; the duration unless the run stopped early."""
+        return float(self.raw.finish[0, 0])
+
+    @property
+    def foot_names(self) -> tuple[str, ...]:
+        """Names of the feet, in the order of the events' foot numbers."""
+        return tuple(self.scene.robot.feet)
+
+    @cached_property
+    def all_events(self) -> np.ndarray:
+        """Events with the period marks (kind 6) between them."""
+        return structured_events(self.raw.events)
+
+    @cached_property
+    def events(self) -> np.ndarray:
+        """Events in time order, a structured array; see `tarsus.solve.codes.EVENT_TYPE` for fields and units."""
+        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+
+    @cached_property
+    def measures(self) -> Measures:
+        """Measures by drive period after transients; each with definition, unit and spread."""
+        return period_statistics(self)
+
+    @cached_property
+    def series(self) -> Series:
+        """States and forces on an even time grid, with the energy integrals of every step."""
+        from tarsus.solve.series import sample
+
+        return sample(self)
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """Energy ledger of the whole run."""
+        return self.series.ledger
+
+    def at(self, times: np.ndarray) -> Series:
+        """Series at the given times [s], increasing: the engine's own solution, not an interpolation."""
+        from tarsus.solve.series import sample
+
+        return sample(self, np.asarray(times, dtype=float))
+
+    def to_dataset(self, times: np.ndarray | None = None) -> xarray.Dataset:
+        """The run as an xarray Dataset, units as attributes; on an even grid unless ``times`` [s] are given."""
+        from tarsus.solve.dataset import to_dataset
+
+        return to_dataset(self, self.series if times is None else self.at(times))

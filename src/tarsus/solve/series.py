@@ -1,0 +1,179 @@
+"""Series of a run: states, forces and energies at sample times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.replay import Integrals, Sampled, replay
+from tarsus.drive.pieces import evaluate
+from tarsus.solve.run import Ledger
+
+if TYPE_CHECKING:
+    from tarsus.solve.run import Run
+
+Floats = NDArray[np.float64]
+
+FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
+
+
+@dataclass(frozen=True)
+class Series:
+    """A run at nt times [s]: state of the structure and, per foot, its forces [N].
+
+    force (nd, nt): drive forces; film, electrostatic, user (m, nt): forces on the foot, positive along the normal;
+    contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held foot.
+    """
+
+    time: Floats
+    state: Sampled
+    force: Floats
+    volts: Floats
+    film: Floats
+    electrostatic: Floats
+    user: Floats
+    contact: Floats
+    strength: Floats
+    kinetic: Floats
+    elastic: Floats
+    cumulative: dict[str, Floats]
+    ledger: Ledger
+
+
+def grid(run: Run) -> Floats:
+    """Even sample times: enough for the drive period and the fastest mode, within bounds."""
+    cycles = run.duration * run.plan.rate / (2.0 * np.pi)
+    wanted = max(PER_PERIOD * run.duration / run.period, PER_CYCLE * cycles)
+    return np.linspace(0.0, run.end_time, int(np.clip(np.ceil(wanted), FEWEST - 1, MOST - 1)) + 1)
+
+
+def sample(run: Run, times: Floats | None = None) -> Series:
+    """Replay the recorded steps of a run at ``times`` [s] (an even grid by default)."""
+    time = grid(run) if times is None else times
+    plan, scene = run.plan, run.scene
+    modes = run.raw.book.book.modes
+    state, integrals = replay(plan.system, modes, run.raw.trace, time, _electrostatic_force(run))
+    force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]]).reshape(plan.drives, len(time))
+    volts = _drive_volts(run, time)
+    wired = _foot_volts(run, time)
+    electrostatic = np.zeros_like(state.gap)
+    law = scene.ground.electrostatic
+    if law is not None:
+        electrostatic = law.force(state.gap, state.rate, wired, time, *law.parameters())
+    film = np.zeros_like(state.gap)
+    if scene.ground.film is not None:
+        c, thickness = scene.ground.film.parameters()
+        film = np.where(state.held, 0.0, -c * state.rate / (state.gap + thickness) ** 3)
+    user = np.where(state.held, 0.0, state.smooth - electrostatic + state.film - film)
+    if not scene.ground.laws:
+        user = np.zeros_like(user)
+    return Series(
+        time=time, state=state, force=force, volts=volts, film=film, electrostatic=electrostatic, user=user,
+        contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=_strength(run, time, state.held),
+        kinetic=_quadratic(plan.system.mass, state.v), elastic=_quadratic(plan.system.stiffness, state.x),
+        cumulative=_cumulative(run, integrals, time), ledger=_ledger(run, integrals),
+    )  # fmt: skip
+
+
+def _quadratic(matrix: Floats, z: Floats) -> Floats:
+    return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
+
+
+def _drive_volts(run: Run, time: Floats) -> Floats:
+    names = list(run.scene.robot.drives)
+    volts = np.zeros((len(names), len(time)))
+    for d, name in enumerate(names):
+        waveform = run.scene.signals.get(name)
+        if waveform is not None:
+            volts[d] = waveform.volts(time)
+    return volts
+
+
+def _foot_volts(run: Run, time: Floats) -> Floats:
+    volts = np.zeros((run.plan.feet, *np.shape(time)))
+    for i, channel in enumerate(run.plan.laws.volts):
+        if channel >= 0:
+            volts[i] = evaluate(run.plan.channels[channel], time)
+    return volts
+
+
+def _electrostatic_force(run: Run):  # noqa: ANN202 - callable or None
+    """Force (k, m) at gaps (k, m), rates (k, m), times (k,), to tell its work from that of users' laws."""
+    law = run.scene.ground.electrostatic
+    if law is None:
+        return None
+    return lambda gap, rate, time: law.force(gap, rate, _foot_volts(run, time).T, time[:, None], *law.parameters())
+
+
+def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
+    """f_a [N] of every held foot: from the contact's age, by the law of adhesion or the user's latch."""
+    from tarsus.laws.base import LatchLaw
+
+    strength = np.zeros(held.shape)
+    laws = [law for law in run.scene.ground.laws.values() if isinstance(law, LatchLaw)]
+    law = laws[0] if laws else run.scene.ground.adhesion
+    if law is None:
+        return strength
+    for i in range(len(held)):
+        begun = run.events[(run.events["foot"] == i) & np.isin(run.events["kind"], (2, 4, 5))]["time"]
+        if not len(begun):
+            continue
+        since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]
+        ages = np.maximum(time - since, 0.0)
+        parameters = law.parameters()
+        values = [type(law).function()(float(age), *parameters) for age in ages[held[i]]]
+        strength[i, held[i]] = values
+    return strength
+
+
+_LOSSES = ("work_in", "damping", "film", "electrostatic", "laws")
+
+
+def _terms(integrals: Integrals) -> dict[str, Floats]:
+    return {
+        "work_in": integrals.drives + integrals.constant,
+        "damping": integrals.damping,
+        "film": -integrals.film,
+        "electrostatic": integrals.electrostatic,
+        "laws": integrals.smooth - integrals.electrostatic,
+    }
+
+
+def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Floats]:
+    """Cumulative energies at the sample times [J], linear between the ends of the engine's steps."""
+    knots = np.concatenate([[0.0], integrals.time])
+    out = {name: np.interp(time, knots, np.concatenate([[0.0], values])) for name, values in _terms(integrals).items()}
+    events = run.events
+    passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right") if len(events) else np.zeros(len(time), int)
+    adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
+    lost = np.concatenate([[0.0], np.cumsum(events["energy"])])
+    out["adhesion"] = adhesion[passed]
+    out["impacts"] = lost[passed] - adhesion[passed]
+    return out
+
+
+def _ledger(run: Run, integrals: Integrals) -> Ledger:
+    from tarsus.core.replay import end_states
+
+    system = run.plan.system
+    terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(integrals).items()}
+    n = len(system.mass)
+    first, last = end_states(run.plan.initial, run.raw.book.book.modes, run.raw.trace, n)
+    kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
+    elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
+    adhesion = float(run.events["adhesion_energy"].sum())
+    impacts = float(run.events["energy"].sum()) - adhesion
+    change_k, change_e = kinetic[1] - kinetic[0], elastic[1] - elastic[0]
+    gained = terms["work_in"] + terms["electrostatic"] + terms["laws"]
+    spent = terms["damping"] + terms["film"] + impacts + adhesion
+    residual = gained - spent - change_k - change_e
+    sizes = [abs(x) for x in (*terms.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
+    largest = max(sizes, default=0.0)
+    return Ledger(
+        work_in=terms["work_in"], kinetic=change_k, elastic=change_e, damping=terms["damping"], film=terms["film"],
+        electrostatic=terms["electrostatic"], impacts=impacts, adhesion=adhesion, laws=terms["laws"],
+        residual=residual, closure=abs(residual) / largest if largest > 0.0 else 0.0,
+    )  # fmt: skip

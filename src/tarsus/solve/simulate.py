@@ -1,0 +1,47 @@
+"""One run of one scene."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from tarsus.errors import InputError
+from tarsus.measure import scene_period
+from tarsus.plan import lower_scene
+from tarsus.scene import Scene
+from tarsus.solve.engine import Accuracy, execute
+from tarsus.solve.run import Run
+
+
+def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | None = None) -> Run:
+    """Simulate a scene exactly from event to event.
+
+    Parameters
+    ----------
+    scene
+        What to simulate; a user's laws are part of its ground (``ground.laws``).
+    duration
+        How long [s]; the scene's own duration by default.
+    accuracy
+        Tolerances and the bound on steps.
+
+    Raises
+    ------
+    InputError
+        For a duration that is not positive, or a user's law that cannot be compiled.
+
+    The run always ends, with a `ResultCode` that is a sentence.
+    """
+    seconds = scene.duration if duration is None else float(duration)
+    check_duration(seconds)
+    plan = lower_scene(scene)
+    period = scene_period(scene, seconds)
+    start = time.perf_counter()
+    raw = execute(plan, seconds, accuracy=accuracy, period=period, record=True)
+    return Run(scene, plan, raw, seconds, period, time.perf_counter() - start)
+
+
+def check_duration(seconds: float) -> None:
+    """Raise InputError unless a duration [s] is positive and finite."""
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
