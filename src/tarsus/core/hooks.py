@@ -16,6 +16,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
+from tarsus.core.jit import PART, inner
+
 # Pointer columns of a foot: addresses of a user's functions, 0 where there is none.
 MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
 # Flags of a foot: which laws act on it.
@@ -62,7 +64,7 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
     terms = []
     scope: dict[str, object] = {"call_pointer": call_pointer}
     for n, law in enumerate(_bound[name]):
-        scope[f"law{n}"] = numba.njit(law.function) if compiled else law.function
+        scope[f"law{n}"] = inner(law.function) if compiled else law.function
         columns = ", ".join(f"par[foot, {law.first + c}]" for c in range(law.count))
         terms.append(f"law{n}({', '.join(arguments)}, {columns})")
     padded = ", ".join((*arguments, "0.0", "0.0", "0.0")[:4])
@@ -115,7 +117,7 @@ for _name, _stub in (("momentum", momentum), ("force", force), ("rebound", rebou
         parameters = ", ".join(inspect.signature(stub).parameters)
         scope: dict[str, object] = {"_assemble": _assemble}
         exec(f"def implementation({parameters}):\n    return _assemble({name!r}, True)\n", scope)  # noqa: S102
-        overload(stub, jit_options={"fastmath": True})(scope["implementation"])  # type: ignore[arg-type]
+        overload(stub, jit_options=PART)(scope["implementation"])  # type: ignore[arg-type]
 
     _implementation(_name, _stub)
 
@@ -134,7 +136,7 @@ def _indirect(typingctx, address, a, b, c, d, parameters):  # noqa: ANN001, ANN2
     return signature, generate
 
 
-@overload(call_pointer)
+@overload(call_pointer, jit_options=PART)
 def _call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
     def implementation(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
         return _indirect(address, a, b, c, d, parameters)

@@ -1,19 +1,127 @@
-"""The two compile recipes of the house: inner functions are small and wrapper-free, entries release the GIL."""
+"""The compile recipes of the house: parts that are linked into an entry, and entries, which release the GIL.
+
+Numba optimises every function and turns it into machine code as soon as it is typed, and again as part of each of
+its callers. A part is only ever linked into an entry, so all of that is left to the entry; and both are compiled
+without numba's passes for what the kernels do not use (closures, ``with``, object mode, inlining of its IR).
+"""
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import njit
+from numba._dynfunc import make_function
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase
+from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.typed_passes import (
+    IRLegalization,
+    NativeLowering,
+    NoPythonBackend,
+    NopythonTypeInference,
+    PreLowerStripPhis,
+)
+from numba.core.types import BoundFunction, Function, unliteral
+from numba.core.untyped_passes import FixupArgs, GenericRewrites, IRProcessing, ReconstructSSA, TranslateByteCode
 
 # Contracting and reordering of sums is allowed; NaN and infinity keep their meaning (they end a run in a sentence).
 _MATH = {"contract", "reassoc", "nsz", "arcp"}
 
-_INNER = {"fastmath": _MATH, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False, "error_model": "numpy"}
 
-# Called now and then (at events): compiled on its own.
-inner = njit(**_INNER)
-# On the path of every step, called from one place: melted into its caller, so that no argument is copied.
-fused = njit(forceinline=True, **_INNER)
+class _Typing:
+    """A typing context that resolves each operator or function only once for the same types of arguments.
+
+    Literal arguments count as plain integers, so that a part is not compiled anew for each of them.
+    """
+
+    _signatures: dict[Any, Any] = {}
+
+    def __init__(self, context: Any) -> None:
+        self._context = context
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._context, name)
+
+    def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
+        args = tuple(unliteral(argument) for argument in args)
+        if kws or not isinstance(function, (Function, BoundFunction)):
+            return self._context.resolve_function_type(function, args, kws)
+        signature = self._signatures.get((function, args))
+        if signature is None:
+            signature = self._context.resolve_function_type(function, args, kws)
+            if signature is not None:
+                self._signatures[function, args] = signature
+        return signature
+
+
+class _PartLibrary(JITCodeLibrary):
+    """Code that is only linked into others: simplified, but neither optimised nor made machine code."""
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _PartLowering(NativeLowering):
+    """Numba's code generation into a part library."""
+
+    _name = "tarsus_part_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        name = state.func_id.func_qualname
+        state.library = _PartLibrary(state.targetctx.codegen(), name)
+        state.flags.no_compile = True
+        super().run_pass(state)
+        lowered = state["cr"]
+        # stands for the part among the overloads of a function; a part has no address to be called at
+        handle = make_function(lowered.fndesc.lookup_module(), name, "a part", 0, lowered.env, (state.library,))
+        state.targetctx.insert_user_function(handle, lowered.fndesc, [state.library])
+        state["cr"] = lowered._replace(cfunc=handle)
+        return True
+
+
+class _EntryCompiler(CompilerBase):
+    _lowering: type = NativeLowering
+
+    def __init__(self, typingctx: Any, *args: Any) -> None:
+        super().__init__(typingctx, *args)
+        self.state.typingctx = _Typing(typingctx)
+        self.state.flags.noalias = True
+
+    def define_pipelines(self) -> list[PassManager]:
+        manager = PassManager("tarsus")
+        for step in (
+            TranslateByteCode, FixupArgs, IRProcessing, GenericRewrites, ReconstructSSA, NopythonTypeInference,
+            PreLowerStripPhis, IRLegalization, self._lowering, NoPythonBackend,
+        ):  # fmt: skip
+            manager.add_pass(step, step.__name__)
+        manager.finalize()
+        return [manager]
+
+
+class _PartCompiler(_EntryCompiler):
+    _lowering = _PartLowering
+
+
+# No two array arguments of a kernel function may share memory that it writes (see ``noalias`` above).
+PART: dict[str, Any] = {
+    "fastmath": _MATH, "error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "pipeline_class": _PartCompiler,
+}  # fmt: skip
+
+# Called now and then (at events): LLVM decides whether to inline it.
+inner = njit(**PART)
+# On the path of every step: melted into its caller, so that no argument is copied.
+fused = njit(forceinline=True, **PART)
+
 
 def entry(function):  # noqa: ANN001, ANN201 - numba dispatcher
     """Compile an entry point: cached on disk, without the GIL. The cache notices a changed closure."""
-    return njit(fastmath=_MATH, cache=True, nogil=True, error_model="numpy", _nrt=False)(function)
+    return njit(
+        fastmath=_MATH, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True,
+        pipeline_class=_EntryCompiler,
+    )(function)  # fmt: skip
