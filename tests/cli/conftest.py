@@ -33,6 +33,14 @@ class Result:
         return [line.removeprefix("tarsus: ") for line in lines]
 
 
+@pytest.fixture(scope="session", autouse=True)
+def compiled_engine() -> None:
+    """Machine code on disk before the first command line, so that none of them speaks of compiling."""
+    import tarsus
+
+    tarsus.simulate(tarsus.load_scene("cantilever"), duration=0.001)
+
+
 @pytest.fixture
 def tarsus(capsys) -> Callable[..., Result]:
     """`tarsus("show", "cantilever")`: exit code, stdout and stderr of a command line run here."""

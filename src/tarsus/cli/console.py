@@ -106,5 +106,10 @@ def spinner(text: str) -> Iterator[None]:
 @contextmanager
 def engine_at_work() -> Iterator[None]:
     """Around the first simulation of a process: says on stderr when the engine is compiled first."""
+    from tarsus.solve.engine import COMPILE_SECONDS, needs_compiling
+
+    if needs_compiling():
+        text = f"compiling the engine once, about {COMPILE_SECONDS} s"
+        print(f"tarsus: {text}", file=sys.stderr, flush=True)
     with spinner("simulating"):
         yield

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tarsus.core import arrays as a
+from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.flow import TERMS
 from tarsus.core.kernel import make_advance
 from tarsus.core.modes import contact_mode
@@ -20,13 +22,24 @@ _advance = None
 _compiling = threading.Lock()
 
 
-def advance():  # noqa: ANN201 - numba dispatcher
+COMPILE_SECONDS = 15
+"""About how long compiling the engine takes, for telling those who wait [s]."""
+
+
+def advance() -> Any:
     """The compiled engine, made on first use (its machine code is kept on disk between processes)."""
     global _advance
     with _compiling:
         if _advance is None:
             _advance = make_advance(source_hash())
+            if not is_compiled(_advance):
+                drop_stale(_advance)
     return _advance
+
+
+def needs_compiling() -> bool:
+    """Whether the next run compiles the engine first: its machine code is neither in this process nor on disk."""
+    return not is_compiled(advance())
 
 
 @dataclass(frozen=True)
