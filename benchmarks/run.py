@@ -87,20 +87,21 @@ def _timed(function: Callable[[], Any]) -> tuple[Any, float]:
 
 
 def _own() -> Any | None:
-    """``tarsus.solve.bench`` if this Tarsus has it.
+    """``tarsus.study.bench``: its ``Chain(n, seconds).impacts()`` and ``run_pairs`` use the general engine.
 
-    p1(problem, duration_ms) -> (impact times [ms], CPU seconds)
-    p2(problem, pairs (m, 2)) -> ((counts, first [ms], tenth [ms]), CPU seconds)
-
-    with ``problem`` a ``problems.Problem``; building the scene is outside the seconds, as compiling is for
-    the peers.
+    Building the scene and its step tables is outside the timing, as compiling is for the peers.
     """
     try:
-        return importlib.import_module("tarsus.solve.bench")
+        return importlib.import_module("tarsus.study.bench")
     except ModuleNotFoundError as missing:
         if missing.name and missing.name.startswith("tarsus"):
             return None
         raise
+
+
+def _own_pairs(own: Any, reference: PairReference) -> tuple[Any, float]:
+    (counts, first, tenth), seconds = own.run_pairs(*reference.pairs.T)
+    return (counts, first * 1e3, tenth * 1e3), seconds
 
 
 def _peer(name: str, which: int) -> Any | None:
@@ -125,7 +126,16 @@ def _entries_p1(n: int, names: Sequence[str]) -> list[Entry]:
     own = _own() if OWN in names else None
     if own is not None:
         span = horizon(n)
-        entries.append(Entry(OWN, lambda: own.p1(problem, span), checker(span), lambda s: s * 1e6 / span, []))
+        chain = own.Chain(n, span * 1e-3)
+        entries.append(
+            Entry(
+                OWN,
+                lambda: _timed(lambda: chain.impacts() * 1e3),
+                checker(span),
+                lambda s: s * 1e6 / span,
+                [],
+            )
+        )
     for name in names:
         if name == OWN or n not in PEERS[name][2]:
             continue
@@ -161,7 +171,7 @@ def _entries_p2(names: Sequence[str], members: int | None) -> list[Entry]:
         entries.append(
             Entry(
                 OWN,
-                lambda: own.p2(load(2), reference.pairs),
+                lambda: _own_pairs(own, reference),
                 checker(reference),
                 lambda s: len(reference) / s,
                 [],
@@ -281,7 +291,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     names = [OWN, *options.peers]
     if _own() is None:
-        print("# tarsus.solve.bench not found: peers only")
+        print("# tarsus is not installed: peers only")
     rows: list[Row] = []
     for n in options.sizes:
         rows += measure(f"P1 n={n}", "ms/s", _entries_p1(n, names), options.repeats)

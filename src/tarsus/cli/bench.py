@@ -18,12 +18,16 @@ def bench(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
     from tarsus.cli import console
     from tarsus.study.bench import run_bench
 
+    console.announce_compiling()
     with console.progress_bar("timing") as progress:
         result = run_bench(progress)
     if json:
         console.print_json(result)
     else:
-        console.table(("figure", "value"), [(name, f"{value:.4g}") for name, value in result.items()])
+        console.table(
+            ("figure", "value"),
+            [(name, value if isinstance(value, str) else f"{value:.4g}") for name, value in result.items()],
+        )
     wrong = {name: value for name, value in result.items() if name.endswith("_wrong") and value}
     if wrong:
         console.complain(

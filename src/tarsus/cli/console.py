@@ -103,13 +103,18 @@ def spinner(text: str) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def engine_at_work() -> Iterator[None]:
-    """Around the first simulation of a process: says on stderr when the engine is compiled first."""
+def announce_compiling() -> None:
+    """Say on stderr, terminal or not, when the first run of this process will compile the engine."""
     from tarsus.solve.engine import COMPILE_SECONDS, needs_compiling
 
     if needs_compiling():
         text = f"compiling the engine once, about {COMPILE_SECONDS} s"
         print(f"tarsus: {text}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def engine_at_work() -> Iterator[None]:
+    """Around the first simulation of a process: says so when the engine is compiled first, then moves a line."""
+    announce_compiling()
     with spinner("simulating"):
         yield

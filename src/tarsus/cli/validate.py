@@ -40,7 +40,8 @@ def validate(
 
     if output is not None:
         requests.check_folder(output)
-    with console.engine_at_work(), console.progress_bar("validating") as progress:
+    console.announce_compiling()
+    with console.progress_bar("validating") as progress:
         validation = validate_cantilever(device, rows, progress)
     result = validation.to_dict()
     if json:

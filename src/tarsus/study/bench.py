@@ -1,0 +1,318 @@
+"""How fast the engine is here, after checking that it is right: reference problems P1 and P2, hysteresis, compiling.
+
+P1: a chain of n masses pulled by a square voltage falls with its tip on the ground, bounces, sticks and tears off;
+every impact time is known. P2: the chain of two for 4096 pairs of restitution and film. `benchmarks/README.md` says
+more. Everything runs through the general engine on ordinary scenes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib import metadata, resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.laws import LinearForce
+from tarsus.drive.waveforms import Square
+from tarsus.laws import Adhesion, Film, Restitution
+from tarsus.plan import Plan, lower_scene
+from tarsus.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.engine import Accuracy, SharedBook, execute
+from tarsus.structure import Lumped
+
+Floats = NDArray[np.float64]
+Progress = Callable[[int, int, str], None]
+
+SIZES = (2, 6, 32)
+TIME_TOLERANCE = 1e-6
+"""An impact whose time is further off, relatively, is wrong."""
+ACCURACY = Accuracy(gap=1e-5)
+"""The loosest accuracy at which no event of P1 and P2 is wrong."""
+PAIRS_DURATION = 0.2
+"""Duration of every member of P2 [s]."""
+IMPACTS = (1, 2, 4)
+"""Kinds of events that are impacts: bounce, capture, rest."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """P2: restitution and film scale (4096,) of its members; impacts in 200 ms, first and tenth time [s]."""
+
+    restitution: Floats
+    film_scale: Floats
+    impacts: NDArray[np.int64]
+    first: Floats
+    tenth: Floats
+
+
+@cache
+def chain(n: int) -> Scene:
+    """P1 with n = 2, 6 or 32 masses."""
+    chains = json.loads(_data().joinpath("chains.json").read_text(encoding="utf-8"))
+    return chain_scene(**chains[str(n)])
+
+
+def chain_scene(
+    *,
+    mass_mg: Any,
+    stiffness_uN_per_um: Any,
+    damping: Any,
+    tip_index: int,
+    drive_index: int,
+    gain_uN_per_V: float,
+    film_C: float,
+    film_offset_um: float,
+    ground_um: float,
+    adhesion0_uN: float,
+    adhesion_rate_uN_per_ms: float,
+    restitution: float,
+) -> Scene:
+    """A chain as a scene, from the reference file's units: um, ms, uN, mg (film in uN um^2 ms, damping uN ms/um)."""
+    names = tuple(f"x{i}" for i in range(len(mass_mg)))
+    structure = Lumped(
+        coordinates=names,
+        mass=np.diag(np.array(mass_mg, dtype=float) * 1e-6).tolist(),
+        stiffness=np.array(stiffness_uN_per_um, dtype=float).tolist(),
+        damping=(np.array(damping, dtype=float) * 1e-3).tolist(),
+    )
+    pull = Drive(
+        load=PointLoad(weights={names[drive_index]: 1.0}), law=LinearForce(gain=gain_uN_per_V * 1e-6)
+    )
+    ground = Ground(
+        restitution=Restitution(coefficient=restitution),
+        adhesion=Adhesion(initial=adhesion0_uN * 1e-6, rate=adhesion_rate_uN_per_ms * 1e-3),
+        film=Film(coefficient=film_C * 1e-21, thickness=(film_offset_um + ground_um) * 1e-6),
+    )
+    return Scene(
+        name=f"chain of {len(names)} masses",
+        robot=Robot(
+            structure=structure,
+            drives={"pull": pull},
+            feet={"tip": Foot(point=names[tip_index], gap=-ground_um * 1e-6)},
+        ),
+        ground=ground,
+        signals={"pull": Square(amplitude=8.0, frequency=50.0)},
+        duration=1.0,
+    )
+
+
+@cache
+def reference_impacts(n: int) -> Floats:
+    """Impact times [s] of P1 that independent solvers agree on: 1 s for n = 2, about 185 ms for n = 6 and 32."""
+    with _data().joinpath("impacts_ms.npz").open("rb") as file:
+        return np.load(file)[f"n{n}"] * 1e-3
+
+
+@cache
+def pairs() -> Pairs:
+    """Members of P2 with their reference."""
+    with _data().joinpath("pairs.npz").open("rb") as file:
+        table = np.load(file)
+        return Pairs(
+            table["restitution"],
+            table["film_scale"],
+            table["impacts"].astype(np.int64),
+            table["first_ms"] * 1e-3,
+            table["tenth_ms"] * 1e-3,
+        )
+
+
+def horizon(n: int) -> float:
+    """How long P1 is run [s]: as long as its sequence is known."""
+    return 1.0 if n == 2 else float(reference_impacts(n)[-1]) * (1.0 + 10.0 * TIME_TOLERANCE)
+
+
+def wrong_impacts(times: Floats, reference: Floats) -> int:
+    """Impacts that are missing, surplus, or off by more than the tolerance, compared index by index."""
+    common = min(len(times), len(reference))
+    off = np.abs(times[:common] - reference[:common]) > TIME_TOLERANCE * reference[:common]
+    return int(off.sum()) + abs(len(times) - len(reference))
+
+
+class Chain:
+    """P1 ready to be run: lowered, contact modes and step tables made as they are met in the first run."""
+
+    def __init__(self, n: int, duration: float | None = None, accuracy: Accuracy = ACCURACY) -> None:
+        self.duration = horizon(n) if duration is None else duration
+        self.accuracy = accuracy
+        self.plan: Plan = lower_scene(chain(n))
+        self.book = SharedBook(self.plan, self.duration)
+
+    def impacts(self) -> Floats:
+        """Impact times [s] of one run."""
+        raw = execute(self.plan, self.duration, book=self.book, accuracy=self.accuracy, track=False)
+        return raw.events[np.isin(raw.events[:, 2], IMPACTS), 0]
+
+
+def run_pairs(
+    restitution: Floats, film_scale: Floats, accuracy: Accuracy = ACCURACY, threads: int = 1
+) -> tuple[tuple[NDArray[np.int64], Floats, Floats], float]:
+    """Members of P2 through `simulate_batch`: (impact counts, first, tenth impact time [s]), CPU seconds."""
+    scene = chain(2)
+    assert scene.ground.film is not None
+    vary = {
+        "ground.restitution.coefficient": restitution,
+        "ground.film.coefficient": scene.ground.film.coefficient * film_scale,
+    }
+    start = time.process_time()
+    batch = simulate_batch(scene, vary, PAIRS_DURATION, threads=threads, accuracy=accuracy, track=False)
+    seconds = time.process_time() - start
+    counts = np.zeros(len(batch), dtype=np.int64)
+    marks = np.full((2, len(batch)), np.nan)
+    for i in range(len(batch)):
+        events = batch.events(i)
+        times = events["time"][np.isin(events["kind"], IMPACTS)]
+        counts[i] = len(times)
+        for row, number in ((0, 0), (1, 9)):
+            if len(times) > number:
+                marks[row, i] = times[number]
+    return (counts, marks[0], marks[1]), seconds
+
+
+def wrong_pairs(answer: tuple[NDArray[np.int64], Floats, Floats], reference: Pairs) -> int:
+    """Members of P2 with a wrong count, or a first or tenth impact time off by more than the tolerance."""
+    counts, first, tenth = answer
+    good = counts == reference.impacts
+    for found, known in ((first, reference.first), (tenth, reference.tenth)):
+        good &= np.abs(found - known) <= TIME_TOLERANCE * known
+    return int((~good).sum())
+
+
+def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, Any]:
+    """Times of the engine on this machine, each with the number of wrong events or members.
+
+    Parameters
+    ----------
+    progress
+        called as `progress(done, total, what)`.
+    repeats
+        runs of which the fastest counts.
+
+    Returns
+    -------
+    dict
+        flat. `p1_n2_ms`, `p1_n6_ms`, `p1_n32_ms`: CPU milliseconds per simulated second, with `*_wrong` of
+        `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
+        `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of the device
+        `cantilever`, and their ratio; `compile_cold_s`: first run in a fresh process without machine code on disk,
+        `compile_warm_s`: with it, `start_warm_s`: that whole process; versions.
+    """
+    tell = progress or (lambda done, total, what: None)
+    stages = len(SIZES) + 3
+    result: dict[str, Any] = {}
+    for stage, n in enumerate(SIZES):
+        tell(stage, stages, f"P1, {n} masses")
+        result |= _chain_figures(n, repeats)
+    tell(len(SIZES), stages, "P2, 4096 runs")
+    result |= _pair_figures()
+    tell(len(SIZES) + 1, stages, "hysteresis")
+    result |= _hysteresis_figures(repeats)
+    tell(len(SIZES) + 2, stages, "compiling in a fresh process")
+    result |= _compile_figures()
+    tell(stages, stages, "")
+    versions = {name: metadata.version(name) for name in ("tarsus", "numpy", "numba")}
+    return result | {"accuracy_gap": ACCURACY.gap, "python": platform.python_version(), **versions}
+
+
+def _chain_figures(n: int, repeats: int) -> dict[str, Any]:
+    reference = reference_impacts(n)
+    Chain(2).impacts()  # compiled before any clock starts
+    start = time.process_time()
+    chained = Chain(n)
+    chained.impacts()
+    setup = time.process_time() - start
+    times, best = chained.impacts(), np.inf
+    wrong = wrong_impacts(times, reference)
+    for _ in range(repeats):
+        start = time.process_time()
+        times = chained.impacts()
+        best = min(best, time.process_time() - start)
+        wrong = max(wrong, wrong_impacts(times, reference))
+    return {
+        f"p1_n{n}_ms": best * 1e3 / chained.duration,
+        f"p1_n{n}_wrong": wrong,
+        f"p1_n{n}_impacts": len(reference),
+        f"p1_n{n}_setup_ms": setup * 1e3,
+    }
+
+
+def _pair_figures(repeats: int = 3) -> dict[str, Any]:
+    reference = pairs()
+    wrong, best = 0, np.inf
+    for _ in range(repeats):
+        answer, seconds = run_pairs(reference.restitution, reference.film_scale)
+        wrong, best = max(wrong, wrong_pairs(answer, reference)), min(best, seconds)
+    count = len(reference.impacts)
+    return {"p2_runs_per_s": count / best, "p2_wrong": wrong, "p2_runs": count}
+
+
+def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
+    from tarsus.files.library import load_scene
+
+    best = {}
+    for wave in ("square", "sine"):
+        plan = lower_scene(load_scene("cantilever", volts=8.0, hz=50.0, wave=wave))
+        book = SharedBook(plan, duration)
+        execute(plan, duration, book=book, accuracy=ACCURACY)
+        seconds = []
+        for _ in range(repeats):
+            start = time.process_time()
+            execute(plan, duration, book=book, accuracy=ACCURACY)
+            seconds.append(time.process_time() - start)
+        best[wave] = min(seconds) * 1e3 / duration
+    return {
+        "hysteresis_square_ms": best["square"],
+        "hysteresis_sine_ms": best["sine"],
+        "hysteresis_ratio": best["sine"] / best["square"],
+    }
+
+
+_FIRST_RUN = """
+import time
+import tarsus
+from tarsus.solve.engine import advance
+scene = tarsus.load_scene("cantilever")
+start = time.perf_counter()
+run = tarsus.simulate(scene)
+print(time.perf_counter() - start)
+"""
+
+
+def _compile_figures() -> dict[str, float]:
+    with tempfile.TemporaryDirectory(prefix="tarsus-bench-") as folder:
+        cold, _ = _first_run(folder)
+        warm = [_first_run(folder) for _ in range(3)]
+    return {
+        "compile_cold_s": cold,
+        "compile_warm_s": min(seconds for seconds, _ in warm),
+        "start_warm_s": min(whole for _, whole in warm),
+    }
+
+
+def _first_run(folder: str) -> tuple[float, float]:
+    """Seconds of the first run in a fresh process whose machine code is kept in a folder, and of that process."""
+    start = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", _FIRST_RUN],
+        env={**os.environ, "NUMBA_CACHE_DIR": folder},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return float(done.stdout), time.perf_counter() - start
+
+
+def _data() -> Any:
+    return resources.files("tarsus") / "data" / "bench"
