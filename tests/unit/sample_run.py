@@ -18,6 +18,7 @@ import xarray
 
 from tarsus.drive.laws import LinearForce
 from tarsus.drive.waveforms import Square
+from tarsus.files.series import Variables, variables_of
 from tarsus.laws import Adhesion, Film, Restitution
 from tarsus.scene import Drive, Foot, Ground, PointLoad, Provenance, Robot, Scene, Source
 from tarsus.structure.modal import Modal
@@ -69,6 +70,9 @@ class SampleRun:
     code: Code = Code.FINISHED
     ok: bool = True
     wall_s: float = 0.0123
+
+    def variables(self) -> Variables:
+        return variables_of(self.dataset)
 
     def to_dataset(self) -> xarray.Dataset:
         return self.dataset

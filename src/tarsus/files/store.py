@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from tarsus.errors import InputError
+from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 
 if TYPE_CHECKING:
     import xarray
@@ -57,6 +58,7 @@ EVENT_UNITS: dict[str, str] = {
     "pull": "N",
     "strength": "N",
     "energy": "J",
+    "adhesion_energy": "J",
     "apex": "m",
     "apex_time": "s",
 }
@@ -86,7 +88,7 @@ class RunLike(Protocol):
     def duration(self) -> float: ...
     @property
     def wall_s(self) -> float: ...
-    def to_dataset(self) -> xarray.Dataset: ...
+    def variables(self) -> Variables: ...
 
 
 @dataclass(frozen=True)
@@ -142,6 +144,10 @@ class StoredRun:
     version: str
     wall_s: float = math.nan
 
+    def variables(self) -> Variables:
+        """The stored series as plain arrays."""
+        return variables_of(self.dataset)
+
     def to_dataset(self) -> xarray.Dataset:
         """The stored series."""
         return self.dataset
@@ -183,16 +189,16 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
     """
     folder = Path(directory)
     with _staging(folder) as stage:
-        dataset = run.to_dataset()
+        variables = run.variables()
         _write_scene(run.scene, stage / SCENE_FILE)
-        _write_netcdf(run, dataset, stage / SERIES_FILE)
+        _write_netcdf(run, variables, stage / SERIES_FILE)
         if mat:
-            _write_matlab(run, dataset, stage / MATLAB_FILE)
+            _write_matlab(run, variables, stage / MATLAB_FILE)
         (stage / EVENTS_FILE).write_text(events_csv(run.events, run.foot_names), encoding="utf-8")
         _write_json(stage / MEASURES_FILE, {"measures": measures_table(run), "ledger": ledger_table(run)})
         _write_json(stage / PROVENANCE_FILE, provenance_table(run.scene))
         (stage / CITATIONS_FILE).write_text(_citations(run.scene), encoding="utf-8")
-        _write_json(stage / SUMMARY_FILE, _summary(run, dataset))
+        _write_json(stage / SUMMARY_FILE, _summary(run, len(variables["time"].values)))
         return _move_into(stage, folder)
 
 
@@ -212,7 +218,7 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
     names = tuple(summary["feet"])
     return StoredRun(
         scene=read_scene(folder / SCENE_FILE, laws),
-        dataset=_read_netcdf(folder / SERIES_FILE),
+        dataset=read_netcdf(folder / SERIES_FILE),
         events=_read_events(folder / EVENTS_FILE, names),
         foot_names=names,
         code=StoredCode(summary["code"], summary["sentence"]),
@@ -284,71 +290,27 @@ def _write_scene(scene: Any, path: Path) -> None:
     write_scene(scene, path)
 
 
-def _described(dataset: xarray.Dataset) -> xarray.Dataset:
-    """The series with plain types: flags as int8 with meanings, every variable with units and long_name."""
-    out = dataset.copy()
-    for name, variable in out.variables.items():
-        attrs = {"long_name": str(name).replace("_", " ")} | dict(variable.attrs)
-        if variable.dtype.kind in "US" or variable.dtype == object:
-            out[name].attrs = {"long_name": f"name of the {name}"} | dict(variable.attrs)
-            continue
-        attrs.setdefault("units", "1")
-        if variable.dtype == bool:
-            out[name] = (variable.dims, variable.values.astype(np.int8))
-            attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "open contact"}
-        out[name].attrs = attrs
-    return out
-
-
-def _write_netcdf(run: RunLike, dataset: xarray.Dataset, path: Path) -> None:
-    described = _described(dataset)
-    described.attrs = {
+def _write_netcdf(run: RunLike, variables: Variables, path: Path) -> None:
+    attrs = {
         "title": str(run.scene.name),
         "source": f"tarsus {package_version()}",
         "result_code": run.code.name,
         "result": str(run.code.value),
     }
-    encoding: dict[Any, dict[str, Any]] = {}
-    for name, variable in described.variables.items():
-        text = variable.dtype.kind in "US" or variable.dtype == object
-        encoding[name] = {"dtype": "S1"} if text else {"_FillValue": None}
-    described.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    write_netcdf(variables, attrs, path)
 
 
-def _read_netcdf(path: Path) -> xarray.Dataset:
-    import xarray
-
-    try:
-        with xarray.open_dataset(path, engine="h5netcdf") as stored:
-            dataset = stored.load()
-    except OSError as error:
-        raise InputError([f"cannot read {path}: {_reason(error)}"]) from error
-    for name, variable in dataset.data_vars.items():
-        if variable.attrs.get("flag_meanings") == "open contact":
-            attrs = {k: v for k, v in variable.attrs.items() if not k.startswith("flag_")}
-            dataset[name] = (variable.dims, variable.values.astype(bool), attrs)
-    return dataset
-
-
-def _write_matlab(run: RunLike, dataset: xarray.Dataset, path: Path) -> None:
+def _write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
     from scipy.io import savemat
 
-    content: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    for name, variable in _described(dataset).variables.items():
-        if variable.dtype.kind in "US" or variable.dtype == object:
-            content[f"{name}_names"] = np.array([str(v) for v in variable.values], dtype=object)
-        else:
-            content[str(name)] = variable.values
-            units[str(name)] = str(variable.attrs["units"])
-    content["units"] = units
+    content = matlab_content(variables)
     content["events"] = {name: run.events[name].astype(float) for name in run.events.dtype.names or ()}
     content["event_units"] = EVENT_UNITS
     content["event_kinds"] = np.array([EVENT_WORDS[k] for k in sorted(EVENT_WORDS)], dtype=object)
     savemat(path, content, format="5", long_field_names=True, oned_as="column")
 
 
-def _summary(run: RunLike, dataset: xarray.Dataset) -> dict[str, Any]:
+def _summary(run: RunLike, samples: int) -> dict[str, Any]:
     """What was run and how it ended; nothing of the machine, so that equal runs give equal files."""
     versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
     return {
@@ -361,7 +323,7 @@ def _summary(run: RunLike, dataset: xarray.Dataset) -> dict[str, Any]:
         "duration_s": float(run.duration),
         "feet": [str(name) for name in run.foot_names],
         "events": len(run.events),
-        "samples": int(dataset.sizes["time"]),
+        "samples": samples,
         "ledger_closure": float(run.ledger.closure),
         "measures": {name: {"value": float(m.value), "unit": m.unit} for name, m in run.measures.items()},
         "versions": versions,

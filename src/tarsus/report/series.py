@@ -62,21 +62,19 @@ class Series:
 
 def series_of(run: RunLike) -> Series:
     """Collect a run's series, contact intervals and drive period."""
-    dataset = run.to_dataset()
+    variables = run.variables()
     scene = run.scene
     feet = tuple(str(name) for name in run.foot_names)
-    time = np.asarray(dataset["time"].values, dtype=float)
+    time = np.asarray(variables["time"].values, dtype=float)
     values = {
-        str(name): np.asarray(variable.transpose(..., "time").values)
-        for name, variable in dataset.data_vars.items()
-        if "time" in variable.dims
+        name: np.asarray(found) for name, (dims, found, _) in variables.items() if dims[-1:] == ("time",)
     }
     specs = [scene.robot.feet[name] for name in feet]
     return Series(
         time=time,
         values=values,
-        drives=tuple(str(name) for name in dataset["drive"].values),
-        points=tuple(str(name) for name in dataset["point"].values),
+        drives=tuple(str(name) for name in variables["drive"].values),
+        points=tuple(str(name) for name in variables["point"].values),
         feet=feet,
         foot_points=tuple(str(foot.point) for foot in specs),
         ground_levels=tuple(-float(foot.gap) / float(foot.normal) for foot in specs),

@@ -1,4 +1,4 @@
-"""A run as an xarray Dataset."""
+"""The series of a run by name, each with dimensions, unit and long name."""
 
 from __future__ import annotations
 
@@ -6,26 +6,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    import xarray
+from tarsus.files.series import Variable
 
+if TYPE_CHECKING:
     from tarsus.solve.run import Run
     from tarsus.solve.series import Series
 
 
-def to_dataset(run: Run, series: Series) -> xarray.Dataset:
-    """Series of a run with dims time, foot, drive, point; every variable has ``units`` and ``long_name``."""
-    import xarray
-
+def to_variables(run: Run, series: Series) -> dict[str, Variable]:
+    """Series of a run over time, foot, drive and point, with these as coordinates."""
     scene = run.scene
     structure = scene.robot.structure
     points = list(structure.points)
     rows = np.array([structure.row(p) for p in points]).reshape(len(points), structure.size)
     state = series.state
-    variables: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    variables: dict[str, Variable] = {}
 
     def add(name: str, dims: tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> None:
-        variables[name] = (dims, values, {"units": units, "long_name": long_name})
+        variables[name] = Variable(dims, values, {"units": units, "long_name": long_name})
 
     add("volts", ("drive", "time"), series.volts, "V", "drive voltage")
     add("drive_force", ("drive", "time"), series.force, "N", "drive force")
@@ -45,16 +43,10 @@ def to_dataset(run: Run, series: Series) -> xarray.Dataset:
     add("elastic_energy", ("time",), series.elastic, "J", "elastic energy")
     for name, (key, text) in _CUMULATIVE.items():
         add(name, ("time",), series.cumulative[key], "J", f"{text}, from the start")
-    return xarray.Dataset(
-        variables,
-        coords={
-            "time": ("time", series.time, {"units": "s", "long_name": "time"}),
-            "foot": ("foot", list(scene.robot.feet)),
-            "drive": ("drive", list(scene.robot.drives)),
-            "point": ("point", points),
-        },
-        attrs={"title": scene.name, "result": run.code.value, "duration_s": run.duration, "period_s": run.period},
-    )
+    variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
+    for dim, names in (("foot", scene.robot.feet), ("drive", scene.robot.drives), ("point", points)):
+        variables[dim] = Variable((dim,), np.array(list(names), dtype=object), {})
+    return variables
 
 
 _CUMULATIVE = {

@@ -18,6 +18,7 @@ from tarsus.solve.engine import RawRuns
 if TYPE_CHECKING:
     import xarray
 
+    from tarsus.files.series import Variable
     from tarsus.solve.series import Series
 
 
@@ -112,8 +113,17 @@ class Run:
 
         return sample(self, np.asarray(times, dtype=float))
 
+    def variables(self, times: np.ndarray | None = None) -> dict[str, Variable]:
+        """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""
+        from tarsus.solve.dataset import to_variables
+
+        return to_variables(self, self.series if times is None else self.at(times))
+
     def to_dataset(self, times: np.ndarray | None = None) -> xarray.Dataset:
         """The run as an xarray Dataset, units as attributes; on an even grid unless ``times`` [s] are given."""
-        from tarsus.solve.dataset import to_dataset
+        from tarsus.files.series import dataset_of
 
-        return to_dataset(self, self.series if times is None else self.at(times))
+        attrs = {"title": self.scene.name, "result": self.code.value}
+        return dataset_of(
+            self.variables(times), attrs | {"duration_s": self.duration, "period_s": self.period}
+        )

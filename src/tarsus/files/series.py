@@ -1,0 +1,129 @@
+"""Series as plain arrays with dimensions and units, and the files they are kept in: NetCDF and MATLAB.
+
+NetCDF is written directly, so that keeping a run does not have to load xarray; xarray opens the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from tarsus.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Variable(NamedTuple):
+    """One series: names of its dimensions, values, and attributes such as ``units`` and ``long_name``."""
+
+    dims: tuple[str, ...]
+    values: np.ndarray
+    attrs: Mapping[str, Any]
+
+
+Variables = Mapping[str, Variable]
+"""Series by name; one that bears the name of a dimension is its coordinate."""
+
+
+def variables_of(dataset: xarray.Dataset) -> dict[str, Variable]:
+    """The variables and coordinates of a dataset."""
+    return {
+        str(name): Variable(tuple(map(str, v.dims)), np.asarray(v.values), dict(v.attrs))
+        for name, v in dataset.variables.items()
+    }
+
+
+def dataset_of(variables: Variables, attrs: Mapping[str, Any] | None = None) -> xarray.Dataset:
+    """A dataset of the variables."""
+    import xarray
+
+    dims = {dim for variable in variables.values() for dim in variable.dims}
+    data = {name: variable for name, variable in variables.items() if name not in dims}
+    coords = {name: variable for name, variable in variables.items() if name in dims}
+    return xarray.Dataset(data, coords=coords, attrs=dict(attrs or {}))
+
+
+def is_text(values: np.ndarray) -> bool:
+    """Whether an array holds names."""
+    return values.dtype.kind in "US" or values.dtype == object
+
+
+def described(variables: Variables) -> dict[str, Variable]:
+    """Plain types only: flags as int8 with meanings; every variable with units and long_name."""
+    out = {}
+    for name, (dims, values, given) in variables.items():
+        if is_text(values):
+            out[name] = Variable(dims, values, {"long_name": f"name of the {name}"} | dict(given))
+            continue
+        attrs = {"long_name": name.replace("_", " "), "units": "1"} | dict(given)
+        if values.dtype == bool:
+            values = values.astype(np.int8)
+            attrs |= {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "open contact"}
+        out[name] = Variable(dims, values, attrs)
+    return out
+
+
+def write_netcdf(variables: Variables, attrs: Mapping[str, Any], path: Path) -> None:
+    """Write series as NetCDF 4 (HDF5); names are character arrays, which older readers know too."""
+    import h5netcdf
+
+    plain = described(variables)
+    sizes = {
+        dim: size
+        for dims, values, _ in plain.values()
+        for dim, size in zip(dims, values.shape, strict=True)
+    }
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = sizes
+        file.attrs.update(attrs)
+        for name in sorted(plain, key=lambda name: name not in sizes):
+            dims, values, notes = plain[name]
+            if is_text(values):
+                dims, values = _characters(file, dims, values)
+                notes = {**notes, "_Encoding": "utf-8"}
+            variable = file.create_variable(name, dims, values.dtype, data=values, chunking_heuristic="h5py")
+            variable.attrs.update(notes)
+
+
+def _characters(file: Any, dims: tuple[str, ...], values: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names (n,) as single characters (n, width), with a dimension of that width in the file."""
+    encoded = np.array([str(value).encode() for value in values], dtype=bytes)
+    width = max(encoded.dtype.itemsize, 1)
+    dim = f"string{width}"
+    if dim not in file.dimensions:
+        file.dimensions[dim] = width
+    return (*dims, dim), encoded.astype(f"S{width}").view("S1").reshape(len(values), width)
+
+
+def read_netcdf(path: Path) -> xarray.Dataset:
+    """Read what `write_netcdf` wrote; flags are booleans again."""
+    import xarray
+
+    try:
+        with xarray.open_dataset(path, engine="h5netcdf") as stored:
+            dataset = stored.load()
+    except OSError as error:
+        reason = error.strerror.lower() if error.strerror else str(error)
+        raise InputError([f"cannot read {path}: {reason}"]) from error
+    for name, variable in dataset.data_vars.items():
+        if variable.attrs.get("flag_meanings") == "open contact":
+            attrs = {k: v for k, v in variable.attrs.items() if not k.startswith("flag_")}
+            dataset[name] = (variable.dims, variable.values.astype(bool), attrs)
+    return dataset
+
+
+def matlab_content(variables: Variables) -> dict[str, Any]:
+    """Series as MATLAB variables; units in the structure `units`, names in cell arrays."""
+    content: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    for name, (_, values, attrs) in described(variables).items():
+        if is_text(values):
+            content[f"{name}_names"] = np.array([str(v) for v in values], dtype=object)
+        else:
+            content[name] = values
+            units[name] = str(attrs["units"])
+    return content | {"units": units}
