@@ -149,6 +149,12 @@ def execute(
     return RawRuns(batch.codes, np.concatenate(events), batch.event_end, batch.finish, np.concatenate(rows), book)
 
 
+def row_bytes(plan: Plan) -> int:
+    """Bytes that one recorded step of a plan takes."""
+    inputs = 2 * plan.feet + plan.drives + 1
+    return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
+
+
 def _new_state(
     plan: Plan, duration: float, accuracy: Accuracy, lengths: np.ndarray, period: float, track: bool, record: bool
 ) -> a.State:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 from tarsus.errors import InputError
 from tarsus.measure import scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
-from tarsus.solve.engine import Accuracy, execute
+from tarsus.solve.engine import Accuracy, execute, row_bytes
 from tarsus.solve.run import Run
 
 RECORDED = Accuracy(gap=1e-10)
 """Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
 largest term through stiff films as well. It costs about half as many steps again."""
+
+MEMORY = 2**30
+"""Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
 
 
 def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | None = None) -> Run:
@@ -27,7 +31,7 @@ def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | N
     duration
         How long [s]; the scene's own duration by default.
     accuracy
-        Tolerances and the bound on steps; `RECORDED` by default.
+        Tolerances and the bound on steps; by default `RECORDED`, with as many steps as fit into `MEMORY`.
 
     Raises
     ------
@@ -41,7 +45,9 @@ def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | N
     plan = lower_scene(scene)
     period = scene_period(scene, seconds)
     start = time.perf_counter()
-    raw = execute(plan, seconds, accuracy=accuracy or RECORDED, period=period, record=True)
+    if accuracy is None:
+        accuracy = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(plan)))
+    raw = execute(plan, seconds, accuracy=accuracy, period=period, record=True)
     return Run(scene, plan, raw, seconds, period, time.perf_counter() - start)
 
 
