@@ -99,3 +99,33 @@ def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tmp
     assert result.code == 0, result.err
     assert result.err == ""
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+
+
+def test_a_run_with_a_law_can_be_run_again_from_its_folder(tarsus, tmp_path, magnet):
+    value = ("--set", "ground.laws.magnet.strength=3e-24")
+    words = ("--duration", "60 ms", "--law", magnet, "--no-report")
+    first = tarsus("simulate", "cantilever", *words, *value, "-o", tmp_path / "a")
+    again = tarsus("simulate", tmp_path / "a" / "scene.toml", *words, "-o", tmp_path / "b")
+    assert (first.code, again.code) == (0, 0)
+    for name in ("scene.toml", "events.csv", "measures.json", "provenance.json"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+    weaker = tarsus("simulate", tmp_path / "a" / "scene.toml", *words, "--set", "ground.laws.magnet.strength=0", "--json")
+    assert weaker.json()["ledger_J"]["laws"] == 0.0
+
+
+def test_a_scene_with_a_law_but_no_law_file_is_refused(tarsus, tmp_path, magnet):
+    words = ("simulate", "cantilever", "--duration", "5 ms", "--law", magnet, "--no-report", "-o", tmp_path / "a")
+    assert tarsus(*words).code == 0
+    result = tarsus("simulate", tmp_path / "a" / "scene.toml")
+    assert result.code == 2
+    assert "--law" in result.sentences[0]
+
+
+def test_a_spread_at_the_level_of_rounding_is_shown_as_none(tarsus):
+    from tarsus.cli.summary import ROUNDING
+
+    run = tarsus("simulate", "cantilever", "--json").json()
+    tiny = [m for m in run["measures"].values() if m["spread"] and m["spread"] < ROUNDING * abs(m["value"])]
+    shown = tarsus("simulate", "cantilever").out
+    assert " fs" not in shown and " fm" not in shown
+    assert tiny or run["measures"]["peak"]["spread"] > 0.0

@@ -20,7 +20,7 @@ from tarsus.report import write_report, write_validation_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
-from tarsus.report.style import decimate, scale_of
+from tarsus.report.style import decimate, upright, scale_of
 from tarsus.report.validation_page import validation_html
 from tarsus.report.values import value_rows
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
@@ -339,3 +339,15 @@ def test_matplotlib_is_loaded_only_for_reports() -> None:
     assert subprocess.run([sys.executable, "-c", check]).returncode == 0
     check = "import sys, tarsus.report; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", check]).returncode == 0
+
+
+def test_a_sampled_square_wave_is_drawn_upright() -> None:
+    time = np.arange(8.0)
+    wave = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
+    when, shown = upright(time, wave)
+    slanted = (np.diff(when) > 0.0) & (np.diff(shown) != 0.0)
+    assert not slanted.any()
+    assert sorted(when[np.flatnonzero(np.diff(shown)) + 1]) == [2.5, 5.5]
+    smooth = np.sin(time)
+    np.testing.assert_array_equal(upright(time, smooth)[1], smooth)
+    np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))

@@ -51,7 +51,10 @@ def _value(text: str) -> Any:
 
 
 def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Scene:
-    """The scene a command line names, with its laws added and its settings applied."""
+    """The scene a command line names, with its settings applied.
+
+    Laws of the files that the scene does not hold already are added with their default values.
+    """
     from tarsus.files.library import load_scene
 
     if not law_files:
@@ -60,7 +63,9 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
     from tarsus.spec import validate
 
     laws = laws_of(law_files)
-    own: dict[str, dict[str, Any]] = {law_name: {} for law_name in laws}
+    in_file = load_scene(name, laws=laws).ground.laws
+    present = {*in_file, *(law.name() for law in in_file.values())}
+    own: dict[str, dict[str, Any]] = {law_name: {} for law_name in laws if law_name not in present}
     rest: dict[str, Any] = {}
     for path, value in values.items():
         law_name, dot, field = path.removeprefix(_LAWS).partition(".")
@@ -68,11 +73,12 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
             own[law_name][field] = value
         else:
             rest[path] = value
+    scene = load_scene(name, laws=laws, **rest)
     made = {
-        f"{_LAWS}{law_name}": validate(law, own[law_name], prefix=f"{_LAWS}{law_name}")
-        for law_name, law in laws.items()
+        f"{_LAWS}{law_name}": validate(laws[law_name], given, prefix=f"{_LAWS}{law_name}")
+        for law_name, given in own.items()
     }
-    return override(load_scene(name, **rest), made, by="a law file")
+    return override(scene, made, by="a law file") if made else scene
 
 
 def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:

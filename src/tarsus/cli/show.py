@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import groupby
+from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -15,6 +16,7 @@ def show(
     name: str,
     /,
     *,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Show every value of a device or scene file: path, value, unit, provenance.
@@ -23,14 +25,17 @@ def show(
     ----------
     name
         a device (see `tarsus devices`) or a scene file.
+    law
+        a Python file with laws that the scene uses; may be repeated.
     json
         print one JSON object instead of a table.
     """
     from tarsus.cli import console
+    from tarsus.cli.requests import laws_of
     from tarsus.files.library import load_scene
     from tarsus.spec import float_paths
 
-    scene = load_scene(name)
+    scene = load_scene(name, laws=laws_of(law or ()))
     rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
     if json:
         console.print_json({"device": scene.name, "values": rows, "citations": list(scene.citations)})

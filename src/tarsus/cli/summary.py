@@ -7,6 +7,10 @@ from pathlib import Path
 from typing import Any
 
 
+ROUNDING = 1e-9
+"""A spread smaller than this part of its value, as of a periodic motion, is shown as 0."""
+
+
 def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
     """What `simulate --json` prints: plain data, SI units."""
     from tarsus.files.store import EVENT_WORDS, ledger_table, measures_table
@@ -42,7 +46,7 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
             (
                 name.replace("_", " "),
                 short(measure.value, measure.unit),
-                short(measure.spread, measure.unit),
+                short(0.0 if measure.spread <= ROUNDING * abs(measure.value) else measure.spread, measure.unit),
                 str(measure.n),
             )
         )

@@ -15,6 +15,7 @@ from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import alternatives, kind_of, nearest
 from tarsus.files.toml import read_scene
+from tarsus.laws import Law
 from tarsus.scene import Scene, override
 
 __all__ = ["ENTRY_POINT_GROUP", "device_names", "load_scene"]
@@ -43,15 +44,18 @@ def device_names() -> list[str]:
 
 @lru_cache(maxsize=64)
 def _device(name: str) -> Scene:
+    return read_scene(_device_file(name))
+
+
+def _device_file(name: str) -> Path:
     if name in _packaged():
-        return read_scene(_packaged()[name])
+        return _packaged()[name]
     if name in _plugged():
         entry = _plugged()[name]
         try:
-            path = Path(entry.load())
+            return Path(entry.load())
         except Exception as error:
             raise InputError(f"device '{name}' of package {entry.value} cannot be loaded: {error}") from error
-        return read_scene(path)
     hint = nearest(name, device_names())
     raise InputError(
         f"no device is called '{name}'{hint} (a scene file is given by its path, ending in .toml)"
@@ -64,6 +68,7 @@ def load_scene(
     volts: float | str | None = None,
     hz: float | str | None = None,
     wave: str | None = None,
+    laws: Mapping[str, type[Law]] | None = None,
     **values: Any,
 ) -> Scene:
     """A device by name, or a scene file by path, with some values changed.
@@ -79,6 +84,8 @@ def load_scene(
     wave
         Kind of the signal, such as ``"square"`` or ``"sine"``; amplitude, frequency, phase and offset are
         kept.
+    laws
+        Classes of user laws by name (`tarsus.load_laws`), where the file has tables below ``ground.laws``.
     **values
         Path to new value, ``**{"ground.film.coefficient": "1.5e-21 N m^2 s"}``; provenance follows.
 
@@ -89,7 +96,9 @@ def load_scene(
     """
     text = os.fspath(name)
     if text.endswith(".toml") or (os.sep in text and text not in _packaged()):
-        scene = read_scene(text)
+        scene = read_scene(text, laws)
+    elif laws:
+        scene = read_scene(_device_file(text), laws)
     else:
         scene = _device(text)
     signals, others = _signal_changes(scene, values, volts=volts, hz=hz, wave=wave)

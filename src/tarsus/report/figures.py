@@ -26,6 +26,7 @@ from tarsus.report.style import (
     scale_of,
     stack,
     to_svg,
+    upright,
 )
 
 MOST_FEET = 4
@@ -283,7 +284,7 @@ def _line(
     **style: object,
 ) -> None:
     part = series.inside(window)
-    time, thin = decimate(series.time[part], np.asarray(values[part], dtype=float))
+    time, thin = decimate(*upright(series.time[part], np.asarray(values[part], dtype=float)))
     axes.plot(time / clock.step, thin / scale.step, **style)  # type: ignore[arg-type]
 
 
@@ -357,7 +358,7 @@ def _turns(axes: Axes, series: Series, foot: int, window: Window, period: float,
                 rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt", zorder=4
             )
     inside = series.inside(((last - 1) * period, last * period))
-    when, volts = decimate(time[inside], series["volts"][0][inside], bins=180)
+    when, volts = decimate(*upright(time[inside], series["volts"][0][inside]), bins=180)
     swing = float(np.max(np.abs(volts))) or 1.0
     around = rim * (1.12 + 0.06 * volts / swing)
     angle = 2.0 * np.pi * (when / period - (last - 1))

@@ -42,9 +42,10 @@ def table(
     rows: Iterable[Sequence[Cell]],
     *,
     tall: bool = False,
+    wrap: bool = False,
     over: Sequence[tuple[str, int]] = (),
 ) -> str:
-    """An HTML table; `tall` makes it scroll, `over` is a row of (title, columns spanned) above its titles.
+    """An HTML table; `tall` makes it scroll, `wrap` lets its numbers break between lines, `over` is a row of (title, columns spanned) above its titles.
 
     A `Markup` cell is used as it stands, strings are escaped.
     """
@@ -60,7 +61,7 @@ def table(
     )
     above = "".join(f"<th colspan={span}>{escape(title)}</th>" for title, span in over)
     above = f'<tr class="over">{above}</tr>' if above else ""
-    many = ' class="many"' if len(columns) > 9 else ""
+    many = ' class="many"' if len(columns) > 9 else ' class="wrap"' if wrap else ""
     kind = ' class="table tall" tabindex="0"' if tall else ' class="table"'
     head = f"<thead>{above}<tr>{head}</tr></thead>"
     return f"<div{kind}><table{many}>{head}\n<tbody>\n{body}</tbody></table></div>\n"

@@ -34,8 +34,15 @@ from tarsus.spec import float_paths
 MOST_EVENTS = 500
 """Rows of the event table in the page; all events are in `events.csv`."""
 
+ROUNDING = 1e-9
+"""A spread smaller than this part of its value says nothing: runs are computed to about as much."""
+
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail."""
+
+_LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
+EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: ("pull", "strength"), 4: _LANDING, 5: ("pull", "strength")}
+"""What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
 
 LEDGER_LINES = (
     ("work_in", "work in by the drives"),
@@ -151,7 +158,8 @@ def _key_figures(run: RunLike) -> str:
     """The first measures, large."""
     cells = []
     for name, measure in list(run.measures.items())[:4]:
-        spread = f"± {amount(measure.spread, measure.unit, 2)}" if _positive(measure.spread) else ""
+        spread = _spread(measure)
+        spread = f"± {spread}" if spread not in (MISSING, "0") else ""
         cells.append(
             f"<div><dt>{escape(_words(name))}</dt><dd>{escape(amount(measure.value, measure.unit))}</dd>"
             f"<small>{escape(spread)}</small></div>"
@@ -169,8 +177,7 @@ def _measures(run: RunLike) -> str:
     ]
     rows: list[list[Cell]] = []
     for name, m in run.measures.items():
-        spread = amount(m.spread, m.unit, 2) if math.isfinite(m.spread) else MISSING
-        rows.append([_words(name), amount(m.value, m.unit), spread, str(m.n), m.definition])
+        rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), m.definition])
         if len(m.per_foot) > 1:
             for foot, value in m.per_foot.items():
                 rows.append([f"   foot {foot}", amount(value, m.unit), "", "", ""])
@@ -232,7 +239,7 @@ def _events(run: RunLike) -> str:
             str(run.foot_names[event["foot"]]),
             EVENT_WORDS[int(event["kind"])],
             *(
-                number(float(event[name]) / scale.step)
+                number(float(event[name]) / scale.step) if name in EVENT_FIELDS[int(event["kind"])] else MISSING
                 for name, scale in (
                     ("speed_before", speed),
                     ("speed_after", speed),
@@ -270,7 +277,7 @@ def _values(run: RunLike) -> str:
         rows.append([code(row.path), row.value, source, row.note or row.doc])
     return (
         "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user "
-        "or left at its default.</p>\n" + table(columns, rows)
+        "or left at its default.</p>\n" + table(columns, rows, wrap=True)
     )
 
 
@@ -284,8 +291,13 @@ def _foot(run: RunLike) -> str:
     )
 
 
-def _positive(value: float) -> bool:
-    return math.isfinite(value) and value > 0.0
+def _spread(measure: Any) -> str:
+    """A spread for reading; one at the level of rounding, as of a periodic motion, is 0."""
+    if not math.isfinite(measure.spread):
+        return MISSING
+    if measure.spread <= ROUNDING * abs(measure.value):
+        return "0"
+    return amount(measure.spread, measure.unit, 2)
 
 
 def _words(name: str) -> str:

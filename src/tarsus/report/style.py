@@ -138,6 +138,23 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
         axes.yaxis.set_major_locator(MaxNLocator(y))
 
 
+def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Samples with jumps drawn upright: a step between two level stretches, slanted by sampling, gets both its ends
+    in the middle between its samples.
+    """
+    change = np.diff(values)
+    span = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
+    if len(values) < 2 or span == 0.0:
+        return time, values
+    level = np.abs(change) < 1e-3 * span
+    before, after = np.append(True, level[:-1]), np.append(level[1:], True)
+    jump = np.flatnonzero((np.abs(change) > 0.1 * span) & before & after)
+    middle = 0.5 * (time[jump] + time[jump + 1])
+    at = np.repeat(jump + 1, 2)
+    ends = np.column_stack([values[jump], values[jump + 1]]).ravel()
+    return np.insert(time, at, np.repeat(middle, 2)), np.insert(values, at, ends)
+
+
 def decimate(time: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
     """Thin a long series to its extremes per bin of time, so that no peak is lost.
 
