@@ -288,7 +288,8 @@ def pack_signals(channels: Sequence[Pieces]) -> Signals:
     coef = join(coefs, (0, 12))
     return Signals(
         first=np.array(first, dtype=np.int64), start=join(starts), end=join(ends), coef=coef,
-        flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils), last=join(lasts),
+        flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils),
+        last=join(lasts),
         loop=np.array(loops, dtype=np.int64), period=np.array(periods, dtype=float), span=np.array(spans, dtype=float),
     )  # fmt: skip
 

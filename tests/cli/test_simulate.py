@@ -109,7 +109,8 @@ def test_a_run_with_a_law_can_be_run_again_from_its_folder(tarsus, tmp_path, mag
     assert (first.code, again.code) == (0, 0)
     for name in ("scene.toml", "events.csv", "measures.json", "provenance.json"):
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-    weaker = tarsus("simulate", tmp_path / "a" / "scene.toml", *words, "--set", "ground.laws.magnet.strength=0", "--json")
+    nothing = ("--set", "ground.laws.magnet.strength=0")
+    weaker = tarsus("simulate", tmp_path / "a" / "scene.toml", *words, *nothing, "--json")
     assert weaker.json()["ledger_J"]["laws"] == 0.0
 
 

@@ -20,7 +20,7 @@ from tarsus.report import write_report, write_validation_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
-from tarsus.report.style import decimate, upright, scale_of
+from tarsus.report.style import decimate, scale_of, upright
 from tarsus.report.validation_page import validation_html
 from tarsus.report.values import value_rows
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-
 ROUNDING = 1e-9
 """A spread smaller than this part of its value, as of a periodic motion, is shown as 0."""
 

@@ -121,7 +121,7 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
     return blocks, basis * scale[:, None]
 
 
-def _split_rigid(state, mass, stiffness, damping, w, planes):  # noqa: ANN001, ANN202
+def _split_rigid(state, mass, stiffness, damping, w, planes):
     """Take out motions with no stiffness and no damping (rest of the space is mass-orthogonal to them)."""
     n = mass.shape[0]
     both = np.vstack([stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)])

@@ -78,31 +78,31 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
         f"        return {user if replace else f'{built_in} + {user}'}\n"
         f"    return {built_in}\n"
     )
-    exec(body, scope)  # noqa: S102 - source made of bound names only
+    exec(body, scope)
     return scope[name]  # type: ignore[return-value]
 
 
-def momentum(par, pointer, foot, gap):  # noqa: ANN001, ANN201
+def momentum(par, pointer, foot, gap):
     """Momentum potential P [N s] of the resistive laws at ``gap`` [m]; the force is dP/dt."""
     return _plain["momentum"](par, pointer, foot, gap)
 
 
-def force(par, pointer, foot, gap, rate, volts, time):  # noqa: ANN001, ANN201
+def force(par, pointer, foot, gap, rate, volts, time):
     """Smooth force [N] on the foot along its normal."""
     return _plain["force"](par, pointer, foot, gap, rate, volts, time)
 
 
-def rebound(par, pointer, foot, speed):  # noqa: ANN001, ANN201
+def rebound(par, pointer, foot, speed):
     """Departing speed [m/s] after an impact with approach speed ``speed`` [m/s]."""
     return _plain["rebound"](par, pointer, foot, speed)
 
 
-def strength(par, pointer, foot, age):  # noqa: ANN001, ANN201
+def strength(par, pointer, foot, age):
     """Largest pull [N] that a contact of that age [s] holds."""
     return _plain["strength"](par, pointer, foot, age)
 
 
-def call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN201
+def call_pointer(address, a, b, c, d, parameters):
     """Call a user's compiled function by address (or, without the compiler, by its registered number)."""
     import ctypes
 
@@ -116,17 +116,17 @@ for _name, _stub in (("momentum", momentum), ("force", force), ("rebound", rebou
     def _implementation(name: str, stub: Callable[..., float]) -> None:
         parameters = ", ".join(inspect.signature(stub).parameters)
         scope: dict[str, object] = {"_assemble": _assemble}
-        exec(f"def implementation({parameters}):\n    return _assemble({name!r}, True)\n", scope)  # noqa: S102
+        exec(f"def implementation({parameters}):\n    return _assemble({name!r}, True)\n", scope)
         overload(stub, jit_options=PART)(scope["implementation"])  # type: ignore[arg-type]
 
     _implementation(_name, _stub)
 
 
 @intrinsic
-def _indirect(typingctx, address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
+def _indirect(typingctx, address, a, b, c, d, parameters):
     signature = types.float64(types.int64, *([types.float64] * 4), types.int64)
 
-    def generate(context, builder, _signature, arguments):  # noqa: ANN001, ANN202
+    def generate(context, builder, _signature, arguments):
         double = ir.DoubleType()
         kind = ir.FunctionType(double, [double] * 4 + [double.as_pointer()])
         function = builder.inttoptr(arguments[0], kind.as_pointer())
@@ -137,8 +137,8 @@ def _indirect(typingctx, address, a, b, c, d, parameters):  # noqa: ANN001, ANN2
 
 
 @overload(call_pointer, jit_options=PART)
-def _call_pointer(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
-    def implementation(address, a, b, c, d, parameters):  # noqa: ANN001, ANN202
+def _call_pointer(address, a, b, c, d, parameters):
+    def implementation(address, a, b, c, d, parameters):
         return _indirect(address, a, b, c, d, parameters)
 
     return implementation
@@ -159,7 +159,7 @@ def compile_laws(laws: tuple[tuple[Callable[..., float], int], ...], arguments: 
         row = ", ".join(f"row[{first + c}]" for c in range(count))
         terms.append(f"law{n}({', '.join(part for part in (', '.join('abcd'[:arguments]), row) if part)})")
         first += count
-    exec(f"def adapter(a, b, c, d, row):\n    return {' + '.join(terms)}\n", scope)  # noqa: S102
+    exec(f"def adapter(a, b, c, d, row):\n    return {' + '.join(terms)}\n", scope)
     if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
         number = len(_python_laws) + 1
         _python_laws[number] = (scope["adapter"], first)  # type: ignore[assignment]

@@ -22,7 +22,13 @@ from numba.core.typed_passes import (
     PreLowerStripPhis,
 )
 from numba.core.types import BoundFunction, Function, unliteral
-from numba.core.untyped_passes import FixupArgs, GenericRewrites, IRProcessing, ReconstructSSA, TranslateByteCode
+from numba.core.untyped_passes import (
+    FixupArgs,
+    GenericRewrites,
+    IRProcessing,
+    ReconstructSSA,
+    TranslateByteCode,
+)
 
 # Contracting and reordering of sums is allowed; NaN and infinity keep their meaning (they end a run in a sentence).
 _MATH = {"contract", "reassoc", "nsz", "arcp"}
@@ -119,7 +125,7 @@ inner = njit(**PART)
 fused = njit(forceinline=True, **PART)
 
 
-def entry(function):  # noqa: ANN001, ANN201 - numba dispatcher
+def entry(function):
     """Compile an entry point: cached on disk, without the GIL. The cache notices a changed closure."""
     return njit(
         fastmath=_MATH, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True,

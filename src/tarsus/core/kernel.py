@@ -7,7 +7,7 @@ import math
 from tarsus.core import arrays as a
 from tarsus.core.collocate import add_pull_forces, solve, tail
 from tarsus.core.contact import enter_mode, impact, log, release, settle
-from tarsus.core.events import CROSSING, NOTHING, bulge, first_root, margins, scan
+from tarsus.core.events import NOTHING, bulge, first_root, margins, scan
 from tarsus.core.flow import (
     add_constant,
     add_nodal,
@@ -89,10 +89,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     if sweeps < 0:
         return -1.0
     for i in range(m):
-        if mask >> i & 1:
-            for j in range(N):
-                work.nodes[i, j] = work.linear[i, j]
-        elif not flags[i] & (HAS_MOMENTUM | HAS_FORCE) and sweeps == 0:
+        if mask >> i & 1 or (not flags[i] & (HAS_MOMENTUM | HAS_FORCE) and sweeps == 0):
             for j in range(N):
                 work.nodes[i, j] = work.linear[i, j]
     if mask != 0:
@@ -407,7 +404,7 @@ def mark(events, state, mask, m):
     state.real[a.MARK] = (count[a.MARKS] + 1) * state.real[a.PERIOD]
 
 
-def make_advance(sources: str):  # noqa: ANN201 - numba dispatcher
+def make_advance(sources: str):
     """The compiled engine; ``sources``, a hash of every source it was made of, keys its place in the disk cache."""
 
     def advance(modes, tables, signals, laws, batch, state, output, work, verdict):

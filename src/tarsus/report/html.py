@@ -45,7 +45,9 @@ def table(
     wrap: bool = False,
     over: Sequence[tuple[str, int]] = (),
 ) -> str:
-    """An HTML table; `tall` makes it scroll, `wrap` lets its numbers break between lines, `over` is a row of (title, columns spanned) above its titles.
+    """An HTML table; `tall` makes it scroll, `wrap` lets its numbers break between lines.
+
+    `over` is a row of (title, columns spanned) above its titles.
 
     A `Markup` cell is used as it stands, strings are escaped.
     """

@@ -179,8 +179,12 @@ def simulate_batch(
 
 def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     values = {path: np.atleast_1d(np.asarray(v, dtype=float)) for path, v in vary.items()}
-    problems = [f"{path}: expected a list of numbers, got an array of {v.ndim} dimensions" for path, v in values.items() if v.ndim != 1]
-    problems += [f"{path}: every value must be a finite number" for path, v in values.items() if not np.isfinite(v).all()]
+    problems = []
+    for path, v in values.items():
+        if v.ndim != 1:
+            problems.append(f"{path}: expected a list of numbers, got an array of {v.ndim} dimensions")
+        if not np.isfinite(v).all():
+            problems.append(f"{path}: every value must be a finite number")
     lengths = {len(v) for v in values.values()}
     if len(lengths) > 1:
         shown = ", ".join(f"{path} has {len(v)}" for path, v in values.items())

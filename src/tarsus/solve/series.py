@@ -56,7 +56,8 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     plan, scene = run.plan, run.scene
     modes = run.raw.book.book.modes
     state, integrals = replay(plan.system, modes, run.raw.trace, time, _electrostatic_force(run))
-    force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]]).reshape(plan.drives, len(time))
+    force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
+    force = force.reshape(plan.drives, len(time))
     volts = _drive_volts(run, time)
     wired = _foot_volts(run, time)
     electrostatic = np.zeros_like(state.gap)
@@ -100,7 +101,7 @@ def _foot_volts(run: Run, time: Floats) -> Floats:
     return volts
 
 
-def _electrostatic_force(run: Run):  # noqa: ANN202 - callable or None
+def _electrostatic_force(run: Run):
     """Force (k, m) at gaps (k, m), rates (k, m), times (k,), to tell its work from that of users' laws."""
     law = run.scene.ground.electrostatic
     if law is None:
@@ -147,7 +148,7 @@ def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Float
     knots = np.concatenate([[0.0], integrals.time])
     out = {name: np.interp(time, knots, np.concatenate([[0.0], values])) for name, values in _terms(integrals).items()}
     events = run.events
-    passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right") if len(events) else np.zeros(len(time), int)
+    passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right")
     adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
     lost = np.concatenate([[0.0], np.cumsum(events["energy"])])
     out["adhesion"] = adhesion[passed]
