@@ -59,9 +59,9 @@ def test_a_weak_magnet_does_the_work_of_its_potential():
 
 def test_film_sweep():
     example = load("film_sweep")
-    counts = example.impacts_over_film(np.array([0.1, 1.0, 1000.0]))
+    counts = example.impacts_over_film(np.array([0.1, 1.0, 1e7]))
     assert counts.shape == (3,)
-    assert counts[0] >= counts[2]
+    assert counts[2] == 0  # a film that thick keeps the foot off the ground
     import tarsus as ts
 
     alone = ts.simulate(ts.load_scene("cantilever", volts=8, hz=50, wave="square"), duration=0.1)

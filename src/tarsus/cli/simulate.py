@@ -76,7 +76,7 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
         from tarsus.report import write_report
 
         with console.spinner("writing the report"):
-            companion = None
+            companion: Any = None
             if scene.ground.adhesion is not None:
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground.adhesion": None}), duration=duration

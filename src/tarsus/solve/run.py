@@ -81,9 +81,13 @@ class Run:
         return tuple(self.scene.robot.feet)
 
     @cached_property
+    def _all_events(self) -> np.ndarray:
+        return structured_events(self.raw.events)
+
+    @property
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them."""
-        return structured_events(self.raw.events)
+        return self._all_events
 
     @cached_property
     def events(self) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,15 +56,14 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     time = grid(run) if times is None else times
     plan, scene = run.plan, run.scene
     modes = run.raw.book.book.modes
-    state, integrals = replay(plan.system, modes, run.raw.trace, time, _electrostatic_force(run))
+    attraction = _electrostatic_force(run)
+    state, integrals = replay(plan.system, modes, run.raw.trace, time, attraction)
     force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, len(time))
     volts = _drive_volts(run, time)
-    wired = _foot_volts(run, time)
     electrostatic = np.zeros_like(state.gap)
-    law = scene.ground.electrostatic
-    if law is not None:
-        electrostatic = law.force(state.gap, state.rate, wired, time, *law.parameters())
+    if attraction is not None:
+        electrostatic = attraction(state.gap.T, state.rate.T, time).T
     film = np.zeros_like(state.gap)
     if scene.ground.film is not None:
         c, thickness = scene.ground.film.parameters()
@@ -101,12 +101,13 @@ def _foot_volts(run: Run, time: Floats) -> Floats:
     return volts
 
 
-def _electrostatic_force(run: Run):
+def _electrostatic_force(run: Run) -> Callable[[Floats, Floats, Floats], Floats] | None:
     """Force (k, m) at gaps (k, m), rates (k, m), times (k,), to tell its work from that of users' laws."""
     law = run.scene.ground.electrostatic
     if law is None:
         return None
-    return lambda gap, rate, time: law.force(gap, rate, _foot_volts(run, time).T, time[:, None], *law.parameters())
+    formula: Callable[..., Any] = law.force  # plain arithmetic: takes arrays as well as numbers
+    return lambda gap, rate, time: formula(gap, rate, _foot_volts(run, time).T, time[:, None], *law.parameters())
 
 
 def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
@@ -124,8 +125,7 @@ def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
             continue
         since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]
         ages = np.maximum(time - since, 0.0)
-        parameters = law.parameters()
-        values = [type(law).function()(float(age), *parameters) for age in ages[held[i]]]
+        values = [type(law).strength(float(age), *law.parameters()) for age in ages[held[i]]]
         strength[i, held[i]] = values
     return strength
 
