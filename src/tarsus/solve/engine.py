@@ -123,7 +123,8 @@ def execute(
     m, n = plan.feet, len(plan.system.mass)
     ni = 2 * m + plan.drives + 1
     batch = a.Batch(
-        np.ascontiguousarray(parameters), np.ascontiguousarray(initial), np.zeros(runs, dtype=np.int64),
+        # copies: a read-only view would be another type to the compiler, and the kernel compiled twice
+        np.array(parameters, order="C"), np.array(initial, order="C"), np.zeros(runs, dtype=np.int64),
         np.zeros(runs, dtype=np.int64), np.zeros((runs, 3)),
     )  # fmt: skip
     state = _new_state(plan, duration, accuracy, book.book.lengths, period, track, record)

@@ -1,0 +1,90 @@
+"""Oracles 1, 2 and 4: bouncing ball, accumulation of bounces, ball on a vibrating table."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+
+BOUNCE, CAPTURE, REST = 1, 2, 4
+FALL = math.sqrt(2.0 / 9.81)
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+def test_bouncing_ball_follows_the_published_events():
+    run = ts.simulate(scene("ball"))
+    assert run.ok
+    times = [
+        0.4515236409857308, 1.264266194760045, 1.995734493156927, 2.654055961714119, 3.246545283415589,
+        3.779785672946910,
+    ]  # fmt: skip
+    speeds = [3.986502226263017, 3.587852003636709, 3.229066803273031]
+    assert run.events["kind"].tolist() == [BOUNCE] * 6
+    np.testing.assert_allclose(run.events["time"], times, rtol=1e-10)
+    np.testing.assert_allclose(run.events["speed_after"][:3], speeds, rtol=1e-10)
+    np.testing.assert_allclose(run.events["speed_before"] * 0.9, run.events["speed_after"], rtol=1e-14)
+    np.testing.assert_allclose(run.events["apex"][1:], 0.81 ** np.arange(1, 6), rtol=1e-10)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99, 0.999])
+def test_infinitely_many_bounces_end_at_rest(e):
+    over = FALL * (1.0 + e) / (1.0 - e)
+    run = ts.simulate(scene("ball", {"ground.restitution.coefficient": e}), duration=1.2 * over)
+    assert run.ok
+    last = run.events[-1]
+    assert last["kind"] == (REST if e > 0.0 else CAPTURE)
+    assert last["time"] == pytest.approx(over, rel=1e-10)
+    # a flight e times as long as the one before: the number of those above the resolution is logarithmic in it
+    assert len(run.events) <= 2 + (math.log(1e-15) / math.log(e) if e > 0.0 else 0.0)
+    rest = run.at(np.linspace(over * (1.0 + 1e-9), 1.2 * over, 50))
+    assert rest.state.held.all() and np.all(rest.state.v == 0.0)
+    assert run.ledger.impacts == pytest.approx(9.81, rel=1e-10)
+
+
+def test_accumulation_of_bounces_at_seven_tenths():
+    run = ts.simulate(scene("ball", {"ground.restitution.coefficient": 0.7}), duration=3.0)
+    np.testing.assert_allclose(run.events["time"][:3], [0.45152364, 1.08365674, 1.52614991], atol=1e-8)
+    assert run.events["time"][-1] == pytest.approx(2.5586339656, abs=1e-10)
+
+
+def test_a_ball_that_loses_nothing_bounces_for_ever():
+    run = ts.simulate(scene("ball", {"ground.restitution.coefficient": 1.0}), duration=1000.0)
+    assert run.ok and np.all(run.events["kind"] == BOUNCE)
+    np.testing.assert_allclose(run.events["time"], FALL * (2 * np.arange(len(run.events)) + 1), rtol=1e-10)
+
+
+def table_run(gamma: float, periods: int) -> ts.Run:
+    """Ball on a table, e = 0.5, started close to the period-one orbit of that drive amplitude.
+
+    On it the ball leaves at the phase with gamma cos(2 pi phase) = pi (1 - e) / (1 + e), g / 2 fast relative to a
+    table at rest.
+    """
+    phase = math.acos(min(math.pi / 3.0 / gamma, 1.0))
+    # Relative departing speed: that of the flight less that of the table, A w cos(phase) = gamma g / (2 pi) cos(phase).
+    speed = 0.5 - gamma * math.cos(phase) / (2.0 * math.pi)
+    values = {"signals.table.amplitude": gamma, "signals.table.phase": phase, "initial.velocity": [speed * 1.0001]}
+    return ts.simulate(scene("vibrating_table", values), duration=float(periods))
+
+
+def test_period_one_of_the_table_is_born():
+    born = math.pi / 3.0
+    assert born == pytest.approx(1.0471975512, abs=1e-10)
+    above = table_run(1.001 * born, 400)
+    flights = np.diff(above.events["time"])
+    assert np.all(above.events["kind"] == BOUNCE)
+    np.testing.assert_allclose(flights[-20:], 1.0, rtol=1e-6)
+    below = table_run(0.999 * born, 400)
+    assert np.any(below.events["kind"] != BOUNCE), "below it the ball ends in chatter and rest"
+
+
+def test_period_one_of_the_table_doubles():
+    doubling = 1.5268237005
+    flights = np.diff(table_run(0.998 * doubling, 4000).events["time"])
+    np.testing.assert_allclose(flights[-20:], 1.0, rtol=1e-6)
+    flights = np.diff(table_run(1.002 * doubling, 4000).events["time"])
+    np.testing.assert_allclose(np.sort(flights[-20:])[::10], [0.97375, 1.02625], atol=1e-5)

@@ -1,0 +1,89 @@
+"""Oracle 8: the energy ledger closes to 1e-8 of its largest term over any run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scene_files import SCENES, scene
+
+import tarsus as ts
+
+LAWS = ts.load_laws(SCENES / "squeeze.py")
+TIMES = np.linspace(0.0, 0.1, 101)
+WAVES = {
+    "sine": ts.Sine(amplitude=8.0, frequency=50.0),
+    "square": ts.Square(amplitude=8.0, frequency=50.0),
+    "ramped square": ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.25),
+    "swept sine": ts.SweptSine(amplitude=8.0, start_frequency=20.0, stop_frequency=900.0, duration=0.1),
+    "ramp": ts.Ramp(stop=9.0, duration=0.05),
+    "on-off": ts.OnOff(levels=(8.0, -8.0, 3.0, -6.0), durations=(0.004, 0.006, 0.003, 0.005), repeat=True),
+    "poling": ts.Poling(level=10.0, hold=0.02, fall=0.01),
+    "sampled": ts.Sampled(times=tuple(TIMES), levels=tuple(8.0 * np.sin(400.0 * TIMES))),
+}
+NAMED = [
+    "ball", "impact_oscillator", "film_only", "mems_switch", "p1_n6", "three_feet", "sticky_feet", "damped_chain",
+]  # fmt: skip
+
+
+def check(run: ts.Run) -> None:
+    ledger = run.ledger
+    assert run.ok
+    assert ledger.closure < 1e-8
+    for loss in (ledger.damping, ledger.film, ledger.impacts, ledger.adhesion):
+        assert loss >= -1e-12 * max(abs(ledger.work_in), ledger.damping, ledger.impacts, abs(ledger.kinetic))
+    assert np.all(run.events["energy"] >= 0.0) and np.all(run.events["adhesion_energy"] >= 0.0)
+    assert ledger.impacts + ledger.adhesion == pytest.approx(run.events["energy"].sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_scene(name):
+    run = ts.simulate(scene(name), duration=0.05 if name == "p1_n6" else None)
+    check(run)
+    if name not in ("film_only",):
+        assert len(run.events) > 0, "the scene must have contact"
+
+
+@pytest.mark.parametrize("device", ["cantilever", "cantilever-1"])
+@pytest.mark.parametrize("wave", WAVES)
+def test_cantilever_through_its_hysteresis(device, wave):
+    """Prandtl-Ishlinskii (cantilever) and two branches (cantilever-1) under every waveform."""
+    run = ts.simulate(ts.with_values(ts.load_scene(device), {"signals.pzt": WAVES[wave]}), duration=0.06)
+    check(run)
+    assert np.any(run.events["kind"] == 2)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [LAWS["drag"](coefficient=2e-3, height=2e-6), LAWS["magnet"](strength=2e-26, depth="5 um")],
+    ids=lambda law: law.name(),
+)
+@pytest.mark.parametrize("name", ["three_feet", "sticky_feet", "damped_chain"])
+def test_with_a_law_of_the_user(name, law):
+    run = ts.simulate(scene(name, {"ground.laws": {law.name(): law}}))
+    check(run)
+    assert run.ledger.laws != 0.0
+    if law.name() == "drag":
+        assert run.ledger.laws < 0.0, "drag takes energy"
+
+
+def test_every_impact_loss_is_the_kinetic_energy_of_the_foot():
+    """A single mass: m (v-^2 - v+^2) / 2, all of it where the foot sticks."""
+    run = ts.simulate(scene("ball"))
+    e = run.events
+    np.testing.assert_allclose(e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12)
+    run = ts.simulate(scene("mems_switch"))
+    mass = scene("mems_switch").robot.structure.mass[0][0]
+    e = run.events[0]
+    assert e["energy"] == pytest.approx(0.5 * mass * e["speed_before"] ** 2, rel=1e-12)
+
+
+def test_series_of_energies_closes_at_every_sample():
+    run = ts.simulate(scene("damped_chain"))
+    data = run.to_dataset()
+    stored = data["kinetic_energy"] + data["elastic_energy"]
+    spent = sum(data[n] for n in ("damping_loss", "film_loss", "impact_loss", "adhesion_loss"))
+    # the cumulative terms are linear between the engine's steps: the ends are exact
+    left = data["work_in"] + data["electrostatic_work"] + data["law_work"] - stored - spent
+    assert abs(float(left[-1])) < 1e-8 * float(data["work_in"].max())
+    for name in ("damping_loss", "film_loss", "impact_loss", "adhesion_loss"):
+        assert np.all(np.diff(data[name]) >= -1e-9 * float(data[name].max())), name

@@ -1,0 +1,53 @@
+"""Oracle 5: the squeeze film's first integral, m (v - v0) = C/2 (1/g^2 - 1/g0^2)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+
+MASS, C, START, SPEED = 1e-9, 1e-20, 1e-5, -0.05
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+def test_closest_approach():
+    run = ts.simulate(scene("film_only"))
+    assert run.ok and len(run.events) == 0
+    series = run.at(np.linspace(0.0, run.duration, 2001))
+    film = series.state.gap[0] + 1e-6
+    assert film.min() == pytest.approx(7.0710678119e-6, rel=1e-10)
+    assert math.sqrt(0.5) * 1e-5 == pytest.approx(7.0710678119e-6, rel=1e-11)
+    lost = MASS * (series.state.v[0] - SPEED) - 0.5 * C * (1.0 / film**2 - 1.0 / START**2)
+    assert np.abs(lost).max() < 1e-9 * MASS * abs(SPEED)
+
+
+@pytest.mark.parametrize("residual", [1e-6, 1e-7, 1e-8])
+def test_the_film_alone_never_lets_the_foot_touch(residual):
+    """Closest approach for any residual thickness that leaves momentum enough in the film: never contact."""
+    values = {"ground.film.thickness": residual, "robot.feet.plate.gap": START - residual}
+    speeds = [-0.05, -0.5]
+    for speed in speeds:
+        closest = (2.0 * MASS * -speed / C + 1.0 / START**2) ** -0.5
+        run = ts.simulate(scene("film_only", values | {"initial.velocity": [speed]}))
+        assert run.ok
+        if closest > residual:
+            assert len(run.events) == 0
+            gap = run.at(np.linspace(0.0, run.duration, 200)).state.gap[0]
+            assert gap[-1] + residual == pytest.approx(closest, rel=1e-8)
+
+
+def test_with_a_residual_thickness_a_fast_foot_touches():
+    """At contact m (v - v0) = C/2 (1/h^2 - 1/g0^2) with h the residual thickness."""
+    residual, speed = 1e-6, -20.0
+    values = {
+        "ground.film.thickness": residual, "robot.feet.plate.gap": START - residual, "initial.velocity": [speed],
+    }  # fmt: skip
+    run = ts.simulate(scene("film_only", values))
+    expected = -speed - 0.5 * C / MASS * (1.0 / residual**2 - 1.0 / START**2)
+    assert expected > 0.0
+    assert run.events["speed_before"][0] == pytest.approx(expected, rel=1e-9)

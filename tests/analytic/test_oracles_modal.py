@@ -1,0 +1,140 @@
+"""Oracle 9: free flight against the closed-form modal solution, sweeps against the structure's own FRF."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scene_files import scene
+
+import tarsus as ts
+from tarsus.solve import Accuracy
+
+FREQUENCIES = (0.0, 110.0, 623.0, 6424.0, 900.0, 40.0, 300.0)  # Hz
+RATIOS = (0.0, 0.0, 0.02, 0.3, 1.0, 4.0, 1.0000001)  # rigid, undamped, light, strong, critical, over, near critical
+MASSES = (1e-6, 2e-6, 1e-6, 5e-7, 1e-6, 3e-6, 1e-6)  # kg
+RIGID_DAMPING = (0.0,) * 7
+DISPLACEMENT = (0.0, 3e-6, -5e-6, 1e-6, 4e-6, -2e-6, 2e-6)
+VELOCITY = (1e-4, -2e-3, 1e-2, 0.05, -3e-3, 1e-3, 5e-3)
+PARTICIPATION = (0.3, 1.0, -0.7, 0.4, 0.5, 2.0, -1.0)
+
+
+def plate(signal: ts.Constant | ts.Square | ts.Sine | None, duration: float) -> ts.Scene:
+    """Seven modes of every kind, one drive of 1 uN/V, a foot far above the ground."""
+    structure = ts.Modal(
+        frequencies=FREQUENCIES, damping_ratios=RATIOS, modal_masses=MASSES, modal_damping=RIGID_DAMPING,
+        shapes={"tip": (1.0, 1.0, -1.0, 1.0, 0.5, 0.5, 1.0)},
+    )  # fmt: skip
+    drive = ts.Drive(load=ts.ModalLoad(participation=PARTICIPATION), law=ts.LinearForce(gain=1e-6))
+    return ts.Scene(
+        name="seven modes",
+        robot=ts.Robot(structure=structure, drives={"d": drive}, feet={"tip": ts.Foot(point="tip", gap=1.0)}),
+        signals={"d": signal} if signal is not None else {},
+        initial=ts.Initial(displacement=DISPLACEMENT, velocity=VELOCITY),
+        duration=duration,
+    )
+
+
+def propagate(r: int, x: float, v: float, force: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mode ``r`` under a constant force [N], exactly."""
+    w, zeta, push = 2.0 * math.pi * FREQUENCIES[r], RATIOS[r], force * PARTICIPATION[r] / MASSES[r]
+    if w == 0.0:
+        return x + v * t + 0.5 * push * t**2, v + push * t
+    rest = push / w**2
+    x = x - rest
+    s, d = zeta * w, np.emath.sqrt(zeta**2 - 1.0) * w  # exponents -s +- d
+    c = np.cosh(d * t)
+    q = t * np.sinc(1j * d * t / math.pi) if zeta != 1.0 else t  # sinh(d t) / d
+    decay = np.exp(-s * t)
+    free = decay * (x * c + (v + s * x) * q)
+    rate = decay * (v * c - (s * v + w**2 * x) * q)
+    return rest + np.real(free), np.real(rate)
+
+
+def peak(row: np.ndarray) -> float:
+    return float(np.abs(row).max())
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+@pytest.mark.parametrize("volts", [0.0, 5.0])
+def test_free_flight_is_the_closed_form(volts):
+    run = ts.simulate(plate(ts.Constant(level=volts), 0.05))
+    t = np.linspace(0.0, 0.05, 3001)
+    state = run.at(t).state
+    assert run.ok
+    for r in range(len(FREQUENCIES)):
+        x, v = propagate(r, DISPLACEMENT[r], VELOCITY[r], volts * 1e-6, t)
+        assert peak(state.x[r] - x) <= 1e-12 * peak(x), f"mode {r}: {peak(state.x[r] - x) / peak(x):.1e}"
+        assert peak(state.v[r] - v) <= 1e-12 * peak(v), f"mode {r}: {peak(state.v[r] - v) / peak(v):.1e}"
+
+
+def test_square_drive_is_the_closed_form_from_edge_to_edge():
+    half = 2.5e-3
+    run = ts.simulate(plate(ts.Square(amplitude=5.0, frequency=0.5 / half), 0.04))
+    within = np.linspace(0.0, half, 101)[1:]
+    state = run.at((half * np.arange(16)[:, None] + within).ravel()).state
+    for r in range(len(FREQUENCIES)):
+        x, v, force = DISPLACEMENT[r], VELOCITY[r], 5e-6
+        exact = np.zeros((2, 16, len(within)))
+        for n in range(16):
+            exact[:, n] = propagate(r, x, v, force, within)
+            x, v, force = exact[0, n, -1], exact[1, n, -1], -force
+        for found, wanted in zip((state.x[r], state.v[r]), exact, strict=True):
+            error = peak(found.reshape(16, -1) - wanted) / peak(wanted)
+            assert error <= 1e-12, f"mode {r}: {error:.1e}"
+
+
+@pytest.mark.parametrize("frequency", [20.0, 137.0, 623.0, 2000.0, 6424.0])
+def test_steady_response_to_a_sine_is_the_frf(frequency):
+    """p1's chain in the air: amplitude and phase of every mass, from the FRF of its own M, C, K."""
+    base = scene("p1_n6", {"robot.feet.tip.gap": 1.0})
+    values = {"signals.pull": ts.Sine(amplitude=8.0, frequency=frequency), "ground.film": None}
+    still = ts.with_values(base, values)
+    matrices = still.robot.structure.matrices()
+    w = 2.0 * math.pi * frequency
+    load = still.robot.drives["pull"].load.vector(still.robot.structure) * still.robot.drives["pull"].law.gain * 8.0
+    response = np.linalg.solve(matrices.stiffness - w**2 * matrices.mass + 1j * w * matrices.damping, load)
+    x, v = response.imag, (1j * w * response).imag  # of exp(i w t) at t = 0
+    run = ts.simulate(
+        ts.with_values(still, {"initial.displacement": x.tolist(), "initial.velocity": v.tolist()}),
+        duration=5.0 / frequency, accuracy=Accuracy(drive=1e-12),
+    )  # fmt: skip
+    t = np.linspace(0.0, run.duration, 2000)
+    exact = np.imag(response[:, None] * np.exp(1j * w * t))
+    error = np.abs(run.at(t).state.x - exact).max(axis=1) / np.abs(response)
+    assert run.ok and error.max() < 1e-10
+
+
+def test_a_slow_sweep_traces_the_frf():
+    """Swept sine through a damped resonance of the cantilever: the envelope is that of its own FRF.
+
+    The envelope lags behind by about (sweep rate) / (damping rate)^2 = 0.1 %.
+    """
+    f0, f1, seconds = 560.0, 690.0, 4.0
+    law = ts.LinearForce(gain=1e-9)
+    values = {
+        "signals.pzt": ts.SweptSine(amplitude=1.0, start_frequency=f0, stop_frequency=f1, duration=seconds),
+        "robot.drives.pzt.law": law,
+        "robot.drives.pzt.history": (),
+        "robot.feet.tip.gap": 1e-2,
+        "robot.structure.damping_ratios": (0.1, 0.1),
+        "ground.film": None,
+    }
+    still = ts.with_values(ts.load_scene("cantilever"), values)
+    structure = still.robot.structure
+    matrices = structure.matrices()
+    load = still.robot.drives["pzt"].load.vector(structure) * law.gain
+    row = structure.row("tip")
+    run = ts.simulate(still, duration=seconds)
+    assert run.ok
+    frequencies = np.array([590.0, 610.0, 623.0, 640.0, 660.0])
+    w = 2.0 * math.pi * frequencies
+    gains = [
+        abs(row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load)) for o in w
+    ]
+    middle = seconds * (frequencies - f0) / (f1 - f0)
+    t = middle[:, None] + np.linspace(-1.0, 1.0, 801) / frequencies[:, None]
+    swing = np.abs(row @ run.at(t.ravel()).state.x).reshape(t.shape).max(axis=1)
+    np.testing.assert_allclose(swing, gains, rtol=3e-3)
