@@ -157,3 +157,19 @@ def test_rows_files(tarsus, tmp_path):
     refuse(tarsus("validate", "cantilever", "--rows", rows), "rows.csv, line 3", "'six'")
     refuse(tarsus("validate", "cantilever", "--rows", tmp_path / "none.csv"), "none.csv")
     refuse(tarsus("validate", "cantilever", "--device", "cantilver"), "did you mean 'cantilever'")
+
+
+def test_lines_are_named_for_a_law_file_given_by_a_relative_path(tarsus, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "raises.py").write_text("x = 1\nraise RuntimeError('boom')\n", encoding="utf-8")
+    refuse(tarsus("simulate", "cantilever", "--law", "raises.py"), "raises.py, line 2", "boom")
+
+
+def test_a_negative_duration(tarsus):
+    refuse(tarsus("simulate", "cantilever", "--duration", "-3 s"), "--duration", "above 0", "-3 s")
+
+
+def test_files_that_are_no_scene(tarsus, tmp_path):
+    (tmp_path / "bytes.toml").write_bytes(b"\xca\xfe\xba\xbe")
+    refuse(tarsus("check", tmp_path / "bytes.toml"), "bytes.toml", "no text file")
+    refuse(tarsus("simulate", tmp_path), "cannot be read", "is a directory")

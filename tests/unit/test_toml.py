@@ -222,7 +222,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not valid TOML: Invalid value"):
         read_scene(wrong)
     wrong.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="no text file"):
         read_scene(wrong)
     with pytest.raises(InputError, match="cannot be read"):
         read_scene(tmp_path)

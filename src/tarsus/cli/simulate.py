@@ -16,7 +16,7 @@ def simulate(
     /,
     *,
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    duration: str | None = None,
+    duration: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     mat: Annotated[bool, Parameter(negative=())] = False,

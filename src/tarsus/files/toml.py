@@ -44,8 +44,10 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{file}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: is no text file (UTF-8)") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
     return parse_scene(text, laws=laws, folder=file.parent, label=str(file))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import math
+import os
 import sys
 import traceback
 from pathlib import Path
@@ -75,10 +76,11 @@ def _line(error: BaseException, file: Path) -> str:
     """``", line 3"``: the last line of the file that the error went through."""
     if isinstance(error, SyntaxError) and error.lineno:
         return f", line {error.lineno}"
+    here = os.path.realpath(file)
     lines = [
         frame.lineno
         for frame in traceback.extract_tb(error.__traceback__)
-        if frame.filename == str(file) and frame.lineno
+        if frame.lineno and os.path.realpath(frame.filename) == here
     ]
     return f", line {lines[-1]}" if lines else ""
 
