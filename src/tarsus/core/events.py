@@ -15,8 +15,6 @@ from tarsus.core.hooks import HAS_FORCE
 from tarsus.core.jit import fused, inner
 from tarsus.core.nodes import N
 
-NOTHING, CROSSING, UNSURE = 0, 1, 2
-
 
 @fused
 def margins(m, mask, flags, par, pointer, since, t, h, tau, nodes, volts, margin):
@@ -24,163 +22,170 @@ def margins(m, mask, flags, par, pointer, since, t, h, tau, nodes, volts, margin
     for i in range(m):
         if mask >> i & 1:
             for j in range(N):
-                margin[i, j] = hold_margin(
-                    i, flags, par, pointer, since[i], t + tau[j] * h, volts[i, j], nodes[i, j]
-                )
+                margin[i, j] = hold(i, flags, par, pointer, since[i], t + tau[j] * h, volts[i, j]) - nodes[i, j]
         else:
             for j in range(N):
                 margin[i, j] = nodes[i, j]
 
 
 @inner
-def hold_margin(i, flags, par, pointer, since, t, volts, pull):
-    """What the contact still holds beyond the pull [N]: strength - pull - smooth force at zero gap."""
-    left = hooks.strength(par, pointer, i, t - since) - pull
+def hold(i, flags, par, pointer, since, t, volts):
+    """Pull that breaks the contact of foot i off [N]: strength - smooth force at zero gap."""
+    holds = hooks.strength(par, pointer, i, t - since)
     if flags[i] & HAS_FORCE:
-        left -= hooks.force(par, pointer, i, 0.0, 0.0, volts, t)
-    return left
+        holds -= hooks.force(par, pointer, i, 0.0, 0.0, volts, t)
+    return holds
 
 
 @fused
-def bulge(q, k, i, nb, envelope, velocity):
+def bulge(q, k, i, nb, envelope, speed):
     """Bound of what an output does between two nodes beyond their chord."""
     s = 0.0
     for b in range(nb):
-        s += envelope[q, k, i, b] * math.sqrt(velocity[b] ** 2 + velocity[nb + b] ** 2)
+        s += envelope[q, k, i, b] * speed[b]
     return s
 
 
 @fused
-def scan(i, order, margin, bound, limit, epsilon, tau):
-    """First node interval in which foot i may have an event before the scaled time ``limit``.
+def scan(i, order, margin, bound, limit, epsilon, tau, doubt):
+    """doubt[i] = (first, last) node interval in which foot i may have an event before the scaled time ``limit``.
 
-    Returns (verdict, interval j): the event, if any, lies in (tau[j-1], tau[j]].
+    Interval j is (tau[j-1], tau[j]]. Returns whether there is any.
     """
+    doubt[i, 0] = N
+    doubt[i, 1] = 0
     for j in range(1, N):
         if tau[j - 1] >= limit:
             break
-        if margin[i, j] < -epsilon:
-            return CROSSING, j
         width = (tau[j] - tau[j - 1]) / 0.2092
         local = bound * width * width
+        crossing = margin[i, j] < -epsilon
         if j == 1 and order > 0:
             # it starts at zero and rises: the chord must beat the steepest parabola of that bulge
-            if margin[i, 1] <= (4.0 if order == 1 else 8.0) * local:
-                return UNSURE, j
-        elif min(margin[i, j - 1], margin[i, j]) <= local:
-            return UNSURE, j
-    return NOTHING, 0
-
-
-@inner
-def poly_margin(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower):
-    """Event function of foot i at scaled time s from its Taylor series (deflated by ``first`` for a free foot)."""
-    if held:
-        pull = horner(series, 0, terms, s)
-        return hold_margin(i, flags, par, pointer, since, t + s * h, input_at(vpower, i, s), pull)
-    return horner(series, first, terms, s)
-
-
-@inner
-def root(a, b, fa, fb, i, held, first, series, terms, flags, par, pointer, since, t, h, vpower):
-    """Zero in [a, b] of the event function with f(a) > 0 > f(b), by the Illinois rule to machine precision."""
-    side = 0
-    for _ in range(80):
-        if b - a <= 4e-16 * max(abs(a), abs(b)):
-            break
-        s = b - fb * (b - a) / (fb - fa)
-        if not a < s < b:
-            s = 0.5 * (a + b)
-        f = poly_margin(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower)
-        if f == 0.0:
-            return s
-        if f < 0.0:
-            b = s
-            fb = f
-            if side == -1:
-                fa *= 0.5
-            side = -1
+            unsure = margin[i, 1] <= (4.0 if order == 1 else 8.0) * local
         else:
+            unsure = margin[i, j - 1] <= local or margin[i, j] <= local
+        if crossing or unsure:
+            if doubt[i, 1] == 0:
+                doubt[i, 0] = j
+            doubt[i, 1] = j
+        if crossing:
+            break
+    return doubt[i, 1] > 0
+
+
+@inner
+def root(i, held, first, a, b, fa, fb, series, terms, flags, par, pointer, since, t, h, vpower):
+    """Zero in [a, b] of the event function with f(a) > 0 > f(b): Newton's method kept inside the bracket.
+
+    series: Taylor coefficients of a free foot's gap, divided by s^first, or of the pull on a held one. What holds
+    against the pull hardly bends within the bracket: its slope is that of its chord.
+    """
+    slope_hold = 0.0
+    if held:
+        later = hold(i, flags, par, pointer, since, t + b * h, input_at(vpower, i, b))
+        slope_hold = (later - hold(i, flags, par, pointer, since, t + a * h, input_at(vpower, i, a))) / (b - a)
+    s = b - fb * (b - a) / (fb - fa)
+    last = 1.0
+    for _ in range(80):
+        f = series[terms - 1]
+        slope = 0.0
+        for c in range(terms - 2, first - 1, -1):
+            slope = slope * s + f
+            f = f * s + series[c]
+        if held:
+            f = hold(i, flags, par, pointer, since, t + s * h, input_at(vpower, i, s)) - f
+            slope = slope_hold - slope
+        if f > 0.0:
             a = s
-            fa = f
-            if side == 1:
-                fb *= 0.5
-            side = 1
+        else:
+            b = s
+        after = s - f / slope
+        if not a <= after <= b:
+            after = 0.5 * (a + b)
+        change = abs(after - s)
+        if change <= 1e-15 * b or (change < 1e-10 and change > 0.25 * last):
+            return after
+        last = change
+        s = after
     return b
 
 
 @inner
 def poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower):
-    """Slope of the event function in scaled time; by a central difference where a user's law is part of it."""
+    """Slope of the event function in scaled time; by a central difference what holds a held foot."""
+    slope = horner_slope(series, 0, terms, s)
     if not held:
-        return horner_slope(series, 0, terms, s)
+        return slope
     d = 1e-5
-    up = poly_margin(i, held, 0, series, terms, s + d, flags, par, pointer, since, t, h, vpower)
-    down = poly_margin(i, held, 0, series, terms, s - d, flags, par, pointer, since, t, h, vpower)
-    return (up - down) / (2.0 * d)
+    up = hold(i, flags, par, pointer, since, t + (s + d) * h, input_at(vpower, i, s + d))
+    down = hold(i, flags, par, pointer, since, t + (s - d) * h, input_at(vpower, i, s - d))
+    return (up - down) / (2.0 * d) - slope
 
 
 @inner
-def minimum(a, b, fa, fb, i, held, series, terms, flags, par, pointer, since, t, h, vpower):
-    """Scaled time in [a, b] at which the slope rises through zero, from its values fa < 0 < fb at the ends."""
+def dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower):
+    """Scaled time and value of the minimum inside [a, b] of the event function, or (b, inf) if it has none."""
+    fa = poly_slope(i, held, series, terms, a, flags, par, pointer, since, t, h, vpower)
+    fb = poly_slope(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
+    if not fa < 0.0 < fb:
+        return b, math.inf
+    s = b
     for n in range(40):
         s = b - fb * (b - a) / (fb - fa)
         if n % 3 == 2 or not a < s < b:
             s = 0.5 * (a + b)
         f = poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower)
         if f == 0.0 or b - a < 1e-12:
-            return s
+            break
         if f < 0.0:
             a = s
             fa = f
         else:
             b = s
             fb = f
-    return 0.5 * (a + b)
+    return s, poly_margin(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower)
+
+
+@inner
+def poly_margin(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower):
+    """Event function of foot i at scaled time s from its Taylor series."""
+    f = horner(series, 0, terms, s)
+    if held:
+        return hold(i, flags, par, pointer, since, t + s * h, input_at(vpower, i, s)) - f
+    return f
 
 
 @inner
 def first_root(
-    i, held, order, series, terms, limit, epsilon, tau, flags, par, pointer, since, t, h, vpower
+    i, held, order, doubt, margin, series, terms, limit, epsilon, tau, flags, par, pointer, since, t, h, vpower
 ):
     """First scaled time in (0, limit] at which foot i has its event, or 2.0 if there is none.
 
-    Looks at every node interval of the Taylor series, with the interior minimum where the slope turns.
+    Looks at the doubtful node intervals of the Taylor series, with the interior minimum where the slope turns.
     """
-    a = 0.0
-    fa = poly_margin(i, held, 0, series, terms, 0.0, flags, par, pointer, since, t, h, vpower)
-    slope_a = 0.0
-    if order < 2:
-        slope_a = poly_slope(i, held, series, terms, 0.0, flags, par, pointer, since, t, h, vpower)
-    for j in range(1, N):
+    for j in range(doubt[i, 0], doubt[i, 1] + 1):
+        a = tau[j - 1]
         if a >= limit:
             break
-        b = min(tau[j], limit)
-        fb = poly_margin(i, held, 0, series, terms, b, flags, par, pointer, since, t, h, vpower)
-        slope_b = poly_slope(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
-        end, f_end = b, fb
-        if fb >= -epsilon and slope_a < 0.0 < slope_b and (order == 0 or j > 1):
-            s = minimum(a, b, slope_a, slope_b, i, held, series, terms, flags, par, pointer, since, t, h, vpower)
-            f = poly_margin(i, held, 0, series, terms, s, flags, par, pointer, since, t, h, vpower)
-            if f < -epsilon:
-                end, f_end = s, f
-        if f_end < -epsilon:
+        fa = margin[i, j - 1]
+        b = tau[j]
+        fb = margin[i, j]
+        if b > limit:
+            b = limit
+            fb = poly_margin(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
+        if fb >= -epsilon and (order == 0 or j > 1):
+            b, fb = dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower)
+        if fb < -epsilon:
+            first = 0
             if j == 1 and order > 0 and not held:
-                return deflated_root(i, order, series, terms, end, flags, par, pointer, since, t, h, vpower)
+                # it left at s = 0: its return is the zero of f(s) / s^order, and s = 0 if it never rises
+                first = order
+                fa = series[order]
+                fb = horner(series, order, terms, b)
+                if fb >= 0.0:
+                    return b
             if fa <= 0.0:
                 return a
-            return root(a, end, fa, f_end, i, held, 0, series, terms, flags, par, pointer, since, t, h, vpower)
-        a, fa, slope_a = b, fb, slope_b
+            return root(i, held, first, a, b, fa, fb, series, terms, flags, par, pointer, since, t, h, vpower)
     return 2.0
-
-
-@inner
-def deflated_root(i, order, series, terms, b, flags, par, pointer, since, t, h, vpower):
-    """Return of a foot that left at s = 0: zero of f(s)/s^order in (0, b], or 0 if it never rises."""
-    fa = horner(series, order, terms, 0.0)
-    if fa <= 0.0:
-        return 0.0
-    fb = horner(series, order, terms, b)
-    if fb >= 0.0:
-        return b
-    return root(0.0, b, fa, fb, i, False, order, series, terms, flags, par, pointer, since, t, h, vpower)

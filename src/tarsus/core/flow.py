@@ -35,27 +35,26 @@ def add_nodal(node_input, q, k, o, i, values, out):
 
 
 @fused
-def flow_state(exponential, q, k, nb, w, out):
-    """out = exp(T h) w."""
+def flow_state(exponential, state_constant, state_input, q, k, nb, ni, w, values, constant, active, out):
+    """out = state at the end of the whole step: exp(T h) w and what the inputs add."""
     for b in range(nb):
         x = w[b]
         y = w[nb + b]
         out[b] = exponential[q, k, 0, b] * x + exponential[q, k, 1, b] * y
         out[nb + b] = exponential[q, k, 2, b] * x + exponential[q, k, 3, b] * y
-
-
-@fused
-def add_state_constant(state_constant, q, k, i, size, value, out):
-    for r in range(size):
-        out[r] += state_constant[q, k, i, r] * value
-
-
-@fused
-def add_state_nodal(state_input, q, k, i, size, values, out):
-    for a in range(N):
-        x = values[i, a]
-        for r in range(size):
-            out[r] += state_input[q, k, i, a, r] * x
+    for i in range(ni):
+        if not active[i]:
+            continue
+        if constant[i]:
+            v = values[i, 0]
+            for r in range(2 * nb):
+                out[r] += state_constant[q, k, i, r] * v
+        else:
+            for r in range(2 * nb):
+                s = 0.0
+                for j in range(N):
+                    s += state_input[q, k, i, r, j] * values[i, j]
+                out[r] += s
 
 
 @fused
@@ -73,35 +72,41 @@ def taylor(blocks, inputs, monomial, q, nb, ni, terms, h, w, values, constant, a
     w' = T w + sum_i inputs_i p_i(t), with p_i the polynomial through values[i, :] (or its constant). ``power``
     (ni, 8) receives the monomial coefficients of the inputs.
     """
-    size = 2 * nb
     for i in range(ni):
         for c in range(N):
-            power[i, c] = 0.0
-        if not active[i]:
-            continue
-        if constant[i]:
+            s = 0.0
+            if active[i] and not constant[i]:
+                for j in range(N):
+                    s += monomial[c, j] * values[i, j]
+            power[i, c] = s
+        if active[i] and constant[i]:
             power[i, 0] = values[i, 0]
-        else:
-            for c in range(N):
-                s = 0.0
-                for a in range(N):
-                    s += monomial[c, a] * values[i, a]
-                power[i, c] = s
-    for r in range(size):
-        series[0, r] = w[r]
-    for c in range(terms - 1):
-        scale = h / (c + 1.0)
-        for b in range(nb):
-            x = series[c, b]
-            y = series[c, nb + b]
-            series[c + 1, b] = scale * (blocks[q, 0, b] * x + blocks[q, 1, b] * y)
-            series[c + 1, nb + b] = scale * (blocks[q, 2, b] * x + blocks[q, 3, b] * y)
-        if c < N:
+    for b in range(nb):
+        for c in range(N):
+            x = 0.0
+            y = 0.0
             for i in range(ni):
-                p = power[i, c] * scale
-                if p != 0.0:
-                    for r in range(size):
-                        series[c + 1, r] += inputs[q, i, r] * p
+                x += inputs[q, i, b] * power[i, c]
+                y += inputs[q, i, nb + b] * power[i, c]
+            series[c + 1, b] = x
+            series[c + 1, nb + b] = y
+        b11, b12 = h * blocks[q, 0, b], h * blocks[q, 1, b]
+        b21, b22 = h * blocks[q, 2, b], h * blocks[q, 3, b]
+        x = w[b]
+        y = w[nb + b]
+        series[0, b] = x
+        series[0, nb + b] = y
+        for c in range(1, terms):
+            scale = 1.0 / c
+            u = b11 * x + b12 * y
+            v = b21 * x + b22 * y
+            if c <= N:
+                u += h * series[c, b]
+                v += h * series[c, nb + b]
+            x = scale * u
+            y = scale * v
+            series[c, b] = x
+            series[c, nb + b] = y
 
 
 @inner

@@ -7,6 +7,7 @@ without numba's passes for what the kernels do not use (closures, ``with``, obje
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 from numba import njit
@@ -97,6 +98,15 @@ class _EntryCompiler(CompilerBase):
         super().__init__(typingctx, *args)
         self.state.typingctx = _Typing(typingctx)
         self.state.flags.noalias = True
+
+    def compile_extra(self, func: Any) -> Any:
+        collecting = gc.isenabled()
+        gc.disable()  # the millions of small objects made here all live until the end
+        try:
+            return super().compile_extra(func)
+        finally:
+            if collecting:
+                gc.enable()
 
     def define_pipelines(self) -> list[PassManager]:
         manager = PassManager("tarsus")

@@ -7,12 +7,10 @@ import math
 from tarsus.core import arrays as a
 from tarsus.core.collocate import add_pull_forces, solve, tail
 from tarsus.core.contact import enter_mode, impact, log, release, settle
-from tarsus.core.events import NOTHING, bulge, first_root, margins, scan
+from tarsus.core.events import bulge, first_root, margins, scan
 from tarsus.core.flow import (
     add_constant,
     add_nodal,
-    add_state_constant,
-    add_state_nodal,
     flow_state,
     output_series,
     outputs_from_state,
@@ -105,44 +103,33 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
 
 
 @fused
-def block_speeds(modes, work, state, q, nb, ni, m, size):
-    """work.velocity holds bounds of |y'| per block over the step: its start value and what changing inputs add."""
-    velocity, values = work.velocity, work.values
+def block_speeds(blocks, inputs, input_norm, values, constant, active, w, q, nb, ni, speed):
+    """speed[b] = bound of |y'| of block b over the step: its start value and what changing inputs add.
+
+    The rest of speed (3 nb) is scratch.
+    """
     for b in range(nb):
-        x = state.w[b]
-        y = state.w[nb + b]
-        velocity[b] = modes.blocks[q, 0, b] * x + modes.blocks[q, 1, b] * y
-        velocity[nb + b] = modes.blocks[q, 2, b] * x + modes.blocks[q, 3, b] * y
+        speed[b] = blocks[q, 0, b] * w[b] + blocks[q, 1, b] * w[nb + b]
+        speed[nb + b] = blocks[q, 2, b] * w[b] + blocks[q, 3, b] * w[nb + b]
+        speed[2 * nb + b] = 0.0
     for i in range(ni):
-        if not work.active[i]:
+        if not active[i]:
             continue
         v = values[i, 0]
-        for r in range(size):
-            velocity[r] += modes.inputs[q, i, r] * v
-    for i in range(ni):
-        if not work.active[i] or work.constant[i]:
+        for r in range(2 * nb):
+            speed[r] += inputs[q, i, r] * v
+        if constant[i]:
             continue
-        low = values[i, 0]
-        high = values[i, 0]
+        low = v
+        high = v
         for j in range(1, N):
-            low = min(low, values[i, j])
-            high = max(high, values[i, j])
+            v = values[i, j]
+            low = v if v < low else low
+            high = v if v > high else high
         for b in range(nb):
-            velocity[b] = math.sqrt(velocity[b] ** 2 + velocity[nb + b] ** 2) + (high - low) * modes.input_norm[q, i, b]
-            velocity[nb + b] = 0.0
-
-
-@fused
-def full_step(modes, tables, state, work, q, k, nb, ni, size):
-    """state.w at the end of the whole step."""
-    flow_state(tables.exponential, q, k, nb, state.w, work.state)
-    for i in range(ni):
-        if not work.active[i]:
-            continue
-        if work.constant[i]:
-            add_state_constant(tables.state_constant, q, k, i, size, work.values[i, 0], work.state)
-        else:
-            add_state_nodal(tables.state_input, q, k, i, size, work.values, work.state)
+            speed[2 * nb + b] += (high - low) * input_norm[q, i, b]
+    for b in range(nb):
+        speed[b] = math.sqrt(speed[b] * speed[b] + speed[nb + b] * speed[nb + b]) + speed[2 * nb + b]
 
 
 @fused
@@ -191,9 +178,17 @@ def shorter(tables, q, k, nk, fraction):
 
 
 @fused
-def locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict):
+def landing_terms(lengths, terms, q, k, nk, fraction):
+    """Taylor terms that carry the flow over ``fraction`` of a step of class k, 0 if that is too far."""
+    n = k
+    while n < nk - 1 and lengths[n + 1] >= fraction * lengths[k]:
+        n += 1
+    return terms[q, n]
+
+
+@fused
+def locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, terms):
     """Taylor polynomial of the step and its first event: (foot or -1, scaled time)."""
-    terms = tables.terms[q, k]
     mask = modes.mask[q]
     taylor(
         modes.blocks, modes.inputs, _monomial, q, nb, ni, terms, h, state.w, work.values, work.constant, work.active,
@@ -202,7 +197,7 @@ def locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit,
     best = 2.0
     foot = -1
     for i in range(m):
-        if verdict[i] == NOTHING:
+        if verdict[i, 1] == 0:
             continue
         held = mask >> i & 1 != 0
         output_series(modes.outputs, modes.feed, modes.feed_rate, q, i, size, ni, terms, h, work.series, work.power, work.line)
@@ -214,7 +209,7 @@ def locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit,
                 work.vpower[i, c] = s
         epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
         s = first_root(
-            i, held, state.order[i], work.line, terms, limit, epsilon, _tau, laws.flags, laws.parameters, laws.pointer,
+            i, held, state.order[i], verdict, work.margin, work.line, terms, limit, epsilon, _tau, laws.flags, laws.parameters, laws.pointer,
             state.since[i], t, h, work.vpower,
         )  # fmt: skip
         if s < best and s <= limit:
@@ -231,7 +226,10 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
     """
     mask = modes.mask[q]
     margins(m, mask, laws.flags, laws.parameters, laws.pointer, state.since, t, h, _tau, work.nodes, work.volts, work.margin)
-    block_speeds(modes, work, state, q, nb, ni, m, size)
+    block_speeds(
+        modes.blocks, modes.inputs, modes.input_norm, work.values, work.constant, work.active, state.w, q, nb, ni,
+        work.velocity,
+    )  # fmt: skip
     doubt = False
     coarse = False
     interval = N
@@ -239,10 +237,9 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
         held = mask >> i & 1
         bound = bulge(q, k, i, nb, tables.envelope, work.velocity)
         epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
-        verdict[i], j = scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau)
-        if verdict[i] != NOTHING:
+        if scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau, verdict):
             doubt = True
-            interval = min(interval, j)
+            interval = min(interval, verdict[i, 0])
         if track and not held and hides_peak(i, state.apex, work.nodes, bound, limit, _tau):
             coarse = True
     return doubt, interval, coarse
@@ -300,7 +297,12 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         doubt, interval, coarse = look(
             modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict, count[a.TRACK] != 0
         )
-        if (doubt or h > left) and tables.terms[q, k] == 0:
+        far = limit if h > left else 0.0
+        for i in range(m):
+            if verdict[i, 1] > 0:
+                far = max(far, _tau[verdict[i, 1]])
+        terms = landing_terms(tables.lengths, tables.terms, q, k, nk, min(far, limit))
+        if terms == 0:
             count[a.REJECTED] += 1
             k = shorter(tables, q, k, nk, max(_tau[interval - 1] if interval < N else 0.0, 0.125))
             continue
@@ -311,7 +313,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     foot = -1
     fraction = limit
     if doubt or h > left:
-        foot, s = locate(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, verdict)
+        foot, s = locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, terms)
         if foot >= 0:
             fraction = s
     if count[a.TRACK] != 0:
@@ -321,10 +323,13 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     if count[a.RECORD] != 0:
         record(state, output, work, q, k, ni, size, t, h, fraction)
     if foot < 0 and h <= left:
-        full_step(modes, tables, state, work, q, k, nb, ni, size)
+        flow_state(
+            tables.exponential, tables.state_constant, tables.state_input, q, k, nb, ni, state.w, work.values,
+            work.constant, work.active, work.state,
+        )  # fmt: skip
         real[a.TIME] = t + h
     else:
-        state_at(work.series, tables.terms[q, k], size, fraction, work.state)
+        state_at(work.series, terms, size, fraction, work.state)
         real[a.TIME] = t + fraction * h if foot >= 0 else t + left
         if foot < 0 and left == goal - t:
             real[a.TIME] = goal

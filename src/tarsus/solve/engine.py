@@ -133,7 +133,7 @@ def execute(
     output = a.Output(
         np.zeros((size + 2 * m, a.EVENT_WIDTH)), np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni))
     )
-    verdict = np.zeros(max(m, 1), dtype=np.int64)
+    verdict = np.zeros((max(m, 1), 2), dtype=np.int64)
     events: list[np.ndarray] = []
     rows: list[np.ndarray] = []
     while True:
@@ -195,5 +195,5 @@ def _new_work(n: int, m: int, ni: int) -> a.Work:
     return a.Work(
         values=values, constant=constant, active=active, linear=rows(2 * m), nodes=rows(2 * m + 1), volts=rows(m),
         margin=rows(m), power=rows(ni), vpower=rows(m), series=np.zeros((TERMS, max(2 * n, 2))), line=np.zeros(TERMS),
-        velocity=np.zeros(max(2 * n, 2)), state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
+        velocity=np.zeros(max(3 * n, 3)), state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
     )  # fmt: skip
