@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -75,3 +76,14 @@ def test_every_example_is_in_this_file():
     )
     for path in EXAMPLES.glob("*.py"):
         assert f'load("{path.stem}")' in here or path.name in elsewhere, f"{path.name} has no test"
+
+
+def test_the_python_of_the_readme_runs(capsys):
+    page = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.+?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(block, names)
+    sentence, closure, contact = capsys.readouterr().out.splitlines()
+    assert sentence == names["run"].code.value
+    assert float(closure) < 1e-8
+    assert "contact" in contact or "zero gap" in contact

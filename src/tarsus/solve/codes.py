@@ -18,6 +18,9 @@ class ResultCode(Enum):
     STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
     NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
 
+    def __str__(self) -> str:
+        return self.value
+
     @classmethod
     def of(cls, code: int) -> ResultCode:
         """The result of a kernel return code."""
