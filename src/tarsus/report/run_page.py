@@ -274,7 +274,8 @@ def _values(run: RunLike) -> str:
     rows: list[list[Cell]] = []
     for row in value_rows(run.scene):
         source: Cell = tag(row.source) if row.source else MISSING
-        rows.append([code(row.path), row.value, source, row.note or row.doc])
+        unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
+        rows.append([code(row.path), unbroken, source, row.note or row.doc])
     return (
         "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user "
         "or left at its default.</p>\n" + table(columns, rows, wrap=True)
