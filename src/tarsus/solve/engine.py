@@ -22,7 +22,7 @@ _advance = None
 _compiling = threading.Lock()
 
 
-COMPILE_SECONDS = 15
+COMPILE_SECONDS = 10
 """About how long compiling the engine takes, for telling those who wait [s]."""
 
 
