@@ -50,11 +50,10 @@ def flow_state(exponential, state_constant, state_input, q, k, nb, ni, w, values
             for r in range(2 * nb):
                 out[r] += state_constant[q, k, i, r] * v
         else:
-            for r in range(2 * nb):
-                s = 0.0
-                for j in range(N):
-                    s += state_input[q, k, i, r, j] * values[i, j]
-                out[r] += s
+            for j in range(N):
+                v = values[i, j]
+                for r in range(2 * nb):
+                    out[r] += state_input[q, k, i, j, r] * v
 
 
 @fused
@@ -81,32 +80,21 @@ def taylor(blocks, inputs, monomial, q, nb, ni, terms, h, w, values, constant, a
             power[i, c] = s
         if active[i] and constant[i]:
             power[i, 0] = values[i, 0]
-    for b in range(nb):
-        for c in range(N):
-            x = 0.0
-            y = 0.0
+    for r in range(2 * nb):
+        series[0, r] = w[r]
+    for c in range(terms - 1):
+        scale = h / (c + 1.0)
+        for b in range(nb):
+            x = series[c, b]
+            y = series[c, nb + b]
+            series[c + 1, b] = scale * (blocks[q, 0, b] * x + blocks[q, 1, b] * y)
+            series[c + 1, nb + b] = scale * (blocks[q, 2, b] * x + blocks[q, 3, b] * y)
+        if c < N:
             for i in range(ni):
-                x += inputs[q, i, b] * power[i, c]
-                y += inputs[q, i, nb + b] * power[i, c]
-            series[c + 1, b] = x
-            series[c + 1, nb + b] = y
-        b11, b12 = h * blocks[q, 0, b], h * blocks[q, 1, b]
-        b21, b22 = h * blocks[q, 2, b], h * blocks[q, 3, b]
-        x = w[b]
-        y = w[nb + b]
-        series[0, b] = x
-        series[0, nb + b] = y
-        for c in range(1, terms):
-            scale = 1.0 / c
-            u = b11 * x + b12 * y
-            v = b21 * x + b22 * y
-            if c <= N:
-                u += h * series[c, b]
-                v += h * series[c, nb + b]
-            x = scale * u
-            y = scale * v
-            series[c, b] = x
-            series[c, nb + b] = y
+                p = power[i, c] * scale
+                if p != 0.0:
+                    for r in range(2 * nb):
+                        series[c + 1, r] += inputs[q, i, r] * p
 
 
 @inner

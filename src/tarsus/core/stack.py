@@ -103,6 +103,4 @@ def _stack_tables(lengths: np.ndarray, modes: list[ContactMode], tables: list[St
         "exponential", "node_state", "node_input", "node_constant", "state_input", "state_constant", "envelope",
     )  # fmt: skip
     stacked = {name: _pad([getattr(t, name) for t in tables]) for name in names}
-    # the kernel sums over the nodes: they go last
-    stacked["state_input"] = np.ascontiguousarray(np.swapaxes(stacked["state_input"], -1, -2))
     return Tables(lengths=lengths, terms=terms, **stacked)
