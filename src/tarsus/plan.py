@@ -319,7 +319,8 @@ def _scales(
     lengths = [*start, *system.rest_gap]
     if scene.ground.film is not None:
         lengths.append(scene.ground.film.thickness)
-    length = max((x for x in lengths if x > 0.0), default=1e-6)
+    # below the size of an atom a clearance is zero and no scale
+    length = max((x for x in lengths if x > 1e-12), default=1e-6)
     forces = [abs(s) for s in signals.span[: system.loads.shape[1]]]
     if scene.ground.adhesion is not None:
         forces.append(scene.ground.adhesion.initial)

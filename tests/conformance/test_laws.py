@@ -1,0 +1,102 @@
+"""Every registered law: finite, passive where it says so, compiled as in plain Python; a user's law is as good."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+from scene_files import SCENES, scene
+
+import tarsus as ts
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+
+OWN = ts.load_laws(SCENES / "squeeze.py")
+EXAMPLES: list[Law] = [
+    ts.Film(coefficient=1.7e-21, thickness=5e-6),
+    ts.Electrostatic(coefficient=2e-20, offset=1e-6),
+    ts.Adhesion(initial=1e-6, rate=1e-3),
+    ts.Restitution(coefficient=0.378),
+    OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
+    OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
+    OWN["own_rebound"](coefficient=0.5),
+    OWN["own_latch"](initial=1e-6, rate=1e-3),
+    OWN["drag"](coefficient=1e-4, height=1e-6),
+    OWN["magnet"](strength=1e-26, depth=1e-6),
+]
+GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
+SPEEDS = np.geomspace(1e-9, 10.0, 40)
+
+
+def arguments(law: Law) -> list[tuple[float, ...]]:
+    if isinstance(law, ResistiveLaw):
+        return [(g,) for g in GAPS]
+    if isinstance(law, SmoothLaw):
+        return [(g, v, 3.0, 0.1) for g in GAPS[::6] for v in (-0.1, 0.0, 0.1)]
+    return [(s,) for s in (0.0, *SPEEDS)]
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
+def test_finite_and_compiled_as_in_plain_python(law):
+    plain = law.function()
+    compiled = numba.njit(plain)
+    for point in arguments(law):
+        value = plain(*point, *law.parameters())
+        assert np.isfinite(value)
+        assert compiled(*point, *law.parameters()) == pytest.approx(value, rel=1e-15, abs=0.0)
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
+def test_passive_where_its_protocol_says_so(law):
+    values = np.array([law.function()(*point, *law.parameters()) for point in arguments(law)])
+    if isinstance(law, ResistiveLaw):
+        assert np.all(np.diff(values) <= 0.0), "the momentum never grows with the gap: D >= 0"
+    elif isinstance(law, ImpactLaw):
+        assert np.all(values >= 0.0) and np.all(values <= np.concatenate([[0.0], SPEEDS]))
+    elif isinstance(law, LatchLaw):
+        assert np.all(values >= 0.0)
+    elif isinstance(law, SmoothLaw) and law.uses_rate:
+        rates = np.array([point[1] for point in arguments(law)])
+        assert np.all(values * rates <= 0.0)
+
+
+@pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
+def test_toml_round_trip(law):
+    base = scene("damped_chain")
+    slots = {"film", "electrostatic", "adhesion", "restitution"}
+    if law.name() in slots and law.name() != "electrostatic":
+        written = ts.with_values(base, {f"ground.{law.name()}": law})
+    elif law.name() in slots:
+        written = ts.with_values(scene("sticky_feet"), {"ground.electrostatic": law})
+    else:
+        written = ts.with_values(base, {"ground.laws": {law.name(): law}})
+    assert parse_scene(scene_text(written), laws=OWN) == written
+
+
+def same_events(one: ts.Run, other: ts.Run) -> None:
+    assert one.ok and other.ok and len(one.events) > 5
+    assert one.events["kind"].tolist() == other.events["kind"].tolist()
+    assert one.events["foot"].tolist() == other.events["foot"].tolist()
+    np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-9)
+    np.testing.assert_allclose(other.events["speed_before"], one.events["speed_before"], rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("slot", "own"),
+    [("film", "own_film"), ("electrostatic", "own_electrostatic"), ("restitution", "own_rebound"), ("adhesion", "own_latch")],
+)
+@pytest.mark.parametrize("name", ["sticky_feet", "p1_n2"])
+def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
+    base = scene(name)
+    built_in = getattr(base.ground, slot)
+    if built_in is None:
+        pytest.skip(f"{name} has no {slot}")
+    mine = ts.with_values(base, {f"ground.{slot}": None, "ground.laws": {own: OWN[own](**dict(built_in))}})
+    same_events(ts.simulate(base, duration=0.05), ts.simulate(mine, duration=0.05))
+
+
+@pytest.mark.nojit
+def test_users_laws_without_the_compiler():
+    base = scene("ball")
+    mine = ts.with_values(base, {"ground.restitution": None, "ground.laws": {"own_rebound": OWN["own_rebound"](coefficient=0.9)}})
+    same_events(ts.simulate(base), ts.simulate(mine))

@@ -1,0 +1,230 @@
+"""What holds for any run: it ends in a sentence, stays above the ground, makes no energy, closes its ledger."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import tarsus as ts
+
+QUICK = settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+
+
+def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
+    """Assert every invariant on a finished run."""
+    assert run.ok, run.code.value
+    series = run.at(np.linspace(0.0, run.duration, 3001))
+    state = series.state
+    for values in (state.x, state.v, state.gap, state.rate, state.pull):
+        assert np.isfinite(values).all()
+    assert state.gap.min(initial=0.0) >= -1e-12
+    ledger = run.ledger
+    assert ledger.closure < closure
+    scale = max(abs(x) for x in (ledger.work_in, ledger.kinetic, ledger.elastic, ledger.damping, ledger.impacts, 1e-300))
+    for loss in (ledger.damping, ledger.film, ledger.impacts, ledger.adhesion):
+        assert loss >= -1e-9 * scale
+    events = run.events
+    assert np.all(np.diff(events["time"]) >= 0.0)
+    assert np.all(events["speed_after"] <= events["speed_before"])
+    assert np.all(events["energy"] >= -1e-14 * max(np.abs(events["energy"]).max(initial=0.0), scale))
+    for name in events.dtype.names or ():
+        assert np.isfinite(events[name]).all(), name
+    return run
+
+
+def mass(
+    *, frequency: float = 0.0, ratio: float = 0.0, gap: float = 1e-5, signal: object = None, gain: float = 1e-4,
+    start: float = 0.0, speed: float = 0.0, duration: float = 0.03, **ground: object,
+) -> ts.Scene:  # fmt: skip
+    """One mass of 1 mg on a spring, with a drive and a foot that the drive's volts attract."""
+    w = 2.0 * math.pi * frequency
+    structure = ts.Lumped(coordinates=("x",), mass=1e-6, stiffness=1e-6 * w**2, damping=2.0 * ratio * w * 1e-6)
+    drive = ts.Drive(load=ts.PointLoad(weights={"x": 1.0}), law=ts.LinearForce(gain=gain))
+    return ts.Scene(
+        name="one mass",
+        robot=ts.Robot(
+            structure=structure, drives={"d": drive}, feet={"f": ts.Foot(point="x", gap=gap, electrode="d")}
+        ),
+        ground=ts.Ground(**ground),  # type: ignore[arg-type]
+        signals={"d": signal} if signal is not None else {},  # type: ignore[dict-item]
+        initial=ts.Initial(displacement=(start,), velocity=(speed,)),
+        duration=duration,
+    )
+
+
+def rigid(gaps: tuple[float, float], **ground: object) -> ts.Scene:
+    """A rigid body on two feet, falling."""
+    structure = ts.Lumped(
+        coordinates=("z", "turn"), mass=(1e-6, 1e-6), stiffness=(0.0, 0.0), damping=(0.0, 0.0),
+        weights={"l": (1.0, 1.0), "r": (1.0, -1.0)}, upward=(1.0, 0.0),
+    )  # fmt: skip
+    feet = {name: ts.Foot(point=name, gap=gap) for name, gap in zip("lr", gaps, strict=True)}
+    return ts.Scene(
+        name="rigid body", robot=ts.Robot(structure=structure, feet=feet), duration=0.05,
+        ground=ts.Ground(gravity=ts.Gravity(), **ground),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+SINE, SQUARE = ts.Sine(amplitude=5.0, frequency=100.0), ts.Square(amplitude=5.0, frequency=100.0)
+restitution = st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0.0, 0.99))
+signals = st.one_of(
+    st.builds(ts.Sine, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 2000.0), phase=st.floats(0.0, 6.0)),
+    st.builds(ts.Square, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.1, 0.9)),
+    st.builds(ts.RampedSquare, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.0, 1.0)),
+    st.builds(ts.Ramp, start=st.floats(-20.0, 20.0), stop=st.floats(-20.0, 20.0), duration=st.floats(1e-4, 0.02)),
+)
+
+
+@QUICK
+@given(
+    e=restitution, signal=signals, frequency=st.floats(30.0, 3000.0), ratio=st.floats(0.0, 2.0), gap=st.floats(0.0, 3e-5),
+    adhesion=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-4), st.floats(0.0, 1.0))),
+    film=st.one_of(st.none(), st.tuples(st.floats(0.0, 1e-20), st.floats(1e-6, 1e-4))),
+)  # fmt: skip
+def test_one_mass(e, signal, frequency, ratio, gap, adhesion, film):
+    check(
+        ts.simulate(
+            mass(
+                frequency=frequency, ratio=ratio, gap=gap, signal=signal,
+                restitution=ts.Restitution(coefficient=e),
+                adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion[0], rate=adhesion[1]),
+                film=None if film is None else ts.Film(coefficient=film[0], thickness=film[1]),
+            )
+        )
+    )  # fmt: skip
+
+
+@QUICK
+@given(
+    e=restitution, signal=signals, coefficient=st.floats(0.0, 1e-15), offset=st.floats(1e-7, 1e-5),
+    adhesion=st.one_of(st.none(), st.floats(0.0, 1e-4)),
+)  # fmt: skip
+def test_electrostatics(e, signal, coefficient, offset, adhesion):
+    check(
+        ts.simulate(
+            mass(
+                frequency=500.0, ratio=0.02, signal=signal, restitution=ts.Restitution(coefficient=e),
+                electrostatic=ts.Electrostatic(coefficient=coefficient, offset=offset),
+                adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion, rate=1e-3),
+            )
+        )
+    )  # fmt: skip
+
+
+@QUICK
+@given(
+    e=st.floats(0.0, 0.9), left=st.floats(0.0, 1e-4), difference=st.one_of(st.just(0.0), st.just(1e-12), st.floats(0.0, 1e-4)),
+    adhesion=st.one_of(st.none(), st.floats(0.0, 1e-5)),
+)  # fmt: skip
+def test_two_feet(e, left, difference, adhesion):
+    ground = {"adhesion": ts.Adhesion(initial=adhesion, rate=1e-4)} if adhesion is not None else {}
+    check(ts.simulate(rigid((left, left + difference), restitution=ts.Restitution(coefficient=e), **ground)))
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1e-6, 0.999999, 1.0, 1.000001, 30.0, 1e4])
+@pytest.mark.parametrize("law", ["none", "film", "adhesion"])
+def test_damping_of_any_strength(ratio, law):
+    ground = {
+        "none": {}, "film": {"film": ts.Film(coefficient=1e-21, thickness=1e-6)},
+        "adhesion": {"adhesion": ts.Adhesion(initial=1e-6, rate=1e-3)},
+    }[law]  # fmt: skip
+    run = ts.simulate(
+        mass(frequency=500.0, ratio=ratio, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5), **ground)
+    )
+    check(run)
+
+
+@pytest.mark.parametrize(("initial", "rate"), [(0.0, 0.0), (0.0, 1e6), (1e-9, 1e-12), (1e-4, 0.0), (1e9, 0.0)])
+@pytest.mark.parametrize("gap", [0.0, 1e-5])
+@pytest.mark.parametrize("signal", [SINE, SQUARE, ts.Ramp(start=-5.0, stop=20.0, duration=0.02)], ids=lambda s: s.kind)
+def test_adhesion_of_any_strength(initial, rate, gap, signal):
+    """None, growing at once, never let go: also with a drive that grows until it pulls the foot off."""
+    run = check(
+        ts.simulate(
+            mass(
+                frequency=500.0, ratio=0.02, gap=gap, signal=signal, adhesion=ts.Adhesion(initial=initial, rate=rate),
+                restitution=ts.Restitution(coefficient=0.4),
+            )
+        )
+    )  # fmt: skip
+    if initial == 1e9:
+        assert not np.any(run.events["kind"] == 3)
+
+
+def test_release_comes_where_the_pull_equals_the_strength():
+    """A foot pressed on the ground, then lifted by a ramp of 2 V/ms at 0.1 mN/V: 1 um of spring and 50 uN to beat."""
+    signal = ts.Ramp(start=-1.0, stop=39.0, duration=0.02)
+    scene = mass(
+        frequency=500.0, ratio=0.02, gap=0.0, signal=signal, adhesion=ts.Adhesion(initial=5e-5, rate=1e-3)
+    )
+    run = check(ts.simulate(scene))
+    assert run.events["kind"].tolist()[:2] == [5, 3]
+    # -1e-4 + 0.2 t = 5e-5 + 1e-3 t
+    assert run.events["time"][1] == pytest.approx(1.5e-4 / 0.199, rel=1e-12)
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+def test_no_free_coordinate_left():
+    """A single mass that sticks: nothing is left to move."""
+    scene = mass(gap=1e-6, speed=-0.1, adhesion=ts.Adhesion(initial=1e-3, rate=0.0), duration=1e-3)
+    run = check(ts.simulate(scene))
+    assert run.events["kind"].tolist() == [2]
+    late = run.at(np.linspace(2e-5, 1e-3, 10))
+    assert late.state.held.all() and np.all(late.state.v == 0.0)
+    assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(0.5e-6 * 0.1**2, rel=1e-12)
+
+
+@pytest.mark.nojit
+def test_two_feet_strike_at_once_and_share_the_momentum():
+    run = check(ts.simulate(rigid((1e-4, 1e-4), restitution=ts.Restitution(coefficient=0.0))))
+    assert sorted(run.events["foot"].tolist()) == [0, 1]
+    assert run.events["energy"].sum() == pytest.approx(1e-6 * 9.81 * 1e-4, rel=1e-10)
+
+
+def test_volts_that_switch_exactly_at_an_impact():
+    """Free fall over 10 um under 9.81 m/s^2 lands at the very moment of the switch."""
+    fall = math.sqrt(2.0 * 1e-5 / 9.81)
+    signal = ts.OnOff(levels=(0.0, 5.0, 0.0), durations=(fall, 1e-4, 1.0))
+    run = check(ts.simulate(mass(signal=signal, gravity=ts.Gravity(), restitution=ts.Restitution(coefficient=0.5))))
+    assert run.events["time"][0] == pytest.approx(fall, rel=1e-12)
+
+
+def test_very_stiff_and_very_soft_modes_together():
+    structure = ts.Modal(
+        frequencies=(0.5, 300.0, 3e6), damping_ratios=(0.01, 0.02, 0.05), modal_masses=(1e-6, 1e-6, 1e-7),
+        shapes={"tip": (1.0, 1.0, 0.3)},
+    )  # fmt: skip
+    scene = ts.Scene(
+        name="stiff and soft",
+        robot=ts.Robot(
+            structure=structure,
+            drives={"d": ts.Drive(load=ts.PointLoad(weights={"tip": 1.0}), law=ts.LinearForce(gain=-1e-5))},
+            feet={"tip": ts.Foot(point="tip", gap=1e-6)},
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.3), adhesion=ts.Adhesion(initial=1e-6, rate=0.0)),
+        signals={"d": SQUARE}, duration=0.004,
+    )  # fmt: skip
+    run = check(ts.simulate(scene))
+    assert len(run.events) > 0
+
+
+def test_a_long_run_ends():
+    run = ts.simulate(
+        mass(frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5)), duration=20.0
+    )  # fmt: skip
+    assert run.ok and run.ledger.closure < 1e-8
+
+
+def test_a_bound_on_steps_ends_a_run_with_a_sentence():
+    from tarsus.solve import Accuracy, ResultCode
+
+    scene = mass(frequency=500.0, signal=SINE, restitution=ts.Restitution(coefficient=0.5))
+    run = ts.simulate(scene, accuracy=Accuracy(steps=10))
+    assert run.code is ResultCode.STEP_LIMIT and not run.ok
+    assert run.code.value.endswith(".") and 0.0 < run.end_time < run.duration
+    assert run.ledger.closure < 1e-8, "the ledger holds for the part that was computed"
