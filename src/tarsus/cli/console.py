@@ -103,18 +103,23 @@ def spinner(text: str) -> Iterator[None]:
         yield
 
 
-def announce_compiling() -> None:
-    """Say on stderr, terminal or not, when the first run of this process will compile the engine."""
+def announce_compiling() -> bool:
+    """Say on stderr, terminal or not, when the first run of this process will compile the engine; whether it will."""
     from tarsus.solve.engine import COMPILE_SECONDS, needs_compiling
 
-    if needs_compiling():
+    needed = needs_compiling()
+    if needed:
         text = f"compiling the engine once, about {COMPILE_SECONDS} s"
         print(f"tarsus: {text}", file=sys.stderr, flush=True)
+    return needed
 
 
 @contextmanager
-def engine_at_work() -> Iterator[None]:
-    """Around the first simulation of a process: says so when the engine is compiled first, then moves a line."""
-    announce_compiling()
+def engine_at_work() -> Iterator[bool]:
+    """Around the first simulation of a process: says so when the engine is compiled first, then moves a line.
+
+    Yields whether it will be compiled.
+    """
+    needed = announce_compiling()
     with spinner("simulating"):
-        yield
+        yield needed

@@ -51,7 +51,9 @@ def simulate(
     seconds = requests.duration_for(the_scene, duration)
     if output is not None:
         requests.check_folder(output)
-    with console.engine_at_work():
+    with console.engine_at_work() as compiling:
+        if compiling:
+            tarsus.simulate(the_scene, duration=1e-6 * seconds)  # so that the time of the run is its own
         run = tarsus.simulate(the_scene, duration=seconds)
     written: list[Path] = []
     if output is not None:
