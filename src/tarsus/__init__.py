@@ -37,11 +37,12 @@ if TYPE_CHECKING:
         load_laws,
     )
     from tarsus.scene import Drive, Foot, Ground, Initial, ModalLoad, PointLoad, Robot, Scene
-    from tarsus.solve import Batch, Run, simulate, simulate_batch
+    from tarsus.solve import Accuracy, Batch, Run, simulate, simulate_batch
     from tarsus.spec import float_paths, get_value, quantity, with_values
     from tarsus.structure import Beam, Lumped, Modal
 
 __all__ = [
+    "Accuracy",
     "Adhesion",
     "Batch",
     "Beam",
@@ -101,7 +102,7 @@ _HOMES = {
         "Adhesion Electrostatic Film Gravity ImpactLaw LatchLaw ResistiveLaw Restitution SmoothLaw load_laws"
     ),
     "tarsus.scene": "Drive Foot Ground Initial ModalLoad PointLoad Robot Scene",
-    "tarsus.solve": "Batch Run simulate simulate_batch",
+    "tarsus.solve": "Accuracy Batch Run simulate simulate_batch",
     "tarsus.spec": "float_paths get_value quantity with_values",
     "tarsus.structure": "Beam Lumped Modal",
 }

@@ -4,8 +4,28 @@ from __future__ import annotations
 
 from tarsus.core import hooks
 from tarsus.core.arrays import (
-    BOUNCE, CAPTURE, CONTACT_AT_START, E_ADHESION, E_AFTER, E_APEX, E_APEX_TIME, E_BEFORE, E_ENERGY, E_FOOT,
-    E_KIND, E_PULL, E_STRENGTH, E_TIME, EPS_GAP, EPS_SPEED, EVENTS, PENDING, PROBE, RELEASE, REST, REST_HEIGHT,
+    BOUNCE,
+    CAPTURE,
+    CONTACT_AT_START,
+    E_ADHESION,
+    E_AFTER,
+    E_APEX,
+    E_APEX_TIME,
+    E_BEFORE,
+    E_ENERGY,
+    E_FOOT,
+    E_KIND,
+    E_PULL,
+    E_STRENGTH,
+    E_TIME,
+    EPS_GAP,
+    EPS_SPEED,
+    EVENTS,
+    PENDING,
+    PROBE,
+    RELEASE,
+    REST,
+    REST_HEIGHT,
     TIME,
 )  # fmt: skip
 from tarsus.core.flow import dot

@@ -169,6 +169,30 @@ def landing_class(terms, q):
 
 
 @fused
+def reject(m, mask, linear, error):
+    """Classes to go down after a step with that error (negative: the smooth forces did not settle).
+
+    A step that runs into the ground fails for what lies below it: one class down often ends above.
+    """
+    for i in range(m):
+        if not mask >> i & 1 and linear[i, N - 1] < 0.0:
+            return 1
+    if not error > 1.0:
+        return 2
+    return 1 + int(min(math.log2(error), 90.0) * 0.11)
+
+
+@fused
+def launch_class(terms, flags, mask, remembered, q):
+    """First step class in a contact mode: one to land in, or what the film let pass at the last start."""
+    k = landing_class(terms, q)
+    for i in range(flags.shape[0]):
+        if not mask >> i & 1 and flags[i] & (HAS_MOMENTUM | HAS_FORCE):
+            return max(k, remembered)
+    return k
+
+
+@fused
 def shorter(tables, q, k, nk, fraction):
     """Largest shorter step class that ends within ``fraction`` of class k (at least one class down)."""
     n = k + 1
@@ -237,7 +261,8 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
         held = mask >> i & 1
         bound = bulge(q, k, i, nb, tables.envelope, work.velocity)
         epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
-        if scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau, verdict):
+        short = tables.terms[q, k] > 0
+        if scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau, verdict, short):
             doubt = True
             interval = min(interval, verdict[i, 0])
         if track and not held and hides_peak(i, state.apex, work.nodes, bound, limit, _tau):
@@ -290,7 +315,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         error = attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
         if not 0.0 <= error <= 1.0:
             count[a.REJECTED] += 1
-            k += 2 if not error > 1.0 else 1 + int(min(math.log2(error), 90.0) * 0.11)
+            k += reject(m, modes.mask[q], work.linear, error)
             wanted = max(wanted, k)
             continue
         limit = min(1.0, left / h)
@@ -341,6 +366,10 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         for i in range(m):
             if i != foot:
                 state.order[i] = 0
+    if count[a.LAUNCHING] != 0:
+        count[a.LAUNCHING] = 0
+        if error > 0.0:
+            count[a.LAUNCH] = k - 1 if error < 1e-3 else k
     count[a.CLASS] = next_class(tables, work, real, q, k, wanted, error, m, h, foot >= 0)
     return -1, foot
 
@@ -374,8 +403,9 @@ def begin(signals, laws, batch, state):
     for c in range(signals.loop.shape[0]):
         state.cursor[c, 0] = signals.first[c]
         state.cursor[c, 1] = 0
-    for n in (a.PENDING, a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS):
+    for n in (a.PENDING, a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS, a.LAUNCH):
         count[n] = 0
+    count[a.CHECK] = 1
     count[a.CLASS] = count[a.FIRST_CLASS]
     real[a.TIME] = 0.0
     real[a.PROGRESS] = -math.inf
@@ -436,9 +466,11 @@ def make_advance(sources: str):
                     return a.NEED_MODE
                 enter_mode(modes, laws, q, m, state.physical, state.w, work.state, work.other)
                 count[a.MODE] = q
-                count[a.CLASS] = landing_class(tables.terms, q)
+                count[a.CLASS] = launch_class(tables.terms, laws.flags, modes.mask[q], count[a.LAUNCH], q)
+                count[a.LAUNCHING] = 1
                 count[a.PENDING] = -1
-                count[a.CHECK] = 1
+                if m > 1:
+                    count[a.CHECK] = 1
             q = count[a.MODE]
             size = 2 * modes.nb[q]
             if count[a.EVENTS] > capacity:
