@@ -29,7 +29,7 @@ Batch = namedtuple("Batch", "parameters initial codes event_end finish")
 # events (ne, 11), trace (nt, width): filled from the start, emptied by the caller when full.
 Output = namedtuple("Output", "events trace")
 Work = namedtuple(
-    "Work", "values constant active linear nodes volts margin power vpower series line velocity state other"
+    "Work", "values constant active linear nodes volts margin power vpower series line velocity state other matrix"
 )
 
 # State.count

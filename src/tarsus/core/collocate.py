@@ -11,6 +11,7 @@ from tarsus.core.jit import fused
 from tarsus.core.nodes import N
 
 SWEEPS = 14
+STIFF = -2
 
 
 @fused
@@ -68,11 +69,13 @@ def add_nodal_row(node_input, q, k, o, i, values, out, row):
 
 @fused
 def solve(
-    q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance
+    q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance,
+    probe,
 ):
     """Picard sweeps for the smooth forces of the free feet; ``linear`` holds the outputs without them.
 
-    Returns the number of sweeps, or -1 where they do not settle (the step is too long).
+    Returns the number of sweeps, -1 where they do not settle (the step is too long), or STIFF where they cannot:
+    the film changes the gap by more than a fraction of what changes the film.
     """
     any_law = False
     for i in range(m):
@@ -91,6 +94,9 @@ def solve(
             continue
         if flags[i] & HAS_MOMENTUM:
             p = hooks.momentum(par, pointer, i, linear[i, 0])
+            slope = (hooks.momentum(par, pointer, i, linear[i, 0] + probe) - p) / probe
+            if abs(slope * node_constant[q, k, i, i, N - 1]) > 0.5:
+                return STIFF
             for o in range(m):
                 if not mask >> o & 1:
                     add_constant(node_constant, q, k, o, i, p, nodes)
@@ -116,7 +122,7 @@ def solve(
 
 
 @fused
-def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, span):
+def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, constant, span):
     """Estimated error of a free foot's gap at the end of the step [m], of the drives relative to their span, and
     the growth of the smooth forces over the step (1 where they shrink or do not matter)."""
     gap_error = 0.0
@@ -129,7 +135,11 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, constant, sp
         a = 0.0
         for j in range(N):
             a += tail_row[j] * values[i, j]
-        error = abs(a * node_constant[q, k, foot, i, N - 1])
+        reach = abs(node_constant[q, k, foot, i, N - 1])
+        swing = abs(nodes[foot, N - 1] - nodes[foot, 0])
+        # a stiff film holds the gap: an error of its momentum moves it by no more than the film's own slope lets it
+        yielding = reach * abs(values[i, N - 1] - values[i, 0]) / swing if swing > 0.0 else 0.0
+        error = abs(a) * reach / (1.0 + yielding)
         if error > gap_error:
             gap_error = error
             before = abs(values[i, 0])

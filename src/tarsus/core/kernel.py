@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from tarsus.core import arrays as a
-from tarsus.core.collocate import add_pull_forces, solve, tail
+from tarsus.core.collocate import STIFF, add_pull_forces, solve, tail
 from tarsus.core.contact import enter_mode, impact, log, release, settle
 from tarsus.core.events import bulge, first_root, margins, scan
 from tarsus.core.flow import (
@@ -19,6 +19,7 @@ from tarsus.core.flow import (
 )
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import entry, fused, inner
+from tarsus.core.newton import newton
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
 from tarsus.core.peak import hides_peak, raise_apex
 from tarsus.core.signals import fill, seek
@@ -82,8 +83,13 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     flags = laws.flags
     sweeps = solve(
         q, k, m, mask, flags, laws.parameters, laws.pointer, t, h, _tau, tables.node_input, tables.node_constant,
-        work.linear, work.volts, work.values, work.nodes, 0.05 * state.real[a.TOL_GAP],
+        work.linear, work.volts, work.values, work.nodes, 0.05 * state.real[a.TOL_GAP], state.real[a.PROBE],
     )  # fmt: skip
+    if sweeps == STIFF:
+        sweeps = newton(
+            q, k, m, mask, flags, laws.parameters, laws.pointer, t, h, _tau, tables.node_input, work.linear, work.volts,
+            work.values, work.nodes, work.matrix, 0.05 * state.real[a.TOL_GAP], state.real[a.PROBE],
+        )  # fmt: skip
     if sweeps < 0:
         return -1.0
     for i in range(m):
@@ -93,7 +99,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     if mask != 0:
         add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
     gap_error, drive_error, growth = tail(
-        q, k, m, nd, mask, flags, _tail, tables.node_constant, work.values, work.constant, signals.span
+        q, k, m, nd, mask, flags, _tail, tables.node_constant, work.values, work.nodes, work.constant, signals.span
     )
     for i in range(m):
         work.active[i] = not mask >> i & 1 and flags[i] & HAS_MOMENTUM != 0

@@ -80,6 +80,8 @@ class RawRuns:
     """What the kernel made of nr runs: codes (nr,), event rows of run i in events[event_end[i-1]:event_end[i]].
 
     finish (nr, 3): end time [s], steps, rejected steps. trace: recorded steps of all runs, end to end.
+    Of the last run: mode, number of the contact mode it ended in, and its flowing state there; pending, mask of the
+    contact mode it was about to enter with the physical state (2n,), or -1.
     """
 
     codes: np.ndarray
@@ -88,6 +90,10 @@ class RawRuns:
     finish: np.ndarray
     trace: np.ndarray
     book: SharedBook
+    mode: int
+    state: np.ndarray
+    pending: int
+    physical: np.ndarray
 
     def of(self, run: int) -> np.ndarray:
         """Event rows of one run."""
@@ -147,7 +153,10 @@ def execute(
         state.count[a.EVENTS] = state.count[a.ROWS] = 0
         if code == a.DONE:
             break
-    return RawRuns(batch.codes, np.concatenate(events), batch.event_end, batch.finish, np.concatenate(rows), book)
+    return RawRuns(
+        batch.codes, np.concatenate(events), batch.event_end, batch.finish, np.concatenate(rows), book,
+        int(state.count[a.MODE]), state.w, int(state.count[a.PENDING]), state.physical,
+    )  # fmt: skip
 
 
 def row_bytes(plan: Plan) -> int:
@@ -196,4 +205,5 @@ def _new_work(n: int, m: int, ni: int) -> a.Work:
         values=values, constant=constant, active=active, linear=rows(2 * m), nodes=rows(2 * m + 1), volts=rows(m),
         margin=rows(m), power=rows(ni), vpower=rows(m), series=np.zeros((TERMS, max(2 * n, 2))), line=np.zeros(TERMS),
         velocity=np.zeros(max(3 * n, 3)), state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
+        matrix=np.zeros((max(m, 1) * N, max(m, 1) * N + 2)),
     )  # fmt: skip
