@@ -107,7 +107,7 @@ def call_pointer(address, a, b, c, d, parameters):
     import ctypes
 
     function, count = _python_laws[address]  # type: ignore[misc]
-    row = (ctypes.c_double * count).from_address(parameters)
+    row = (ctypes.c_double * count).from_address(int(parameters))
     return function(a, b, c, d, row)
 
 
