@@ -1,8 +1,10 @@
 """Between the events: states at any time and energy integrals from the recorded steps of a run (numpy only).
 
-A recorded step holds its start state and the nodal inputs the engine applied. Every step is cut into panels short
-enough for its fastest mode, and each panel's Taylor polynomial is evaluated at Gauss points (energies) and sample
-times (series). Nothing is interpolated: this is the engine's own solution.
+A recorded step holds its start state and the nodal inputs the engine applied; together they are its vector z. Every
+energy over a whole step is a quadratic form of z. Its matrix is made once for every contact mode and step length, by
+Gauss quadrature where the length resolves the fastest mode, and by doubling from there: a step is two steps of half
+its length. So the cost of a step does not depend on how many oscillations or decays it spans. A step that ends early,
+or a time inside it, is reached by halving likewise. Nothing is interpolated: this is the engine's own solution.
 """
 
 from __future__ import annotations
@@ -11,29 +13,43 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from tarsus.core.arrays import T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.modes import ContactMode, LinearSystem
-from tarsus.core.nodes import MONOMIAL, N
+from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
+from tarsus.core.modes import ContactMode, LinearSystem, StepTables
+from tarsus.core.nodes import LEFT, RIGHT, TAU, N
+from tarsus.core.stack import ModeBook
 
 Floats = NDArray[np.float64]
+Rows = NDArray[np.int64]
+Force = Callable[[Floats, Floats, Floats], Floats]
 
-PANEL = 2.0  # largest |T| h of a panel
-TERMS = 26  # Taylor terms: 2^26/26! = 1.7e-19
-CHUNK = 4_000_000  # floats of Taylor coefficients held at once
+RESOLVED = 1.0  # |T| h up to which Taylor polynomials and Gauss points resolve every mode
+TERMS = 20  # Taylor terms: 1/20! = 4e-19
+CHUNK = 4_000_000  # floats held at once
 
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_POINTS, _WEIGHTS = legendre.leggauss(10)
 _POINTS, _WEIGHTS = 0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS
-_BINOMIAL = np.array(
-    [
-        [
-            float(np.prod(np.arange(c - k + 1, c + 1)) / np.prod(np.arange(1, k + 1))) if k <= c else 0.0
-            for c in range(N)
-        ]
-        for k in range(N)
-    ]
-)
+_POWERS = np.vander(_POINTS, TERMS + 1, increasing=True).T
+
+# Inputs are kept as Legendre coefficients: an input that hardly changes is one coefficient, free of rounding.
+_NODAL = legendre.legvander(2.0 * TAU - 1.0, N - 1)
+_COEFFICIENT = np.linalg.inv(_NODAL)
+_LEFT = np.triu(_COEFFICIENT @ LEFT @ _NODAL)
+_RIGHT = np.triu(_COEFFICIENT @ RIGHT @ _NODAL)
+
+
+def _monomials() -> Floats:
+    """(8, 8): coefficient of s^c in the Legendre polynomial l on [0, 1]; whole numbers."""
+    out = np.zeros((N, N))
+    for degree in range(N):
+        series = legendre.Legendre.basis(degree, domain=[0.0, 1.0]).convert(kind=np.polynomial.Polynomial)
+        out[: degree + 1, degree] = np.round(series.coef)
+    return out
+
+
+_MONOMIAL = _monomials()
 
 
 @dataclass(frozen=True)
@@ -57,198 +73,393 @@ class Sampled:
 class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
-    drives, constant: work of drive forces and of constant ones (weight); damping: vᵀ C v dissipated;
-    film, smooth: work of the ground's resistive and smooth forces on the structure; electrostatic: the part of
-    ``smooth`` that the caller's split assigns to electrostatics.
+    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; film, smooth: work of the ground's
+    resistive and smooth forces on the structure; electrostatic: the part of ``smooth`` that the caller's split assigns
+    to electrostatics.
     """
 
     time: Floats
-    drives: Floats
-    constant: Floats
+    work: Floats
     damping: Floats
     film: Floats
     smooth: Floats
     electrostatic: Floats
 
 
-@dataclass(frozen=True)
-class _Panels:
-    """Panels of one contact mode: Taylor series (np, TERMS, 2nb) in the panel's scaled time, inputs (np, ni, 8)."""
-
-    row: NDArray[np.int64]
-    start: Floats
-    length: Floats
-    series: Floats
-    power: Floats
+FORMS = 5  # in the order of Integrals
 
 
-def replay(
-    system: LinearSystem,
-    modes: list[ContactMode],
-    trace: Floats,
-    times: Floats,
-    electrostatic: Callable[[Floats, Floats, Floats], Floats] | None = None,
-) -> tuple[Sampled, Integrals]:
-    """Series at the sorted ``times`` [s] and energy integrals of a recorded run.
+def integrate(system: LinearSystem, book: ModeBook, trace: Floats, split: Force | None = None) -> Integrals:
+    """Energy integrals of a recorded run.
 
-    trace (nr, width): rows as the kernel records them. Times outside the run take its nearest recorded state.
-    electrostatic(gap (k, m), rate (k, m), time (k,)) -> force (k, m) [N] splits the smooth forces.
+    trace (nr, width): rows as the kernel records them. split(gap (k, m), rate (k, m), time (k,)) -> force (k, m) [N]
+    is the electrostatic part of the smooth forces.
     """
+    work = np.zeros((FORMS, len(trace)))
+    for q, mode in enumerate(book.modes):
+        found = np.flatnonzero(trace[:, T_MODE] == q)
+        for rows in (found[part] for part in _parts(len(found), trace.shape[1])):
+            inputs = _coefficients(mode, trace, rows)
+            if split is None:
+                work[:, rows] = _Energies(system, book, q, inputs).of(trace, rows)
+                continue
+            part = _Split(system, book, q, split)
+            whole = trace[rows, T_FRACTION] == 1.0
+            told = np.zeros((len(rows), system.normals.shape[1], N))
+            told[whole] = part.coefficients(trace, rows[whole])
+            inputs = np.concatenate([inputs, told], axis=1)
+            work[:, rows] = _Energies(system, book, q, inputs).of(trace, rows)
+            work[FORMS - 1, rows[~whole]] = part.work(trace, rows[~whole])
+    return Integrals(trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION], *np.cumsum(work, axis=1))
+
+
+def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
+    """States and forces at the sorted ``times`` [s]; times outside the run take its nearest recorded state."""
     n, m = system.normals.shape
     nt = len(times)
-    sampled = Sampled(
+    out = Sampled(
         *(np.zeros((n, nt)) for _ in range(2)),
         *(np.zeros((m, nt)) for _ in range(5)),
         np.zeros((m, nt), dtype=bool),
     )
-    work = np.zeros((6, len(trace)))
-    owner = np.clip(np.searchsorted(trace[:, T_TIME], times, side="right") - 1, 0, len(trace) - 1)
-    for q, mode in enumerate(modes):
-        rows = np.flatnonzero(trace[:, T_MODE] == q)
-        rate = float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
-        spans = trace[rows, T_LENGTH] * trace[rows, T_FRACTION]
-        counts = np.maximum(np.ceil(spans * rate / PANEL), 1).astype(int)
-        size = np.cumsum(counts) * TERMS * max(2 * len(mode.blocks), 1)
-        for part in np.split(
-            rows, np.searchsorted(size, np.arange(CHUNK, size[-1], CHUNK)) if len(size) else []
-        ):
-            if not len(part):
-                continue
-            panels = _expand(mode, trace, part, rate, n)
-            work[:, part] += _integrate(system, mode, panels, part, len(trace), electrostatic)
-            chosen = np.flatnonzero(np.isin(owner, part))
-            if len(chosen):
-                _sample(system, mode, panels, times, owner, chosen, sampled)
-    return sampled, Integrals(
-        trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION], *np.cumsum(work, axis=1)
-    )
-
-
-def _expand(mode: ContactMode, trace: Floats, rows: NDArray[np.int64], rate: float, n: int) -> _Panels:
-    nb = len(mode.blocks)
-    ni = mode.feed.shape[1]
-    length = trace[rows, T_LENGTH]
-    span = length * trace[rows, T_FRACTION]
-    counts = np.maximum(np.ceil(span * rate / PANEL), 1).astype(int)
-    state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * nb].copy()
-    head = TRACE_HEAD + 2 * n
-    power = trace[rows, head : head + ni * N].reshape(len(rows), ni, N) @ MONOMIAL.T
-    parts: list[_Panels] = []
-    for p in range(counts.max()):
-        live = np.flatnonzero(counts > p)
-        size = span[live] / counts[live]
-        shift = p * size / length[live]
-        # inputs about the panel's start, in its own scaled time
-        powers = shift[:, None, None] ** np.maximum(np.arange(N)[None, :] - np.arange(N)[:, None], 0)
-        moved = np.einsum("ric,kc,rkc->rik", power[live], _BINOMIAL, powers)
-        moved *= (size / length[live])[:, None, None] ** np.arange(N)
-        series = _taylor(mode, state[live], moved, size)
-        state[live] = series.sum(axis=1)
-        parts.append(_Panels(rows[live], trace[rows[live], T_TIME] + p * size, size, series, moved))
-    joined = [
-        np.concatenate([getattr(part, f) for part in parts])
-        for f in ("row", "start", "length", "series", "power")
-    ]
-    order = np.lexsort((joined[1], joined[0]))
-    return _Panels(*(x[order] for x in joined))
-
-
-def _taylor(mode: ContactMode, state: Floats, power: Floats, size: Floats) -> Floats:
-    nb = len(mode.blocks)
-    series = np.zeros((len(state), TERMS, 2 * nb))
-    series[:, 0] = state
-    b = mode.blocks
-    for c in range(TERMS - 1):
-        y1, y2 = series[:, c, :nb], series[:, c, nb:]
-        grown = np.concatenate([b[:, 0, 0] * y1 + b[:, 0, 1] * y2, b[:, 1, 0] * y1 + b[:, 1, 1] * y2], axis=1)
-        if c < N:
-            grown = grown + power[:, :, c] @ mode.inputs
-        series[:, c + 1] = grown * (size / (c + 1))[:, None]
-    return series
-
-
-def _evaluate(
-    mode: ContactMode, panels: _Panels, index: NDArray[np.int64], s: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Modal state y (k, 2nb), inputs (k, ni) and their time derivatives at scaled times s of panels ``index``."""
-    w = panels.series[index, TERMS - 1]
-    for c in range(TERMS - 2, -1, -1):
-        w = w * s[:, None] + panels.series[index, c]
-    value, slope = np.zeros((2, len(index), mode.feed.shape[1]))
-    for c in range(N - 1, -1, -1):
-        slope = slope * s[:, None] + value
-        value = value * s[:, None] + panels.power[index, :, c]
-    slope = slope / np.where(panels.length[index] > 0.0, panels.length[index], np.inf)[:, None]
-    return w + value[:, : len(mode.beta)] @ mode.beta, value, slope
-
-
-def _integrate(
-    system: LinearSystem, mode: ContactMode, panels: _Panels, rows: NDArray[np.int64], total: int,
-    electrostatic: Callable[[Floats, Floats, Floats], Floats] | None,
-) -> Floats:  # fmt: skip
-    n, m = system.normals.shape
-    out = np.zeros((6, total))
-    index = np.arange(len(panels.row))
-    for s, weight in zip(_POINTS, _WEIGHTS, strict=True):
-        y, value, slope = _evaluate(mode, panels, index, np.full(len(index), s))
-        physical = y @ mode.to_physical.T + mode.offset
-        v = physical[:, n:]
-        rate = v @ system.normals
-        scale = weight * panels.length
-        power = [
-            np.einsum("kd,kd->k", value[:, 2 * m : -1], v @ system.loads),
-            v @ system.constant,
-            np.einsum("ki,ij,kj->k", v, system.damping, v),
-            np.einsum("kf,kf->k", slope[:, :m], rate),
-            np.einsum("kf,kf->k", value[:, m : 2 * m], rate),
-        ]
-        if electrostatic is not None:
-            gap = system.rest_gap + physical[:, :n] @ system.normals
-            held = [i for i in range(m) if mode.mask >> i & 1]
-            gap[:, held], rate[:, held] = 0.0, 0.0
-            force = electrostatic(gap, rate, panels.start + s * panels.length)
-            power.append(np.einsum("kf,kf->k", force, rate))
-        for term, density in zip(out, power, strict=False):
-            np.add.at(term, panels.row, scale * density)
-    return out[:, rows]
-
-
-def end_states(initial: Floats, modes: list[ContactMode], trace: Floats, n: int) -> tuple[Floats, Floats]:
-    """Displacements and velocities (2n,) at the start and at the end of a recorded run."""
     if not len(trace):
-        return initial, initial
-    row = trace[-1:]
-    mode = modes[int(row[0, T_MODE])]
-    rate = float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
-    panels = _expand(mode, row, np.array([0]), rate, n)
-    y, _, _ = _evaluate(mode, panels, np.array([len(panels.row) - 1]), np.ones(1))
-    return initial, y[0] @ mode.to_physical.T + mode.offset
+        return out
+    owner = np.clip(np.searchsorted(trace[:, T_TIME], times, side="right") - 1, 0, len(trace) - 1)
+    along = np.clip((times - trace[owner, T_TIME]) / trace[owner, T_LENGTH], 0.0, trace[owner, T_FRACTION])
+    for q, mode in enumerate(book.modes):
+        chosen = np.flatnonzero(trace[owner, T_MODE] == q)
+        if not len(chosen):
+            continue
+        y, value, slope = _states(book, q, trace, owner[chosen], along[chosen])
+        _store(system, mode, out, chosen, y, value, slope)
+    return out
 
 
-def _sample(
-    system: LinearSystem, mode: ContactMode, panels: _Panels, times: Floats, owner: NDArray[np.int64],
-    chosen: NDArray[np.int64], out: Sampled,
-) -> None:  # fmt: skip
+def _store(
+    system: LinearSystem, mode: ContactMode, out: Sampled, chosen: Rows, y: Floats, value: Floats, slope: Floats
+) -> None:
     n, m = system.normals.shape
-    # panels are sorted by row, then time: find the last panel of the owning row that starts at or before the time
-    first = np.searchsorted(panels.row, owner[chosen], side="left")
-    count = np.searchsorted(panels.row, owner[chosen], side="right") - first
-    size = panels.length[first]
-    along = (times[chosen] - panels.start[first]) / np.where(size > 0.0, size, np.inf)
-    step = np.clip(np.floor(along), 0, count - 1).astype(int)
-    index = first + step
-    s = np.clip(along - step, 0.0, 1.0)
-    y, value, slope = _evaluate(mode, panels, index, s)
     physical = y @ mode.to_physical.T + mode.offset
     out.x[:, chosen], out.v[:, chosen] = physical[:, :n].T, physical[:, n:].T
-    out.gap[:, chosen] = (system.rest_gap + physical[:, :n] @ system.normals).T
-    out.rate[:, chosen] = (physical[:, n:] @ system.normals).T
     held = np.array([bool(mode.mask >> i & 1) for i in range(m)], dtype=bool)
     out.held[:, chosen] = held[:, None]
-    out.gap[np.ix_(held, chosen)] = 0.0
-    out.rate[np.ix_(held, chosen)] = 0.0
+    out.gap[:, chosen] = np.where(held[:, None], 0.0, (system.rest_gap + physical[:, :n] @ system.normals).T)
+    out.rate[:, chosen] = np.where(held[:, None], 0.0, (physical[:, n:] @ system.normals).T)
     out.film[:, chosen] = slope[:, :m].T
     out.smooth[:, chosen] = value[:, m : 2 * m].T
-    w = y - value[:, :m] @ mode.beta
-    pull = w @ mode.outputs[:m].T + value @ mode.feed[:m].T + slope @ mode.feed_rate[:m].T
-    out.pull[:, chosen] = np.where(held[:, None], pull.T, 0.0)
+    if held.any():
+        w = y - value[:, :m] @ mode.beta
+        pull = w @ mode.outputs[:m].T + value @ mode.feed[:m].T + slope @ mode.feed_rate[:m].T
+        out.pull[:, chosen] = np.where(held[:, None], pull.T, 0.0)
+
+
+def end_state(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
+    """Displacements and velocities (2n,) at the end of the last recorded step."""
+    last = sample(system, book, trace[-1:], np.array([np.inf]))
+    return np.concatenate([last.x[:, 0], last.v[:, 0]])
+
+
+def _rate(mode: ContactMode) -> float:
+    return float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
+
+
+def _coefficients(mode: ContactMode, trace: Floats, rows: Rows) -> Floats:
+    """Legendre coefficients (k, ni, 8) of the inputs of recorded steps."""
+    ni = mode.feed.shape[1]
+    nodal = trace[rows, trace.shape[1] - ni * N :].reshape(len(rows), ni, N)
+    return _to_coefficients(nodal)
+
+
+def _to_coefficients(nodal: Floats) -> Floats:
+    start = nodal[..., :1]
+    out = (nodal - start) @ _COEFFICIENT.T
+    out[..., :1] += start
+    return out
+
+
+@dataclass(frozen=True)
+class _Split:
+    """The caller's part of the smooth forces, told apart at times inside the steps of contact mode q."""
+
+    system: LinearSystem
+    book: ModeBook
+    q: int
+    force: Force
+
+    def at(self, trace: Floats, rows: Rows, along: Floats) -> tuple[Floats, Floats]:
+        """Force and gap rate (k, m) at scaled times (k,) of recorded steps, zero for held feet."""
+        n, m = self.system.normals.shape
+        mode = self.book.modes[self.q]
+        y, _, _ = _states(self.book, self.q, trace, rows, along)
+        physical = y @ mode.to_physical.T + mode.offset
+        gap = self.system.rest_gap + physical[:, :n] @ self.system.normals
+        rate = physical[:, n:] @ self.system.normals
+        force = self.force(gap, rate, trace[rows, T_TIME] + along * trace[rows, T_LENGTH])
+        held = [i for i in range(m) if mode.mask >> i & 1]
+        force[:, held] = 0.0
+        return force, rate
+
+    def coefficients(self, trace: Floats, rows: Rows) -> Floats:
+        """Legendre coefficients (k, m, 8) over whole steps; volts switch at their ends, so only the inside counts."""
+        x, _ = legendre.leggauss(N)
+        inside = [self.at(trace, rows, np.full(len(rows), 0.5 * (s + 1.0)))[0] for s in x]
+        return np.stack(inside, axis=-1) @ np.linalg.inv(legendre.legvander(x, N - 1)).T
+
+    def work(self, trace: Floats, rows: Rows) -> Floats:
+        """Work (k,) over steps that ended early; those are short."""
+        out = np.zeros(len(rows))
+        for s, weight in zip(*legendre.leggauss(16), strict=True):
+            force, rate = self.at(trace, rows, 0.5 * (s + 1.0) * trace[rows, T_FRACTION])
+            out += 0.5 * weight * (force * rate).sum(axis=1)
+        return out * trace[rows, T_LENGTH] * trace[rows, T_FRACTION]
+
+
+class _Steps:
+    """Vectors z = [state (2nb), input coefficients] of steps of one contact mode, and the maps onto half steps.
+
+    Inputs that are zero throughout have no column, and constant ones a single one. Inputs beyond those of the mode
+    act on nothing: they are carried along.
+    """
+
+    def __init__(self, book: ModeBook, q: int, inputs: Floats) -> None:
+        self.mode: ContactMode = book.modes[q]
+        self.tables: StepTables = book.tables[q]
+        self.lengths: Floats = book.lengths
+        self.rate = _rate(self.mode)
+        self.nb = len(self.mode.blocks)
+        self.count = inputs.shape[1]
+        columns: list[tuple[int, int]] = []
+        for i in range(self.count):
+            degrees = np.flatnonzero(np.any(inputs[:, i] != 0.0, axis=0))
+            columns += [(i, degree) for degree in range((degrees[-1] if len(degrees) else -1) + 1)]
+        self.of_input = np.array([i for i, _ in columns], dtype=int)
+        self.degree = np.array([degree for _, degree in columns], dtype=int)
+        self.size = 2 * self.nb + len(columns)
+        same = self.of_input[:, None] == self.of_input[None, :]
+        self.left_inputs = np.where(same, _LEFT[self.degree[:, None], self.degree[None, :]], 0.0).T
+        self.right_inputs = np.where(same, _RIGHT[self.degree[:, None], self.degree[None, :]], 0.0).T
+        self.left = np.eye(self.size)
+        self.left[2 * self.nb :, 2 * self.nb :] = self.left_inputs
+        self._right: dict[int, Floats] = {}
+        drive = np.zeros((self.count, 2 * self.nb))
+        drive[: len(self.mode.inputs)] = self.mode.inputs
+        self.forcing = _MONOMIAL[:, self.degree, None] * drive[self.of_input]
+
+    def vectors(self, trace: Floats, rows: Rows, inputs: Floats) -> Floats:
+        state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * self.nb]
+        return np.concatenate([state, inputs[:, self.of_input, self.degree]], axis=1)
+
+    def right(self, k: int) -> Floats:
+        """Map (size, size), acting on rows: z of a step to z of its second half, which is of class k."""
+        if k not in self._right:
+            nb = self.nb
+            out = np.zeros((self.size, self.size))
+            block = self.tables.exponential[k]
+            r = np.arange(nb)
+            for e, (to, source) in enumerate(((0, 0), (0, nb), (nb, 0), (nb, nb))):
+                out[source + r, to + r] = block[e]
+            response = np.einsum("ijr,jl->ilr", self.tables.state_input[k], _NODAL)
+            acts = self.of_input < len(response)
+            push = np.zeros((len(self.of_input), 2 * nb))
+            push[acts] = response[self.of_input[acts], self.degree[acts]]
+            out[2 * nb :, : 2 * nb] = self.left_inputs @ push
+            out[2 * nb :, 2 * nb :] = self.right_inputs
+            self._right[k] = out
+        return self._right[k]
+
+    def halve(
+        self, z: Floats, level: Rows, along: Floats, passed: Callable[[int, Rows, Floats], None] | None = None
+    ) -> None:
+        """Halve steps, in place, until [0, along] of each resolves the fastest mode.
+
+        ``passed(k, members, z)`` is told of every whole half step that lies behind.
+        """
+        if not len(z):
+            return
+        for k in range(int(level.min()), len(self.lengths) - 1):
+            # the lower half of an unresolved reach is no shorter in time: only its step is
+            live = np.flatnonzero((level == k) & (along * (self.lengths[k] * self.rate) > RESOLVED))
+            if len(live):
+                upper = along[live] >= 0.5
+                below, above = live[~upper], live[upper]
+                if len(below):
+                    z[below] = z[below] @ self.left
+                if len(above):
+                    if passed is not None:
+                        passed(k + 1, above, z[above] @ self.left)
+                    z[above] = z[above] @ self.right(k + 1)
+                along[live] = 2.0 * along[live] - upper
+                level[live] = k + 1
+            elif not np.any(level > k):
+                return
+
+    def series(self, z: Floats, length: Floats, along: Floats) -> Floats:
+        """Taylor coefficients (TERMS + 1, k, 2nb) of the flowing state over [0, along] of steps, scaled to [0, 1]."""
+        nb = self.nb
+        out = np.empty((TERMS + 1, len(z), 2 * nb))
+        out[0] = z[:, : 2 * nb]
+        b = self.mode.blocks
+        inputs = z[:, 2 * nb :]
+        span = (along * length)[:, None]
+        power = np.ones((len(z), 1))
+        for c in range(TERMS):
+            y1, y2 = out[c, :, :nb], out[c, :, nb:]
+            grown = out[c + 1]
+            grown[:, :nb] = b[:, 0, 0] * y1 + b[:, 0, 1] * y2
+            grown[:, nb:] = b[:, 1, 0] * y1 + b[:, 1, 1] * y2
+            if c < N and np.any(self.degree >= c):
+                grown += power * (inputs @ self.forcing[c])
+                power = power * along[:, None]
+            grown *= span / (c + 1)
+        return out
+
+    def values(self, z: Floats, s: Floats, length: Floats) -> tuple[Floats, Floats]:
+        """Inputs (k, count) and their rates of change at times s (k,) of steps."""
+        value, slope = np.zeros((2, len(z), self.count))
+        inputs = z[:, 2 * self.nb :]
+        x = 2.0 * s - 1.0
+        basis = legendre.legvander(x, N - 1)
+        rate = np.zeros_like(basis)
+        for degree in range(1, N):
+            rate[:, degree] = legendre.legval(x, legendre.legder([0.0] * degree + [1.0]))
+        rate *= (2.0 / length)[:, None]
+        for c, (i, degree) in enumerate(zip(self.of_input, self.degree, strict=True)):
+            value[:, i] += inputs[:, c] * basis[:, degree]
+            if degree:
+                slope[:, i] += inputs[:, c] * rate[:, degree]
+        return value, slope
+
+
+def _states(
+    book: ModeBook, q: int, trace: Floats, rows: Rows, along: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Modal state y (k, 2nb), inputs (k, ni) and their rates at scaled times ``along`` of recorded steps."""
+    mode = book.modes[q]
+    distinct, place = np.unique(rows, return_inverse=True)
+    inputs = _coefficients(mode, trace, distinct)
+    steps = _Steps(book, q, inputs)
+    whole = steps.vectors(trace, distinct, inputs)
+    size = mode.feed.shape[1]
+    y, value, slope = np.zeros((len(rows), 2 * steps.nb)), np.zeros((len(rows), size)), np.zeros((len(rows), size))
+    for part in _parts(len(rows), (TERMS + 1) * max(2 * steps.nb, 1)):
+        z, s = whole[place[part]], along[part].copy()
+        level = trace[rows[part], T_CLASS].astype(int)
+        steps.halve(z, level, s)
+        length = steps.lengths[level]
+        value[part], slope[part] = steps.values(z, s, length)
+        y[part] = steps.series(z, length, s).sum(axis=0) + value[part, : len(mode.beta)] @ mode.beta
+    return y, value, slope
+
+
+def _parts(count: int, width: int) -> list[slice]:
+    step = max(CHUNK // width, 1)
+    return [slice(first, first + step) for first in range(0, count, step)]
+
+
+class _Energies:
+    """Energy integrals of the steps of one contact mode, as quadratic forms of their vectors."""
+
+    def __init__(self, system: LinearSystem, book: ModeBook, q: int, inputs: Floats) -> None:
+        self.system = system
+        self.inputs = inputs
+        self.steps = _Steps(book, q, inputs)
+        n, m = system.normals.shape
+        mode = self.steps.mode
+        self.velocity = mode.to_physical[n:].T
+        self.loads = np.column_stack([system.loads, system.constant])
+        self.drives = slice(2 * m, mode.feed.shape[1])
+        used = set(self.steps.of_input.tolist())
+        present = (
+            any(i in used for i in range(2 * m, mode.feed.shape[1])) and bool(self.loads.any()),
+            bool(system.damping.any()),
+            any(i in used for i in range(m)),
+            any(i in used for i in range(m, 2 * m)),
+            any(i >= mode.feed.shape[1] for i in used),
+        )
+        self.present = [f for f in range(FORMS) if present[f]]
+        self._forms: dict[int, Floats] = {}
+
+    def of(self, trace: Floats, rows: Rows) -> Floats:
+        """Energies (FORMS, k) of recorded steps."""
+        steps = self.steps
+        out = np.zeros((FORMS, len(rows)))
+        z = steps.vectors(trace, rows, self.inputs)
+        level = trace[rows, T_CLASS].astype(int)
+        whole = trace[rows, T_FRACTION] == 1.0
+        for k in np.unique(level[whole]):
+            members = np.flatnonzero(whole & (level == k))
+            out[:, members] = self.apply(int(k), z[members])
+        ended = np.flatnonzero(~whole)
+        for part in _parts(len(ended), (TERMS + 1) * max(2 * steps.nb, 1)):
+            members = ended[part]
+            out[:, members] = self.partial(z[members], level[members], trace[rows[members], T_FRACTION])
+        return out
+
+    def apply(self, k: int, z: Floats) -> Floats:
+        """Energies (FORMS, k) of whole steps of class k."""
+        out = np.zeros((FORMS, len(z)))
+        for f, form in zip(self.present, self.forms(k), strict=True):
+            out[f] = np.einsum("ra,ra->r", z @ form, z)
+        return out
+
+    def partial(self, z: Floats, level: Rows, along: Floats) -> Floats:
+        """Energies (FORMS, k) of steps up to their scaled times ``along``."""
+        out = np.zeros((FORMS, len(z)))
+        along = along.copy()
+
+        def passed(k: int, members: Rows, half: Floats) -> None:
+            out[:, members] += self.apply(k, half)
+
+        self.steps.halve(z, level, along, passed)
+        for f, (a, b, weight) in self.factors(z, self.steps.lengths[level], along).items():
+            out[f] += weight * np.einsum("gri,gri,g->r", a, b, _WEIGHTS)
+        return out
+
+    def factors(self, z: Floats, length: Floats, along: Floats) -> dict[int, tuple[Floats, Floats, Floats]]:
+        """Power of each energy at Gauss points of [0, along], as two factors (10, k, ·), and the span [s] (k,)."""
+        steps, m = self.steps, self.system.normals.shape[1]
+        series = steps.series(z, length, along) @ self.velocity
+        shape = (len(_POINTS), len(z))
+        v = (_POWERS.T @ series.reshape(TERMS + 1, -1)).reshape(*shape, -1)
+        value, slope = np.zeros((2, *shape, steps.count))
+        for g, s in enumerate(_POINTS):
+            value[g], slope[g] = steps.values(z, s * along, length)
+        beta = steps.mode.beta @ self.velocity
+        if 2 in self.present:
+            v += value[:, :, :m] @ beta
+        rate = v @ self.system.normals
+        span = along * length
+        pairs = {
+            0: lambda: (value[:, :, self.drives], v @ self.loads),
+            1: lambda: (v @ self.system.damping, v),
+            2: lambda: (slope[:, :, :m], rate),
+            3: lambda: (value[:, :, m : 2 * m], rate),
+            4: lambda: (value[:, :, self.drives.stop :], rate),
+        }
+        return {f: (*pairs[f](), span) for f in self.present}
+
+    def forms(self, k: int) -> Floats:
+        """Matrices (present, size, size) of the energies over a whole step of class k."""
+        steps = self.steps
+        first = k
+        while (
+            first not in self._forms
+            and steps.lengths[first] * steps.rate > RESOLVED
+            and first < len(steps.lengths) - 1
+        ):
+            first += 1
+        if first not in self._forms:
+            self._forms[first] = self.quadrature(float(steps.lengths[first]))
+        for c in range(first, k, -1):
+            right, half = steps.right(c), self._forms[c]
+            self._forms[c - 1] = steps.left @ half @ steps.left.T + right @ half @ right.T
+        return self._forms[k]
+
+    def quadrature(self, length: float) -> Floats:
+        """The forms of a step length that resolves every mode."""
+        size = self.steps.size
+        factors = self.factors(np.eye(size), np.full(size, length), np.ones(size))
+        out = np.zeros((len(self.present), size, size))
+        for p, (a, b, weight) in enumerate(factors.values()):
+            out[p] = np.einsum("gai,gbi,g->ab", a, b, _WEIGHTS, optimize=True) * weight[0]
+        return out

@@ -48,11 +48,20 @@ that ended, and when [s]."""
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:
-    """Kernel event rows (ne, 11) as a structured array, in time order."""
+    """Kernel event rows (ne, 11) as a structured array, in time order.
+
+    A rest bears the time at which its accumulation ends, which other feet's events may precede; it comes at the latest
+    with the next event of its own foot.
+    """
     out = np.zeros(len(rows), dtype=EVENT_TYPE)
     for name, column in _COLUMNS.items():
         out[name] = rows[:, column]
-    return out
+    if np.all(out["time"][1:] >= out["time"][:-1]):
+        return out
+    for foot in np.unique(out["foot"]):
+        own = out["foot"] == foot
+        out["time"][own] = np.minimum.accumulate(out["time"][own][::-1])[::-1]
+    return out[np.argsort(out["time"], kind="stable")]
 
 
 _COLUMNS = {

@@ -18,6 +18,7 @@ from tarsus.solve.engine import RawRuns
 if TYPE_CHECKING:
     import xarray
 
+    from tarsus.core.replay import Integrals
     from tarsus.files.series import Variable
     from tarsus.solve.series import Series
 
@@ -107,9 +108,18 @@ class Run:
         return sample(self)
 
     @cached_property
+    def energies(self) -> Integrals:
+        """Energy integrals up to the end of every step of the engine."""
+        from tarsus.solve.series import energies
+
+        return energies(self)
+
+    @cached_property
     def ledger(self) -> Ledger:
         """Energy ledger of the whole run."""
-        return self.series.ledger
+        from tarsus.solve.series import ledger
+
+        return ledger(self)
 
     def at(self, times: np.ndarray) -> Series:
         """Series at the given times [s], increasing: the engine's own solution, not an interpolation."""

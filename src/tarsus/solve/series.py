@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core.replay import Integrals, Sampled, replay
+from tarsus.core.modes import ContactMode, contact_mode
+from tarsus.core.replay import Force, Integrals, Sampled, integrate
+from tarsus.core.replay import sample as sample_states
 from tarsus.drive.pieces import evaluate
+from tarsus.laws.base import LatchLaw, ResistiveLaw, SmoothLaw
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
@@ -52,12 +55,11 @@ def grid(run: Run) -> Floats:
 
 
 def sample(run: Run, times: Floats | None = None) -> Series:
-    """Replay the recorded steps of a run at ``times`` [s] (an even grid by default)."""
+    """Replay the recorded steps of a run at ``times`` [s], increasing (an even grid by default)."""
     time = grid(run) if times is None else times
     plan, scene = run.plan, run.scene
-    modes = run.raw.book.book.modes
     attraction = _electrostatic_force(run)
-    state, integrals = replay(plan.system, modes, run.raw.trace, time, attraction)
+    state = sample_states(plan.system, run.raw.book.book, run.raw.trace, time)
     force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, len(time))
     volts = _drive_volts(run, time)
@@ -75,7 +77,7 @@ def sample(run: Run, times: Floats | None = None) -> Series:
         time=time, state=state, force=force, volts=volts, film=film, electrostatic=electrostatic, user=user,
         contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=_strength(run, time, state.held),
         kinetic=_quadratic(plan.system.mass, state.v), elastic=_quadratic(plan.system.stiffness, state.x),
-        cumulative=_cumulative(run, integrals, time), ledger=_ledger(run, integrals),
+        cumulative=_cumulative(run, run.energies, time), ledger=run.ledger,
     )  # fmt: skip
 
 
@@ -101,8 +103,8 @@ def _foot_volts(run: Run, time: Floats) -> Floats:
     return volts
 
 
-def _electrostatic_force(run: Run) -> Callable[[Floats, Floats, Floats], Floats] | None:
-    """Force (k, m) at gaps (k, m), rates (k, m), times (k,), to tell its work from that of users' laws."""
+def _electrostatic_force(run: Run) -> Force | None:
+    """Force (k, m) at gaps (k, m), rates (k, m), times (k,)."""
     law = run.scene.ground.electrostatic
     if law is None:
         return None
@@ -110,10 +112,20 @@ def _electrostatic_force(run: Run) -> Callable[[Floats, Floats, Floats], Floats]
     return lambda gap, rate, time: formula(gap, rate, _foot_volts(run, time).T, time[:, None], *law.parameters())
 
 
+def energies(run: Run) -> Integrals:
+    """Energy integrals of every recorded step; the smooth forces' work told apart where users' laws act as well."""
+    attraction = _electrostatic_force(run)
+    smooth_laws = [law for law in run.scene.ground.laws.values() if isinstance(law, SmoothLaw)]
+    integrals = integrate(
+        run.plan.system, run.raw.book.book, run.raw.trace, attraction if smooth_laws else None
+    )
+    if attraction is not None and not smooth_laws:
+        return replace(integrals, electrostatic=integrals.smooth)
+    return integrals
+
+
 def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     """f_a [N] of every held foot: from the contact's age, by the law of adhesion or the user's latch."""
-    from tarsus.laws.base import LatchLaw
-
     strength = np.zeros(held.shape)
     laws = [law for law in run.scene.ground.laws.values() if isinstance(law, LatchLaw)]
     law = laws[0] if laws else run.scene.ground.adhesion
@@ -130,12 +142,9 @@ def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     return strength
 
 
-_LOSSES = ("work_in", "damping", "film", "electrostatic", "laws")
-
-
 def _terms(integrals: Integrals) -> dict[str, Floats]:
     return {
-        "work_in": integrals.drives + integrals.constant,
+        "work_in": integrals.work,
         "damping": integrals.damping,
         "film": -integrals.film,
         "electrostatic": integrals.electrostatic,
@@ -156,13 +165,35 @@ def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Float
     return out
 
 
-def _ledger(run: Run, integrals: Integrals) -> Ledger:
-    from tarsus.core.replay import end_states
+def last_state(run: Run) -> Floats:
+    """Displacements and velocities (2n,) at the end of a run, events at its last moment included."""
+    system, raw = run.plan.system, run.raw
+    if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
+        mode = contact_mode(system, raw.pending)
+        return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
+    mode = raw.book.book.modes[raw.mode]
+    w = raw.state[: 2 * len(mode.blocks)]
+    return mode.to_physical @ (w + _momenta(run, mode, w) @ mode.beta) + mode.offset
 
+
+def _momenta(run: Run, mode: ContactMode, w: Floats) -> Floats:
+    """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
+    ground = run.scene.ground
+    laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
+    out = np.zeros(run.plan.feet)
+    for i in range(len(out)):
+        if not mode.mask >> i & 1:
+            gap = float(mode.outputs[i] @ w + mode.feed[i, -1])
+            out[i] = sum(type(law).momentum(gap, *law.parameters()) for law in laws)
+    return out
+
+
+def ledger(run: Run) -> Ledger:
+    """Where the energy of a whole run went."""
     system = run.plan.system
-    terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(integrals).items()}
+    terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(run.energies).items()}
     n = len(system.mass)
-    first, last = end_states(run.plan.initial, run.raw.book.book.modes, run.raw.trace, n)
+    first, last = run.plan.initial, last_state(run)
     kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
     elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
     adhesion = float(run.events["adhesion_energy"].sum())
