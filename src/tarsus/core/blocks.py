@@ -63,8 +63,9 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
         modal_c = u.T @ c @ u
         off = modal_c - np.diag(np.diag(modal_c))
         if np.abs(off).max() <= 1e-12 * max(np.abs(modal_c).max(), 1e-300):
-            scale = max(np.abs(square).max(), 1e-300)
-            square = np.where(np.abs(square) < 1e-13 * scale, 0.0, square)
+            # rigid is what is below the rounding of its own terms: a soft mode beside a very stiff one is not
+            rounding = 1e-14 * n * np.einsum("ir,ij,jr->r", np.abs(u), np.abs(k), np.abs(u))
+            square = np.where(np.abs(square) <= rounding, 0.0, square)
             return _classical(square, np.diag(modal_c), inverse.T @ u)
     return _general(mass, damping, stiffness)
 
