@@ -21,6 +21,7 @@ from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import entry, fused, inner
 from tarsus.core.newton import newton
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
+from tarsus.core.pace import landing_terms, launch_class, next_class, reject, shorter
 from tarsus.core.peak import hides_peak, raise_apex
 from tarsus.core.signals import fill, seek
 
@@ -166,57 +167,6 @@ def find_mode(mask_of, wanted):
 
 
 @fused
-def landing_class(terms, q):
-    """Longest step in which an event can be landed on."""
-    k = 0
-    while terms[q, k] == 0:
-        k += 1
-    return k
-
-
-@fused
-def reject(m, mask, linear, error):
-    """Classes to go down after a step with that error (negative: the smooth forces did not settle).
-
-    A step that runs into the ground fails for what lies below it: one class down often ends above.
-    """
-    for i in range(m):
-        if not mask >> i & 1 and linear[i, N - 1] < 0.0:
-            return 1
-    if not error > 1.0:
-        return 2
-    return 1 + int(min(math.log2(error), 90.0) * 0.11)
-
-
-@fused
-def launch_class(terms, flags, mask, remembered, q):
-    """First step class in a contact mode: one to land in, or what the film let pass at the last start."""
-    k = landing_class(terms, q)
-    for i in range(flags.shape[0]):
-        if not mask >> i & 1 and flags[i] & (HAS_MOMENTUM | HAS_FORCE):
-            return max(k, remembered)
-    return k
-
-
-@fused
-def shorter(tables, q, k, nk, fraction):
-    """Largest shorter step class that ends within ``fraction`` of class k (at least one class down)."""
-    n = k + 1
-    while n < nk - 1 and tables.lengths[n] > fraction * tables.lengths[k]:
-        n += 1
-    return n
-
-
-@fused
-def landing_terms(lengths, terms, q, k, nk, fraction):
-    """Taylor terms that carry the flow over ``fraction`` of a step of class k, 0 if that is too far."""
-    n = k
-    while n < nk - 1 and lengths[n + 1] >= fraction * lengths[k]:
-        n += 1
-    return terms[q, n]
-
-
-@fused
 def locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, terms):
     """Taylor polynomial of the step and its first event: (foot or -1, scaled time)."""
     mask = modes.mask[q]
@@ -274,29 +224,6 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
         if track and not held and hides_peak(i, state.apex, work.nodes, bound, limit, _tau):
             coarse = True
     return doubt, interval, coarse
-
-
-@fused
-def next_class(tables, work, real, q, k, wanted, error, m, h, event):
-    """Step class to try next: the tail goes with h^9, and with the growth of the forces that caused it."""
-    expected = error * real[a.GROWTH] ** 4
-    if event:
-        expected = error
-    if expected > 0.5:
-        wanted = max(wanted, k + 1)
-    elif k <= wanted:
-        wanted = max(k - (int(-math.log2(expected) * 0.1) if expected > 1e-9 else 3), 0)
-    # An event that linear motion puts inside the next step needs a step to land in.
-    ahead = math.inf
-    for i in range(m):
-        drop = work.margin[i, N - 2] - work.margin[i, N - 1]
-        if drop > 0.0:
-            ahead = min(ahead, work.margin[i, N - 1] * (_tau[N - 1] - _tau[N - 2]) * h / drop)
-    if event:
-        ahead = 0.0
-    while tables.terms[q, wanted] == 0 and tables.lengths[wanted] > ahead:
-        wanted += 1
-    return wanted
 
 
 @fused
