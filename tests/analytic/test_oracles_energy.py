@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scene_files import SCENES, scene
 
 import tarsus as ts
+from scene_files import SCENES, scene
 
 LAWS = ts.load_laws(SCENES / "squeeze.py")
 TIMES = np.linspace(0.0, 0.1, 101)

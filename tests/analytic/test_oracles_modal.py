@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from scene_files import scene
 
 import tarsus as ts
+from scene_files import scene
 from tarsus.solve import Accuracy
 
 FREQUENCIES = (0.0, 110.0, 623.0, 6424.0, 900.0, 40.0, 300.0)  # Hz
@@ -132,7 +132,8 @@ def test_a_slow_sweep_traces_the_frf():
     frequencies = np.array([590.0, 610.0, 623.0, 640.0, 660.0])
     w = 2.0 * math.pi * frequencies
     gains = [
-        abs(row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load)) for o in w
+        abs(row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load))
+        for o in w
     ]
     middle = seconds * (frequencies - f0) / (f1 - f0)
     t = middle[:, None] + np.linspace(-1.0, 1.0, 801) / frequencies[:, None]

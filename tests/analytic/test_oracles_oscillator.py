@@ -54,7 +54,11 @@ def test_return_map_keeps_the_orbit_and_has_its_determinant():
 def test_grazing_amplitude(excess, touches):
     """The steady swing reaches the stop at A = d sqrt((k - w^2)^2 + (c w)^2) = 0.1, at first at a quarter turn."""
     amplitude = 0.1 * (1.0 + excess)
-    values = {"signals.shaker.amplitude": amplitude, "initial.displacement": [0.0], "initial.velocity": [amplitude / 0.1]}
+    values = {
+        "signals.shaker.amplitude": amplitude,
+        "initial.displacement": [0.0],
+        "initial.velocity": [amplitude / 0.1],
+    }
     run = ts.simulate(scene("impact_oscillator", values), duration=20.0)
     assert run.ok and (len(run.events) > 0) == touches
     if touches:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scene_files import REFERENCE, impacts, scene
 
 import tarsus as ts
+from scene_files import REFERENCE, impacts, scene
 from tarsus.solve import ResultCode
 
 
@@ -31,9 +31,8 @@ def test_p1_whole_sequence(n, count):
 @pytest.mark.parametrize("n", [2, 6, 32])
 def test_p1_whole_sequence_at_the_accuracy_of_batches(n):
     expected = reference(n)
-    batch = ts.simulate_batch(
-        scene(f"p1_n{n}"), {"ground.restitution.coefficient": [0.378]}, duration=1.0 if n == 2 else expected[-1] * 1.0000001
-    )  # fmt: skip
+    seconds = 1.0 if n == 2 else expected[-1] * 1.0000001
+    batch = ts.simulate_batch(scene(f"p1_n{n}"), {"ground.restitution.coefficient": [0.378]}, duration=seconds)
     found = impacts(batch.events(0))["time"]
     assert len(found) == len(expected)
     np.testing.assert_allclose(found, expected, rtol=1e-6)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 import pytest
-from scene_files import SCENES, scene
 
 import tarsus as ts
+from scene_files import SCENES, scene
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 
@@ -83,7 +83,12 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
 
 @pytest.mark.parametrize(
     ("slot", "own"),
-    [("film", "own_film"), ("electrostatic", "own_electrostatic"), ("restitution", "own_rebound"), ("adhesion", "own_latch")],
+    [
+        ("film", "own_film"),
+        ("electrostatic", "own_electrostatic"),
+        ("restitution", "own_rebound"),
+        ("adhesion", "own_latch"),
+    ],
 )
 @pytest.mark.parametrize("name", ["sticky_feet", "p1_n2"])
 def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
@@ -98,5 +103,6 @@ def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
 @pytest.mark.nojit
 def test_users_laws_without_the_compiler():
     base = scene("ball")
-    mine = ts.with_values(base, {"ground.restitution": None, "ground.laws": {"own_rebound": OWN["own_rebound"](coefficient=0.9)}})
+    laws = {"own_rebound": OWN["own_rebound"](coefficient=0.9)}
+    mine = ts.with_values(base, {"ground.restitution": None, "ground.laws": laws})
     same_events(ts.simulate(base), ts.simulate(mine))

@@ -69,6 +69,44 @@ def test_film_sweep():
     assert counts[1] == np.count_nonzero(np.isin(alone.events["kind"], (1, 2)))
 
 
+# The optimum the calibration found for `cantilever`, and its objective.
+OPTIMUM = {
+    "static": 16.32,
+    "ratio": 0.2006,
+    "zeta1": 0.01127,
+    "zeta2": 0.08707,
+    "offset": -1.61,
+    "swing": 3.974,
+    "restitution": 0.2653,
+    "initial": 0.01543,
+    "rate": 4.766,
+    "film": -20.51,
+    "thickness": 50.43,
+}
+
+
+def test_calibrate_cantilever_describes_the_packaged_device():
+    import tarsus as ts
+
+    example = load("calibrate_cantilever")
+    described = example.paths("cantilever", {name: np.array([value]) for name, value in OPTIMUM.items()})
+    packaged = ts.load_scene("cantilever")
+    assert len(described) == 4 + 4 + 6 + 5  # structure, polynomial, plays, ground
+    for path, (value,) in described.items():
+        assert ts.get_value(packaged, path) == pytest.approx(value, rel=2e-4), path
+
+
+def test_calibrate_cantilever_scores_the_packaged_optimum():
+    example = load("calibrate_cantilever")
+    values = {name: np.array([value]) for name, value in OPTIMUM.items()}
+    worse = {name: np.append(value, value) for name, value in values.items()} | {"static": np.array([16.32, 14.0])}
+    found = example.simulate_cases("cantilever", worse, threads=1)
+    assert found.shape == (2, 12, 3)
+    best, off = example.objective(found, "cantilever")
+    assert best == pytest.approx(0.654, abs=0.02)
+    assert off > best + 0.1
+
+
 def test_every_example_is_in_this_file():
     here = Path(__file__).read_text(encoding="utf-8")
     elsewhere = "".join(

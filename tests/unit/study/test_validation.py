@@ -7,7 +7,7 @@ import math
 import pytest
 
 from tarsus.study.cases import Observation, packaged_cases
-from tarsus.study.validation import compare, errors, periods_of
+from tarsus.study.validation import compare, errors, periods_of, validate_cantilever
 
 
 def test_errors_are_those_printed_in_table_a1():
@@ -81,3 +81,16 @@ def test_contact_where_none_was_measured_is_a_miss_and_not_left_out():
 @pytest.mark.parametrize(("freq", "expected"), [(5.0, (4, 12)), (50.0, (5, 20)), (100.0, (10, 40))])
 def test_transients_and_measured_periods(freq, expected):
     assert periods_of(freq) == expected
+
+
+def test_cantilever_agrees_with_the_measurement_at_least_as_well_as_the_source():
+    validation = validate_cantilever("cantilever")
+    assert validation.ok
+    table = validation.summary()["ours"]
+    assert table["existence_right"] >= 11
+    assert table["count_right"] >= 8
+    assert table["count_cases"] == 12
+    assert table["peak"]["mean_absolute_percent"] <= 18.6
+    assert table["peak"]["in_means"] == 12
+    assert table["contact"]["mean_absolute_percent"] <= 28.0
+    assert table["contact"]["in_means"] == 11  # a contact measured as 0 has no relative error
