@@ -24,7 +24,8 @@ def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
     assert state.gap.min(initial=0.0) >= -1e-12
     ledger = run.ledger
     assert ledger.closure < closure
-    scale = max(abs(x) for x in (ledger.work_in, ledger.kinetic, ledger.elastic, ledger.damping, ledger.impacts, 1e-300))
+    terms = (ledger.work_in, ledger.kinetic, ledger.elastic, ledger.damping, ledger.impacts, 1e-300)
+    scale = max(abs(x) for x in terms)
     for loss in (ledger.damping, ledger.film, ledger.impacts, ledger.adhesion):
         assert loss >= -1e-9 * scale
     events = run.events
@@ -76,7 +77,9 @@ restitution = st.one_of(st.sampled_from([0.0, 1.0, 0.5]), st.floats(0.0, 0.99))
 signals = st.one_of(
     st.builds(ts.Sine, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 2000.0), phase=st.floats(0.0, 6.0)),
     st.builds(ts.Square, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.1, 0.9)),
-    st.builds(ts.RampedSquare, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.0, 1.0)),
+    st.builds(
+        ts.RampedSquare, amplitude=st.floats(0.0, 20.0), frequency=st.floats(20.0, 1000.0), duty=st.floats(0.0, 1.0)
+    ),
     st.builds(ts.Ramp, start=st.floats(-20.0, 20.0), stop=st.floats(-20.0, 20.0), duration=st.floats(1e-4, 0.02)),
 )
 
@@ -127,7 +130,7 @@ def test_two_feet(e, left, difference, adhesion):
     check(ts.simulate(rigid((left, left + difference), restitution=ts.Restitution(coefficient=e), **ground)))
 
 
-@pytest.mark.parametrize("ratio", [0.0, 1e-6, 0.999999, 1.0, 1.000001, 30.0, pytest.param(1e4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ratio", [0.0, 1e-6, 0.999999, 1.0, 1.000001, 30.0, 1e4])
 @pytest.mark.parametrize("law", ["none", "film", "adhesion"])
 def test_damping_of_any_strength(ratio, law):
     ground = {
@@ -216,9 +219,10 @@ def test_very_stiff_and_very_soft_modes_together():
 
 
 def test_a_long_run_ends():
-    run = ts.simulate(
-        mass(frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5)), duration=20.0
-    )  # fmt: skip
+    scene = mass(
+        frequency=500.0, ratio=0.02, gap=1e-6, signal=SQUARE, restitution=ts.Restitution(coefficient=0.5)
+    )
+    run = ts.simulate(scene, duration=20.0)
     assert run.ok and run.ledger.closure < 1e-8
 
 

@@ -1,0 +1,218 @@
+"""Runs and batches: what they return, and that a batch equals single runs."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.core import arrays as a
+from tarsus.solve import Accuracy, ResultCode
+from tarsus.solve.codes import structured_events
+
+SCENES = Path(__file__).parent.parent / "scenes"
+
+
+class Drag(ts.SmoothLaw):
+    """Viscous drag on a foot."""
+
+    coefficient: float = ts.quantity("N s/m", "drag per speed", ge=0.0)
+
+    @staticmethod
+    def force(gap: float, gap_rate: float, volts: float, time: float, coefficient: float) -> float:
+        return -coefficient * gap_rate
+
+
+@pytest.fixture(scope="module")
+def scene() -> ts.Scene:
+    base = ts.read_scene(SCENES / "sticky_feet.toml")
+    start = ts.Initial(displacement=(2e-6, 0.0, 0.0), velocity=(0.0, 1e-3, 0.0))
+    ground = base.ground.model_copy(update={"laws": {"drag": Drag(coefficient=1e-5)}})
+    return base.model_copy(update={"initial": start, "ground": ground, "duration": 0.02})
+
+
+@pytest.fixture(scope="module")
+def run(scene: ts.Scene) -> ts.Run:
+    return ts.simulate(scene)
+
+
+def test_at_gives_the_states_between_the_events(run):
+    """The rate is the derivative of the gap, forces balance the motion, and any choice of times agrees."""
+    times = np.linspace(0.0, run.end_time, 401)
+    series = run.at(times)
+    again = run.at(times[::7])
+    np.testing.assert_allclose(again.state.x, series.state.x[:, ::7], rtol=0, atol=1e-13 * np.abs(series.state.x).max())
+    np.testing.assert_allclose(again.state.pull, series.state.pull[:, ::7], rtol=0, atol=1e-9 * np.abs(series.state.pull).max())
+    system, h = run.plan.system, 2e-7
+    corners = np.concatenate([run.plan.channels[0].start + period for period in (0.0, 1.0 / 90.0)])
+    jumps = np.concatenate([run.all_events["time"], corners])
+    quiet = np.array([t for t in times[1:-1] if np.abs(jumps - t).min() > 10 * h])
+    middle, before, after = run.at(quiet), run.at(quiet - h), run.at(quiet + h)
+    slope = (after.state.x - before.state.x) / (2 * h)
+    np.testing.assert_allclose(middle.state.v, slope, rtol=0, atol=1e-6 * np.abs(slope).max())
+    acceleration = (after.state.v - before.state.v) / (2 * h)
+    foot = np.where(middle.state.held, -middle.state.pull, middle.film + middle.electrostatic + middle.user)
+    force = system.loads @ middle.force + system.constant[:, None] + system.normals @ foot
+    force -= system.damping @ middle.state.v + system.stiffness @ middle.state.x
+    smooth = np.abs(acceleration).max(axis=0) < 1e3
+    assert smooth.sum() > 300
+    scale = np.abs(system.mass @ acceleration).max()
+    np.testing.assert_allclose(force, system.mass @ acceleration, rtol=0, atol=1e-5 * scale)
+
+
+def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
+    x = run.at(np.array([0.0, run.end_time, 2 * run.end_time])).state.x
+    np.testing.assert_allclose(x[:, 0], run.plan.initial[:3], rtol=1e-12, atol=1e-20)
+    np.testing.assert_allclose(x[:, 2], x[:, 1], rtol=1e-12)
+    with pytest.raises(ts.InputError):
+        run.at(np.array([-1e-3, 0.0]))
+
+
+def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
+    state = run.series.state
+    assert state.held.any() and not state.held.all()
+    assert np.all(state.gap[state.held] == 0.0) and np.all(state.rate[state.held] == 0.0)
+    assert np.all(state.pull[~state.held] == 0.0)
+    assert np.all(run.series.strength[state.held] > 0.0)
+
+
+def test_ledger_tells_every_law_apart(run):
+    assert run.ok and run.ledger.closure < 1e-8
+    assert run.ledger.film > 0.0 and run.ledger.laws < 0.0 and run.ledger.electrostatic != 0.0
+    times = run.series.time
+    drag = np.trapezoid((run.series.user * np.where(run.series.state.held, 0.0, run.series.state.rate)).sum(axis=0), times)
+    assert run.ledger.laws == pytest.approx(drag, rel=1e-2)
+
+
+def test_dataset_has_dimensions_units_and_names(run):
+    data = run.to_dataset(np.linspace(0.0, run.end_time, 11))
+    assert dict(data.sizes) == {"time": 11, "foot": 2, "drive": 1, "point": 2}
+    assert data["foot"].values.tolist() == ["left", "right"] and data["drive"].values.tolist() == ["pzt"]
+    units = {
+        "time": "s", "volts": "V", "drive_force": "N", "displacement": "m", "velocity": "m/s", "gap": "m",
+        "gap_rate": "m/s", "contact": "1", "pull": "N", "adhesion_strength": "N", "film_force": "N",
+        "electrostatic_force": "N", "law_force": "N", "contact_force": "N", "kinetic_energy": "J", "elastic_energy": "J",
+        "work_in": "J", "damping_loss": "J", "film_loss": "J", "electrostatic_work": "J", "law_work": "J",
+        "impact_loss": "J", "adhesion_loss": "J",
+    }  # fmt: skip
+    assert {name: data[name].attrs["units"] for name in units} == units
+    assert all(data[name].attrs["long_name"] for name in units)
+    assert set(data.data_vars) == set(units) - {"time"}
+    assert data["gap"].dims == ("foot", "time") and data["displacement"].dims == ("point", "time")
+    assert data.attrs["title"] == "two sticky feet" and data.attrs["duration_s"] == 0.02
+
+
+def test_result_codes_are_sentences():
+    for code in ResultCode:
+        assert str(code) == code.value and code.value[0].isupper() and code.value.endswith(".")
+    assert {ResultCode.of(c) for c in (a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE)} == set(ResultCode)
+
+
+def _row(time: float, foot: int, kind: int) -> np.ndarray:
+    row = np.zeros(a.EVENT_WIDTH)
+    row[[a.E_TIME, a.E_FOOT, a.E_KIND]] = time, foot, kind
+    return row
+
+
+def test_events_are_in_time_order_and_keep_the_order_of_a_foot():
+    rows = np.array([_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 0, a.RELEASE), _row(2.5, 1, 1)])
+    events = structured_events(rows)
+    assert events["time"].tolist() == [1.0, 2.0, 2.5, 2.5, 2.5]
+    assert events["kind"][events["foot"] == 0].tolist() == [1, a.REST, a.RELEASE]
+
+
+def test_a_step_bound_ends_the_run_and_its_ledger_holds_at_every_step(scene):
+    """Also where the last thing that happened is an event: a bounce, a capture, a release."""
+    for steps in range(1, 60, 3):
+        run = ts.simulate(scene, accuracy=Accuracy(gap=1e-10, steps=steps))
+        assert run.code is ResultCode.STEP_LIMIT and run.end_time < run.duration
+        assert run.ledger.closure < 1e-8, steps
+
+
+VARIED = {
+    "ground.film.coefficient": [5e-21, 8e-21, 0.0],
+    "ground.film.thickness": [4e-6, 5e-6, 6e-6],
+    "ground.adhesion.initial": [15e-6, 0.0, 40e-6],
+    "ground.restitution.coefficient": [0.3, 0.0, 0.6],
+    "ground.electrostatic.coefficient": [1e-17, 0.0, 2e-17],
+    "ground.laws.drag.coefficient": [1e-5, 0.0, 1e-4],
+    "ground.gravity.acceleration": [9.81, 1.62, 20.0],
+    "robot.structure.frequencies.1": [480.0, 500.0, 450.0],
+    "robot.structure.damping_ratios.2": [0.02, 0.0, 1.0],
+    "robot.drives.pzt.law.gain": [1.2e-4, 9e-5, 1.5e-4],
+    "robot.feet.left.gap": [8e-6, 7e-6, 1e-5],
+    "signals.pzt.amplitude": [6.0, 5.0, 7.0],
+    "initial.displacement.0": [2e-6, 0.0, 4e-6],
+}
+
+
+def same_events(one: np.ndarray, other: np.ndarray) -> None:
+    """The first events agree to 1e-9; how small bounces die out may differ in rounding."""
+    count = min(len(one), len(other), 12)
+    assert min(len(one), len(other)) >= 0.9 * max(len(one), len(other)) - 1
+    assert one["kind"][:count].tolist() == other["kind"][:count].tolist()
+    assert one["foot"][:count].tolist() == other["foot"][:count].tolist()
+    for name in ("time", "speed_before", "speed_after", "energy", "apex"):
+        scale = max(np.abs(one[name]).max(initial=0.0), 1e-300)
+        np.testing.assert_allclose(one[name][:count], other[name][:count], rtol=1e-9, atol=1e-9 * scale, err_msg=name)
+
+
+@pytest.mark.parametrize("path", VARIED)
+def test_a_batch_equals_single_runs(scene, path):
+    batch = ts.simulate_batch(scene, {path: VARIED[path]}, accuracy=Accuracy(gap=1e-11), threads=1)
+    assert len(batch) == 3 and batch.codes == [ResultCode.DONE] * 3
+    for i, value in enumerate(VARIED[path]):
+        single = ts.simulate(ts.with_values(scene, {path: value}), accuracy=Accuracy(gap=1e-11))
+        same_events(single.events, batch.events(i))
+        assert batch.run(i).ok and batch.run(i).foot_names == ("left", "right")
+
+
+def test_batches_vary_several_values_and_threads_change_nothing(scene):
+    vary = {
+        "ground.film.coefficient": np.linspace(4e-21, 6e-21, 12),
+        "signals.pzt.amplitude": np.repeat([5.0, 6.0, 7.0], 4),
+    }
+    one = ts.simulate_batch(scene, vary, threads=1)
+    three = ts.simulate_batch(scene, vary, threads=3)
+    for i in range(12):
+        assert one.run(i).all_events.tobytes() == three.run(i).all_events.tobytes()
+    assert len({one.events(i)["time"][1] for i in range(12)}) == 12
+    name = next(iter(one.measures(0)))
+    assert one.measure(name).shape == (12,)
+
+
+def test_varying_nothing_is_one_run(scene):
+    batch = ts.simulate_batch(scene, {}, duration=0.005)
+    assert len(batch) == 1 and batch.duration == 0.005
+    assert batch.events(0)["time"].max() <= 0.005
+
+
+@pytest.mark.parametrize(
+    ("vary", "sentence"),
+    [
+        ({"ground.film.coefficient": [1e-21, math.nan]}, "ground.film.coefficient: every value must be a finite number"),
+        ({"ground.film.coefficient": [[1e-21]]}, "expected a list of numbers, got an array of 2 dimensions"),
+        ({"ground.film.coefficient": []}, "expected at least one run, got none"),
+        (
+            {"ground.film.coefficient": [0.0, 0.0], "signals.pzt.amplitude": [1.0]},
+            "one length: ground.film.coefficient has 2, signals.pzt.amplitude has 1",
+        ),
+        ({"ground.film.coefficient": [1e-21, -1e-21]}, "ground.film.coefficient"),
+        ({"ground.film.coeficient": [1e-21]}, "ground.film.coefficient"),
+        ({"robot.structure.frequencies.7": [1.0]}, "robot.structure.frequencies"),
+    ],
+)
+def test_bad_values_are_refused_in_sentences(scene, vary, sentence):
+    with pytest.raises(ts.InputError) as error:
+        ts.simulate_batch(scene, vary)
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize("duration", [0.0, -1.0, math.inf, math.nan])
+def test_durations_must_be_positive_and_finite(scene, duration):
+    for call in (lambda: ts.simulate(scene, duration), lambda: ts.simulate_batch(scene, {}, duration)):
+        with pytest.raises(ts.InputError, match="expected a time above 0 s"):
+            call()
