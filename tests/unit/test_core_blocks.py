@@ -1,0 +1,72 @@
+"""Block-diagonal form of a structure and the exponential of its blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from tarsus.core.blocks import block_exponential, split_modes
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        [[-3.0, 40.0], [-40.0, -3.0]],  # underdamped
+        [[0.0, 50.0], [-2.0, -50.0]],  # overdamped
+        [[0.0, 5.0], [-5.0, -10.0]],  # critical
+        [[0.0, 7.0], [0.0, 0.0]],  # rigid
+        [[0.0, 7.0], [0.0, -2.0]],  # rigid with friction
+    ],
+    ids=["under", "over", "critical", "rigid", "rubbing"],
+)
+def test_exponential_of_every_kind_of_block(block):
+    times = np.array([0.0, 1e-9, 1e-3, 0.07, 2.0])
+    got = block_exponential(np.array([block]), times)
+    for t, matrix in zip(times, got[:, 0], strict=True):
+        exact = expm(np.array(block) * t)
+        np.testing.assert_allclose(matrix, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
+
+
+def check(mass, damping, stiffness):
+    n = len(mass)
+    blocks, basis = split_modes(mass, damping, stiffness)
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
+    diagonal = np.zeros((2 * n, 2 * n))
+    for r, block in enumerate(blocks):
+        diagonal[np.ix_([r, n + r], [r, n + r])] = block
+    # compared in velocities over the fastest rate and displacements alike
+    left, right = state @ basis, basis @ diagonal
+    for half in (slice(0, n), slice(n, None)):
+        np.testing.assert_allclose(left[half], right[half], rtol=0, atol=1e-10 * max(np.abs(left[half]).max(), 1e-300))
+    return blocks
+
+
+MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
+STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0, 90.0]])
+
+
+@pytest.mark.parametrize("factor", [0.0, 1e-4, 0.1, 10.0])
+def test_proportional_damping(factor):
+    check(MASS, factor * STIFFNESS, STIFFNESS)
+
+
+def test_damping_of_any_shape():
+    check(MASS, np.array([[1.0, -0.4, 0.0], [0.2, 3.0, 0.0], [0.0, 0.0, 0.1]]), STIFFNESS)
+
+
+def test_rigid_body_beside_an_elastic_mode():
+    stiffness = 100.0 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    blocks = check(np.diag([1.0, 3.0]), 0.01 * stiffness, stiffness)
+    determinants = np.linalg.det(blocks)
+    assert determinants.min() == 0.0 and determinants.max() == pytest.approx(100.0 * 4 / 3, rel=1e-12)
+
+
+def test_a_soft_mode_beside_a_very_stiff_one_is_not_rigid():
+    blocks, _ = split_modes(np.eye(2), np.zeros((2, 2)), np.diag([(2 * np.pi * 0.5) ** 2, (2 * np.pi * 3e6) ** 2]))
+    np.testing.assert_allclose(np.sqrt(np.sort(np.linalg.det(blocks))) / (2 * np.pi), [0.5, 3e6], rtol=1e-13)
+
+
+def test_nothing_to_move():
+    blocks, basis = split_modes(*np.zeros((3, 0, 0)))
+    assert blocks.shape == (0, 2, 2) and basis.shape == (0, 0)

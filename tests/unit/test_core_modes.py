@@ -1,0 +1,90 @@
+"""Contact modes and their step tables against the plain equations of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from tarsus.core.modes import LinearSystem, contact_mode, step_tables
+from tarsus.core.nodes import TAU, N
+
+MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
+STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0, 90.0]])
+SYSTEM = LinearSystem(
+    mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
+    normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
+    loads=np.array([[0.5], [1.0], [0.0]]), constant=np.array([-1.0, 0.0, -0.5]),
+)  # fmt: skip
+
+
+def test_free_mode_is_the_structure():
+    mode = contact_mode(SYSTEM, 0)
+    z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
+    y = mode.from_physical @ z
+    np.testing.assert_allclose(mode.to_physical @ y, z, rtol=1e-12)
+    np.testing.assert_allclose(mode.outputs[:2] @ y + mode.feed[:2, -1], SYSTEM.rest_gap + SYSTEM.normals.T @ z[:3], rtol=1e-12)
+    np.testing.assert_allclose(mode.outputs[2:] @ y, SYSTEM.normals.T @ z[3:], rtol=1e-12)
+    inverse = SYSTEM.normals.T @ np.linalg.solve(MASS, SYSTEM.normals)
+    np.testing.assert_allclose(mode.mobility, np.diag(inverse), rtol=1e-12)
+
+
+@pytest.mark.parametrize("mask", [1, 2, 3])
+def test_held_feet_stay_on_the_ground_and_take_the_momentum(mask):
+    mode = contact_mode(SYSTEM, mask)
+    held = [i for i in range(2) if mask >> i & 1]
+    z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
+    after = mode.to_physical @ (mode.from_physical @ (z - mode.offset)) + mode.offset
+    np.testing.assert_allclose((SYSTEM.rest_gap + SYSTEM.normals.T @ after[:3])[held], 0.0, atol=1e-14)
+    np.testing.assert_allclose((SYSTEM.normals.T @ after[3:])[held], 0.0, atol=1e-14)
+    blow = MASS @ (after[3:] - z[3:])  # only impulses along the held normals
+    impulse, *_ = np.linalg.lstsq(SYSTEM.normals[:, held], blow, rcond=None)
+    np.testing.assert_allclose(SYSTEM.normals[:, held] @ impulse, blow, atol=1e-12)
+
+
+def test_pull_balances_the_held_foot():
+    """M a = u - C v - K x - n pull, with a along the constraint."""
+    mode = contact_mode(SYSTEM, 1)
+    y = np.array([0.3, -0.1, 0.2, 0.5])
+    values = np.zeros(6)
+    values[4], values[5] = 2.0, 1.0  # drive, constant
+    z = mode.to_physical @ y + mode.offset
+    nb = len(mode.blocks)
+    rate = np.concatenate([
+        mode.blocks[:, 0, 0] * y[:nb] + mode.blocks[:, 0, 1] * y[nb:],
+        mode.blocks[:, 1, 0] * y[:nb] + mode.blocks[:, 1, 1] * y[nb:],
+    ]) + values @ mode.inputs  # fmt: skip
+    acceleration = (mode.to_physical @ rate)[3:]
+    pull = mode.outputs[0] @ y + mode.feed[0] @ values
+    force = SYSTEM.loads[:, 0] * 2.0 + SYSTEM.constant - SYSTEM.damping @ z[3:] - STIFFNESS @ z[:3]
+    np.testing.assert_allclose(MASS @ acceleration, force - SYSTEM.normals[:, 0] * pull, atol=1e-11)
+
+
+def test_step_tables_flow_exactly_over_long_and_short_steps():
+    """Against the exponential of the augmented matrix: a drive t^3 on the structure, steps 0.5 us to 8 s."""
+    mode = contact_mode(SYSTEM, 0)
+    lengths = 8.0 * 0.5 ** np.arange(24)
+    tables = step_tables(mode, lengths)
+    n, inverse = 3, np.linalg.inv(MASS)
+    for k in (0, 4, 10, 23):
+        h = lengths[k]
+        big = np.zeros((2 * n + 5, 2 * n + 5))  # x, v, (1, s, s^2, s^3) and the constant
+        big[:n, n : 2 * n] = np.eye(n)
+        big[n : 2 * n, :n], big[n : 2 * n, n : 2 * n] = -inverse @ STIFFNESS, -inverse @ SYSTEM.damping
+        big[n : 2 * n, 2 * n + 3] = inverse @ SYSTEM.loads[:, 0]
+        big[n : 2 * n, 2 * n + 4] = inverse @ SYSTEM.constant
+        for c in range(3):
+            big[2 * n + 1 + c, 2 * n + c] = (c + 1) / h
+        z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
+        exact = (expm(big * h) @ np.concatenate([z, [1.0, 0, 0, 0, 1.0]]))[: 2 * n]
+        y = mode.from_physical @ z
+        nb = len(mode.blocks)
+        e = tables.exponential[k]
+        end = np.concatenate([e[0] * y[:nb] + e[1] * y[nb:], e[2] * y[:nb] + e[3] * y[nb:]])
+        end += TAU**3 @ tables.state_input[k, 4] + tables.state_constant[k, 5]
+        np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
+        gap = tables.node_state[k, 0].T @ y + tables.node_constant[k, 0, 5]
+        gap = gap + TAU**3 @ tables.node_input[k, 0, 4]
+        assert gap.shape == (N,)
+        assert gap[0] == pytest.approx(0.02 + 0.1, rel=1e-11)
+        assert gap[-1] == pytest.approx(0.02 + exact[0], rel=1e-10)

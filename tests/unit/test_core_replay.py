@@ -1,0 +1,113 @@
+"""States and energies between the events, against a fine numerical integration of one recorded step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
+from tarsus.core.modes import LinearSystem, contact_mode
+from tarsus.core.nodes import TAU, N
+from tarsus.core.replay import end_state, integrate, sample
+from tarsus.core.stack import ModeBook
+
+LENGTHS = 0.5 ** np.arange(30)
+START = np.array([0.1, -0.05, 1.0, -2.0])
+
+
+def system(stiff: float, damping: float) -> LinearSystem:
+    stiffness = np.array([[40.0, -10.0], [-10.0, stiff]])
+    return LinearSystem(
+        mass=np.diag([1.0, 0.5]), damping=np.array([[0.6, -0.1], [0.1, damping]]), stiffness=stiffness,
+        normals=np.array([[1.0], [0.5]]), rest_gap=np.array([0.3]), loads=np.array([[0.0], [1.0]]),
+        constant=np.array([-0.5, 0.0]),
+    )  # fmt: skip
+
+
+def momentum(s):
+    return 0.2 * s**2 - 0.1 * s
+
+
+def force(s):
+    return 0.3 - 0.5 * s**3
+
+
+def drive(s):
+    return 2.0 * s - 1.0
+
+
+def recorded(plan: LinearSystem, k: int, fraction: float) -> tuple[ModeBook, np.ndarray]:
+    """One step of class k, started at START with prescribed inputs."""
+    book = ModeBook(LENGTHS)
+    mode = contact_mode(plan, 0)
+    book.add(mode)
+    row = np.zeros(TRACE_HEAD + 4 + 4 * N)
+    row[[T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS]] = 0.0, LENGTHS[k], fraction, 0, k
+    row[TRACE_HEAD : TRACE_HEAD + 4] = mode.from_physical @ START - momentum(0.0) * mode.beta[0]
+    row[TRACE_HEAD + 4 :] = np.concatenate([momentum(TAU), force(TAU), drive(TAU), np.ones(N)])
+    return book, row[None]
+
+
+@pytest.mark.parametrize(
+    ("stiff", "damping", "k", "fraction"),
+    [(90.0, 0.2, 6, 1.0), (90.0, 0.2, 0, 1.0), (90.0, 0.2, 1, 0.37), (1e5, 3.0, 1, 1.0), (1e4, 1e3, 2, 1.0), (1e4, 1e3, 0, 0.83)],
+)  # fmt: skip
+def test_energies_and_states_of_a_step(stiff, damping, k, fraction):
+    plan = system(stiff, damping)
+    book, trace = recorded(plan, k, fraction)
+    h, inverse = LENGTHS[k], np.linalg.inv(plan.mass)
+    normal, load = plan.normals[:, 0], plan.loads[:, 0]
+
+    def rates(t, z):
+        x, v, s = z[:2], z[2:4], t / h
+        film, smooth, push = (0.4 * s - 0.1) / h, force(s), drive(s)
+        total = load * push + plan.constant + normal * (film + smooth) - plan.damping @ v - plan.stiffness @ x
+        powers = [push * (load @ v) + plan.constant @ v, v @ plan.damping @ v, film * (normal @ v), smooth * (normal @ v)]
+        return np.concatenate([v, inverse @ total, powers])
+
+    end = fraction * h
+    exact = solve_ivp(
+        rates, (0.0, end), np.concatenate([START, np.zeros(4)]), method="Radau" if damping > 100 else "DOP853",
+        rtol=1e-9 if damping > 100 else 1e-12, atol=1e-13, dense_output=True,
+    )  # fmt: skip
+    tolerance = 3e-6 if damping > 100 else 1e-9
+    integrals = integrate(plan, book, trace)
+    got = [integrals.work[0], integrals.damping[0], integrals.film[0], integrals.smooth[0]]
+    np.testing.assert_allclose(got, exact.y[4:, -1], rtol=0, atol=tolerance * np.abs(exact.y[4:, -1]).max())
+    assert integrals.time[0] == end and integrals.electrostatic[0] == 0.0
+    times = np.linspace(0.0, end, 9)
+    states = sample(plan, book, trace, times)
+    for values, rows in ((states.x, slice(0, 2)), (states.v, slice(2, 4))):
+        reference = exact.sol(times)[rows]
+        np.testing.assert_allclose(values, reference, rtol=0, atol=10 * tolerance * np.abs(reference).max())
+    np.testing.assert_allclose(states.film[0], (0.4 * times / h - 0.1) / h, rtol=1e-11, atol=1e-12 / h)
+    np.testing.assert_allclose(states.smooth[0], force(times / h), rtol=1e-12)
+    np.testing.assert_allclose(states.gap[0], 0.3 + normal @ states.x, rtol=1e-12)
+    np.testing.assert_allclose(end_state(plan, book, trace)[:2], states.x[:, -1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("fraction", [1.0, 0.6])
+def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction):
+    plan = system(5e11, 50.0)
+    book, trace = recorded(plan, 0, fraction)
+    last = end_state(plan, book, trace)
+
+    def energy(z):
+        return 0.5 * z[2:] @ plan.mass @ z[2:] + 0.5 * z[:2] @ plan.stiffness @ z[:2]
+
+    terms = integrate(plan, book, trace)
+    gained = terms.work[0] - terms.damping[0] + terms.film[0] + terms.smooth[0]
+    assert gained == pytest.approx(energy(last) - energy(START), rel=1e-9)
+
+
+def test_split_off_part_of_the_smooth_force():
+    plan = system(90.0, 0.2)
+    for fraction in (1.0, 0.21):
+        book, trace = recorded(plan, 3, fraction)
+        whole = integrate(plan, book, trace, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])
+        assert whole.electrostatic[0] == pytest.approx(whole.smooth[0], rel=1e-11)
+        half = integrate(plan, book, trace, lambda gap, rate, time: 0.5 * rate)
+        fine = sample(plan, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
+        expected = np.trapezoid(0.5 * fine.rate[0] ** 2, dx=fraction * LENGTHS[3] / 4000)
+        assert half.electrostatic[0] == pytest.approx(expected, rel=1e-6)
