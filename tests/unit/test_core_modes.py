@@ -23,7 +23,8 @@ def test_free_mode_is_the_structure():
     z = np.array([0.1, -0.2, 0.05, 1.0, 2.0, -1.0])
     y = mode.from_physical @ z
     np.testing.assert_allclose(mode.to_physical @ y, z, rtol=1e-12)
-    np.testing.assert_allclose(mode.outputs[:2] @ y + mode.feed[:2, -1], SYSTEM.rest_gap + SYSTEM.normals.T @ z[:3], rtol=1e-12)
+    gap = SYSTEM.rest_gap + SYSTEM.normals.T @ z[:3]
+    np.testing.assert_allclose(mode.outputs[:2] @ y + mode.feed[:2, -1], gap, rtol=1e-12)
     np.testing.assert_allclose(mode.outputs[2:] @ y, SYSTEM.normals.T @ z[3:], rtol=1e-12)
     inverse = SYSTEM.normals.T @ np.linalg.solve(MASS, SYSTEM.normals)
     np.testing.assert_allclose(mode.mobility, np.diag(inverse), rtol=1e-12)
