@@ -153,14 +153,16 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
     if speed <= minimum:
         remove_momenta(modes, laws, q, m, mask, size, w, gaps)
         return False
+    pull = held_pull(modes, laws, signals, state.cursor, q, m, nd, mask, size, w, gaps, foot, t, real[PROBE])
+    # A rocking body hands ever smaller blows from foot to foot: below the rest height all of them stay down.
+    settled = pull < 0.0 and speed * speed < -2.0 * pull * modes.mobility[q, foot] * real[REST_HEIGHT]
     for k in range(m):
-        if mask >> k & 1 and modes.reaction[q, foot, k] < -1e-12:
+        if not settled and mask >> k & 1 and modes.reaction[q, foot, k] < -1e-12:
             # the blow would pull held foot k off: no finite adhesion carries an impulse
             log(events, count, t, k, RELEASE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, state.apex)
             state.order[k] = 2
             leave_mode(modes, q, size, w, state.physical, count, mask & ~(1 << k))
             return True
-    pull = held_pull(modes, laws, signals, state.cursor, q, m, nd, mask, size, w, gaps, foot, t, real[PROBE])
     energy = 0.5 / modes.mobility[q, foot]
     after = hooks.rebound(laws.parameters, laws.pointer, foot, speed)
     lost = energy * (speed * speed - after * after)
@@ -213,6 +215,25 @@ def release(modes, laws, state, events, q, m, size, foot, gaps):
     state.apex[foot, 0] = 0.0
     state.apex[foot, 1] = t
     leave_mode(modes, q, size, w, state.physical, count, mask & ~(1 << foot))
+
+
+@inner
+def reorder(modes, laws, state, q, m, size, gaps):
+    """How each foot that has just left the ground departs, after blows on the others changed its rate: rising
+    (order 1), from rest (order 2), or coming back at once (0: an impact is due)."""
+    mask = modes.mask[q]
+    film_momenta(modes, laws, q, m, mask, size, state.w, gaps)
+    for i in range(m):
+        if mask >> i & 1 or state.order[i] == 0:
+            continue
+        rate = dot(modes.outputs, q, m + i, size, state.w)
+        if rate > state.real[EPS_SPEED]:
+            state.order[i] = 1
+        elif rate < -state.real[EPS_SPEED]:
+            state.order[i] = 0
+        else:
+            state.order[i] = 2
+    remove_momenta(modes, laws, q, m, mask, size, state.w, gaps)
 
 
 @inner

@@ -6,7 +6,7 @@ import math
 
 from tarsus.core import arrays as a
 from tarsus.core.collocate import STIFF, add_pull_forces, solve, tail
-from tarsus.core.contact import enter_mode, impact, log, release, settle
+from tarsus.core.contact import enter_mode, impact, log, release, reorder, settle
 from tarsus.core.events import bulge, first_root, margins, scan
 from tarsus.core.flow import (
     add_constant,
@@ -419,6 +419,8 @@ def make_advance(sources: str):
             if count[a.CHECK] != 0:
                 count[a.CHECK] = 0
                 next_kink(signals, state.cursor, nc, real[a.TIME])
+                if m > 1:
+                    reorder(modes, laws, state, q, m, size, work.other)
                 if m > 0 and settle(modes, laws, signals, state, output.events, q, m, nd, size, work.other):
                     count[a.CHECK] = 1
                     if not progressed(state):
