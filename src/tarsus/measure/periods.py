@@ -140,7 +140,9 @@ def _largest(times: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.nda
 
 
 def _peak(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return _largest(history.top_time, history.top, edges)
+    peak = _largest(history.top_time, history.top, edges)
+    held = _contact(history, edges, resolution) > 0.999999 * np.diff(edges)
+    return np.where(np.isnan(peak) & held, 0.0, peak)
 
 
 def _hardest(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
@@ -171,7 +173,7 @@ _DEFINITIONS: dict[str, _Definition] = {
     ),
     "peak": (
         "m",
-        "peak oscillation amplitude: from the contact level to the highest point in a drive period",
+        "peak oscillation amplitude: from the contact level to the highest point in a drive period; 0 if always held",
         _peak,
     ),
     "duty_factor": ("1", "contact duration over drive period", _duty),
