@@ -79,7 +79,7 @@ OPTIMUM = {
     "swing": 3.974,
     "restitution": 0.2653,
     "initial": 0.01543,
-    "rate": 4.766,
+    "rate": 3.4,
     "film": -20.51,
     "thickness": 50.43,
 }
@@ -103,7 +103,7 @@ def test_calibrate_cantilever_scores_the_packaged_optimum():
     found = example.simulate_cases("cantilever", worse, threads=1)
     assert found.shape[0] == 2 and found.shape[1] >= 12 and np.isfinite(found).all()
     best, off = example.objective(found, "cantilever")
-    assert best == pytest.approx(0.654, abs=0.02)
+    assert best == pytest.approx(0.669, abs=0.02)
     assert off > best + 0.1
 
 
