@@ -3,9 +3,12 @@
     python examples/calibrate_cantilever.py cantilever-1 [--seconds 300] [--write FILE.toml]
     python examples/calibrate_cantilever.py cantilever   [--seconds 300] [--write FILE.toml]
 
-`cantilever-1` keeps every printed number and fits what the source does not print (drive participation, damping, the
-zero of the drive force) to the *model* columns of Table A.1. `cantilever` fits the same unknowns, the loop of the
-hysteresis at 6 V and the ground's parameters to the *measured* columns. Both use `simulate_batch` for whole
+`cantilever-1` keeps the printed numbers and fits what the source does not print (drive participation, damping, the
+zero of the drive force, the swing of its loop at 6 V, and the force unit of its lumped matrices, in which its adhesion
+and film are expressed: both are scaled together) to the *model* columns of Table A.1. `cantilever` fits the same drive
+and structure and all of the ground's parameters to the *measured* columns. The printed branches (2.9) do not meet at
+6 V (erratum E5): taken as printed they ring the tip to 160 um at every turning point of a 6 V sine, where the source's
+model has 114. So both devices use the closed operator fitted to them. Both use `simulate_batch` for whole
 populations and scipy's differential evolution; the objective counts relative errors of peak and contact duration and
 smoothly whether a case bounces and how often.
 
@@ -20,16 +23,18 @@ import argparse
 import time
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.optimize import differential_evolution, lsq_linear
 
 import tarsus as ts
 from tarsus.scene import Provenance, Source
-from tarsus.study.cases import packaged_cases
+from tarsus.study.cases import Case, Observation, packaged_cases
 
 DURATION = 0.8  # model seconds of every case: 4 periods at 5 Hz, of which the last two count
-PRINTED_CONSTANTS = {"rising": 1.4796, "falling": -0.6350}  # [uN], equation (2.9)
+# Equation (2.9) [uN/V^k], highest power first.
+RISING, FALLING = (0.0016, -0.0255, -0.7057, 1.4796), (0.0076, -0.6062, -0.6350)
 PRINTED = {
     "ground.restitution.coefficient": "0.378",
     "ground.adhesion.initial": "0.2743 uN",
@@ -54,9 +59,12 @@ COMMON = {
     "zeta1": Unknown(0.002, 0.12, "damping ratio of mode 1"),
     "zeta2": Unknown(0.002, 0.30, "damping ratio of mode 2"),
     "offset": Unknown(-2.0, 0.6, "zero of the drive force [uN]"),
+    "swing": Unknown(2.8, 4.2, "half the force swing of a 6 V loop [uN]"),
+}
+SOURCE = {
+    "scale": Unknown(-2.0, 1.0, "log10 of our force unit over that of the source's lumped matrices"),
 }
 GROUND = {
-    "swing": Unknown(3.2, 4.2, "half the force swing of a 6 V loop [uN]"),
     "restitution": Unknown(0.2, 0.7, "restitution"),
     "initial": Unknown(0.0, 0.4, "adhesion at touchdown C_a0 [uN]"),
     "rate": Unknown(0.2, 6.0, "growth of adhesion C_a [uN/s]"),
@@ -75,7 +83,6 @@ def loop(amplitude: float, samples: int = 400) -> tuple[np.ndarray, np.ndarray]:
 def branches() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
     """Design matrices of the operator on 8 V and 6 V loops, the printed branches on the 8 V loop [uN]."""
     law = ts.load_scene("cantilever").robot.drives["pzt"].law
-    printed = ts.load_scene("cantilever-1").robot.drives["pzt"].law
     thresholds = np.array(law.thresholds)
     columns = []
     for amplitude in (8.0, 6.0):
@@ -87,7 +94,7 @@ def branches() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
             plays.append(unit.force(np.concatenate([[amplitude, -amplitude, amplitude], volts]))[3:])
         columns.append((np.column_stack([np.ones_like(volts), volts, volts**2, volts**3, *plays]), volts, rising))
     wide, volts, rising = columns[0]
-    target = np.where(rising, printed.rising(volts), printed.falling(volts)) * 1e6
+    target = np.where(rising, np.polyval(RISING, volts), np.polyval(FALLING, volts))
     return wide, columns[1][0], target, thresholds, len(volts) // 2
 
 
@@ -117,16 +124,17 @@ def paths(device: str, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "robot.structure.damping_ratios.1": values["zeta2"],
     }
     law = "robot.drives.pzt.law"
-    if device == "cantilever-1":
-        for branch, constant in PRINTED_CONSTANTS.items():
-            out[f"{law}.{branch}.constant"] = (constant + values["offset"]) * 1e-6
-        return out
     fits = np.array([operator(s) for s in values["swing"]])
     fits = np.where(np.abs(fits) < 1e-9, 0.0, fits)  # plays the least squares leaves out
     for k, name in enumerate(("constant", "linear", "quadratic", "cubic")):
         out[f"{law}.{name}"] = (fits[:, k] + (values["offset"] if k == 0 else 0.0)) * 1e-6
     for p in range(fits.shape[1] - 4):
         out[f"{law}.weights.{p}"] = fits[:, 4 + p] * 1e-6
+    if device == "cantilever-1":
+        lumped = {"adhesion.initial": 0.2743e-6, "adhesion.rate": 1.7e-6, "film.coefficient": 1.747e-21}
+        for path, value in lumped.items():
+            out[f"ground.{path}"] = value * 10.0 ** values["scale"]
+        return out
     out["ground.restitution.coefficient"] = values["restitution"]
     out["ground.adhesion.initial"] = values["initial"] * 1e-6
     out["ground.adhesion.rate"] = values["rate"] * 1e-6
@@ -137,11 +145,20 @@ def paths(device: str, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 
+def all_cases() -> list[Case]:
+    """The packaged cases, then those of the sixteen that they lack, of which only the drive is known."""
+    given = packaged_cases()
+    known = {(case.freq_hz, case.volt_v, case.wave) for case in given}
+    grid = product((5.0, 15.0, 50.0, 100.0), (6.0, 8.0), ("square", "sine"))
+    rest = [drive for drive in grid if drive not in known]
+    return given + [Case(*drive, Observation(), Observation(), "unlisted") for drive in rest]
+
+
 def simulate_cases(device: str, values: dict[str, np.ndarray], threads: int | None) -> np.ndarray:
-    """Bounces, peak [um] and contact [ms] of every case for every set of unknowns: (sets, cases, 3)."""
+    """Bounces, peak [um] and contact [ms] of all sixteen cases for every set of unknowns: (sets, cases, 3)."""
     described = paths(device, values)
     sets = len(next(iter(described.values())))
-    cases = packaged_cases()
+    cases = all_cases()
     out = np.full((sets, len(cases), 3), np.nan)
     for wave in ("square", "sine"):
         chosen = [i for i, case in enumerate(cases) if case.wave == wave]
@@ -171,6 +188,9 @@ def objective(found: np.ndarray, device: str) -> np.ndarray:
     goal = [case.source if device == "cantilever-1" else case.measured for case in cases]
     bounces, peak, contact = (np.array([getattr(g, n) for g in goal]) for n in ("bounces", "peak_um", "contact_ms"))
     found = np.where(np.isfinite(found), found, 1e6)
+    # every one of the sixteen cases has a peak after break-off in the source, so in none may the tip stay stuck
+    stuck = 0.3 * step((80.0 - found[:, len(cases) :, 1]) / 5.0).sum(-1)
+    found = found[:, : len(cases)]
     peak_error = np.minimum(np.abs(found[..., 1] / peak - 1.0), 0.8)
     exists = step((found[..., 0] - 0.5) / 0.1)
     missed = np.where(bounces > 0, 1.0 - exists, exists)
@@ -184,13 +204,13 @@ def objective(found: np.ndarray, device: str) -> np.ndarray:
             + step((contact_error - 0.9) / 0.08)
             + missed,
             axis=-1,
-        )
+        ) + stuck
     some = contact > 0
     contact_error = np.minimum(np.abs(found[..., some, 2] / contact[some] - 1.0), 1.5).mean(-1)
     peak_mean = peak_error.mean(-1)
     soft = 2.0 * peak_mean + 4.0 * np.maximum(peak_mean - 0.15, 0.0)
     soft += contact_error + 4.0 * np.maximum(contact_error - 0.23, 0.0)
-    return soft + (0.12 * missed + 0.05 * miscount).sum(-1)
+    return soft + (0.12 * missed + 0.05 * miscount).sum(-1) + stuck
 
 
 def write(device: str, described: dict[str, float], file: str) -> None:
@@ -210,15 +230,15 @@ def write(device: str, described: dict[str, float], file: str) -> None:
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
-    """To four significant digits."""
-    return np.array([float(f"{v:.4g}") for v in x])
+    """To six significant digits."""
+    return np.array([float(f"{v:.6g}") for v in x])
 
 
 def calibrate(
     device: str, seconds: float, threads: int | None, start: dict[str, float] | None, seed: int, file: str | None
 ) -> None:
     """Search, then print the optimum, its table and how far each unknown is determined."""
-    unknowns = COMMON if device == "cantilever-1" else COMMON | GROUND
+    unknowns = COMMON | (SOURCE if device == "cantilever-1" else GROUND)
     names = list(unknowns)
     bounds = [(u.low, u.high) for u in unknowns.values()]
     visited: list[tuple[np.ndarray, np.ndarray]] = []
@@ -251,7 +271,7 @@ def calibrate(
         near = line[evaluate(line.T) <= 1.05 * result.fun, i]
         fixed = (min([*near, result.x[i]]), max([*near, result.x[i]]))
         print(
-            f"{name:12s} {result.x[i]:10.4g}   {fixed[0]:9.4g} .. {fixed[1]:<9.4g}"
+            f"{name:12s} {result.x[i]:10.6g}   {fixed[0]:9.4g} .. {fixed[1]:<9.4g}"
             f" {good[:, i].min():9.4g} .. {good[:, i].max():<9.4g} {unknowns[name].meaning}"
         )
     best = {n: rounded(result.x)[i : i + 1] for i, n in enumerate(names)}
@@ -260,7 +280,7 @@ def calibrate(
         write(device, described, file)
     found = simulate_cases(device, best, threads)[0]
     print(f"\nobjective of the rounded optimum {objective(found[None], device)[0]:.4f}; goal / found:")
-    for case, (bounces, peak, contact) in zip(packaged_cases(), found, strict=True):
+    for case, (bounces, peak, contact) in zip(packaged_cases(), found, strict=False):
         goal = case.source if device == "cantilever-1" else case.measured
         print(
             f"{case.freq_hz:4g} Hz {case.volt_v:g} V {case.wave:6s}  bounces {goal.bounces:g} / {bounces:.2f}"
