@@ -116,7 +116,7 @@ def test_quantities_are_written_as_people_write_them() -> None:
     for line in (
         'frequencies = ["623 Hz", "6424 Hz"]',
         'gap = "70 um"',
-        'rate = "1.7 uN/s"',
+        'tip_length = "150 um"',
         'thickness = "58 um"',
         "coefficient = 0.378",
         'amplitude = "8 V"',
