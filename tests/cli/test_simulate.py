@@ -34,7 +34,7 @@ def test_json_is_one_object_with_the_ledger_closed(tarsus):
 
 def test_settings_change_the_run(tarsus):
     high = tarsus("simulate", "cantilever", *SHORT, "--set", "volts=8", "--json").json()
-    low = tarsus("simulate", "cantilever", *SHORT, "--set", "volts=0.2", "--json").json()
+    low = tarsus("simulate", "cantilever", *SHORT, "--set", "robot.feet.tip.gap=400 um", "--json").json()
     assert high["events"]["capture"] + high["events"]["bounce"] > 0
     assert low["events"]["capture"] + low["events"]["bounce"] == 0
 
