@@ -26,11 +26,15 @@ if TYPE_CHECKING:
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.laws import (
         Adhesion,
+        DominantMode,
         Electrostatic,
         Film,
+        Given,
         Gravity,
         ImpactLaw,
         LatchLaw,
+        LegElectrostatic,
+        MassWeighted,
         ResistiveLaw,
         Restitution,
         SmoothLaw,
@@ -48,18 +52,22 @@ __all__ = [
     "Beam",
     "Constant",
     "Cubic",
+    "DominantMode",
     "Drive",
     "Electrostatic",
     "Film",
     "Foot",
+    "Given",
     "Gravity",
     "Ground",
     "ImpactLaw",
     "Initial",
     "InputError",
     "LatchLaw",
+    "LegElectrostatic",
     "LinearForce",
     "Lumped",
+    "MassWeighted",
     "Modal",
     "ModalLoad",
     "OnOff",
@@ -99,7 +107,8 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion Electrostatic Film Gravity ImpactLaw LatchLaw ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion DominantMode Electrostatic Film Given Gravity ImpactLaw LatchLaw LegElectrostatic MassWeighted "
+        "ResistiveLaw Restitution SmoothLaw load_laws"
     ),
     "tarsus.scene": "Drive Foot Ground Initial ModalLoad PointLoad Robot Scene",
     "tarsus.solve": "Accuracy Batch Run simulate simulate_batch",

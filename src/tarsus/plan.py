@@ -22,20 +22,27 @@ from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
+from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
+from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.scene import Ground, Scene
+from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, USER = 0, 2, 4, 6, 7
+FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, USER = 0, 2, 4, 6, 7, 10
 
 hooks.bind(
     {
         "momentum": [hooks.BoundLaw(Film.momentum, FILM, 2)],
-        "force": [hooks.BoundLaw(Electrostatic.force, ELECTROSTATIC, 2)],
+        "force": [
+            hooks.BoundLaw(Electrostatic.force, ELECTROSTATIC, 2),
+            hooks.BoundLaw(LegElectrostatic.force, LEG, 3),
+        ],
         "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
         "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
     }
 )
+hooks.bind_angle(passive_angle)
 
 
 @lru_cache(maxsize=1)
@@ -121,7 +128,9 @@ def lower_scene(scene: Scene) -> Plan:
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())
-    laws = _lower_laws(scene.ground, len(feet))
+    laws = _lower_laws(scene.ground.acting, len(feet))
+    if scene.ground.impact is not None and not scene.ground.impact.passive:
+        laws.flags[:] |= hooks.MAP_AS_IS
     acts = (laws.flags & hooks.HAS_FORCE) != 0
     wired = [f.electrode if f.electrode is not None else (names[0] if names else None) for f in feet]
     used = sorted({names.index(w) for w, a in zip(wired, acts, strict=True) if a and w is not None})
@@ -159,8 +168,18 @@ def lower_system(scene: Scene) -> LinearSystem:
         constant -= scene.ground.gravity.acceleration * (matrices.mass @ up)
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
-        np.array([foot.gap for foot in feet], dtype=float), loads, constant,
+        np.array([foot.gap for foot in feet], dtype=float), loads, constant, _directions(scene, matrices, normals),
     )  # fmt: skip
+
+
+def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.ndarray | None:
+    """Impact direction of every foot (n, m); None for the mass-weighted map."""
+    chosen = scene.ground.impact
+    if chosen is None or isinstance(chosen, MassWeighted):
+        return None
+    body = Body(matrices.mass, matrices.stiffness, scene.robot.structure.row)
+    columns = [chosen.direction(name, normals[:, i], body) for i, name in enumerate(scene.robot.feet)]
+    return np.array(columns).reshape(len(columns), len(matrices.mass)).T
 
 
 def _lower_laws(ground: Ground, m: int) -> FootLaws:
@@ -169,6 +188,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
     for column, law, flag in (
         (FILM, ground.film, hooks.HAS_MOMENTUM),
         (ELECTROSTATIC, ground.electrostatic, hooks.HAS_FORCE),
+        (LEG, ground.leg_electrostatic, hooks.HAS_FORCE),
         (ADHESION, ground.adhesion, hooks.HAS_LATCH),
         (RESTITUTION, ground.restitution, 0),
     ):
@@ -205,7 +225,13 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
     )  # fmt: skip
 
 
-_SLOTS = {"film": FILM, "electrostatic": ELECTROSTATIC, "adhesion": ADHESION, "restitution": RESTITUTION}
+_SLOTS = {
+    "film": FILM,
+    "electrostatic": ELECTROSTATIC,
+    "leg_electrostatic": LEG,
+    "adhesion": ADHESION,
+    "restitution": RESTITUTION,
+}
 
 
 def law_column(scene: Scene, path: str) -> int | None:
@@ -214,7 +240,7 @@ def law_column(scene: Scene, path: str) -> int | None:
     Such values vary from run to run without lowering the scene again.
     """
     keys = path.split(".")
-    if keys[0] != "ground":
+    if keys[0] != "ground" or len(keys) < 3 or getattr(scene.ground.acting, keys[1], None) is None:
         return None
     if len(keys) == 3 and keys[1] in _SLOTS:
         law = getattr(scene.ground, keys[1])
@@ -230,6 +256,17 @@ def law_column(scene: Scene, path: str) -> int | None:
                         return column + fields.index(keys[3]) if keys[3] in fields else None
                     column += len(fields)
     return None
+
+
+def initial_column(scene: Scene, path: str) -> int | None:
+    """Place in the initial state (2n,) of the value at ``path``; None if it is none that the scene gives."""
+    keys = path.split(".")
+    if len(keys) != 3 or keys[0] != "initial" or keys[1] not in ("displacement", "velocity"):
+        return None
+    given = getattr(scene.initial, keys[1])
+    if given is None or not keys[2].isdecimal() or int(keys[2]) >= len(given):
+        return None
+    return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
 
 
 _PROTOCOLS = (
@@ -317,8 +354,9 @@ def _scales(
     n = len(system.mass)
     start = np.abs(system.rest_gap + system.normals.T @ initial[:n])
     lengths = [*start, *system.rest_gap]
-    if scene.ground.film is not None:
-        lengths.append(scene.ground.film.thickness)
+    film = scene.ground.acting.film
+    if film is not None:
+        lengths.append(film.thickness)
     # below the size of an atom a clearance is zero and no scale
     length = max((x for x in lengths if x > 1e-12), default=1e-6)
     forces = [abs(s) for s in signals.span[: system.loads.shape[1]]]

@@ -13,7 +13,18 @@ from tarsus.drive.laws import ForceLaw
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
-from tarsus.laws import Adhesion, Electrostatic, Film, Gravity, Law, Restitution
+from tarsus.laws import (
+    Adhesion,
+    AnyImpactMap,
+    Electrostatic,
+    Film,
+    Gravity,
+    ImpactMap,
+    Law,
+    LegElectrostatic,
+    Restitution,
+)
+from tarsus.laws.impact_map import Body
 from tarsus.spec import (
     Description,
     FrozenDict,
@@ -147,11 +158,26 @@ class Ground(Description):
     """
 
     restitution: Restitution | None = None
+    impact: AnyImpactMap | None = Field(
+        default=None, description="how the whole structure follows an impact; absent: mass-weighted"
+    )
     adhesion: Adhesion | None = None
     film: Film | None = None
     electrostatic: Electrostatic | None = None
+    leg_electrostatic: LegElectrostatic | None = None
+    small_forces: bool = Field(
+        default=True, description="false leaves the film and the electrostatic laws out of the simulation"
+    )
     gravity: Gravity | None = None
     laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
+
+    @property
+    def acting(self) -> Ground:
+        """The ground as it acts: without film and electrostatics where `small_forces` is off."""
+        if self.small_forces:
+            return self
+        absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
+        return self.model_copy(update=absent)
 
     @field_validator("laws", mode="before")
     @classmethod
@@ -230,13 +256,29 @@ class Scene(Description):
         if self.ground.gravity is not None and structure.vertical() is None:
             text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"
             faults.append(("robot.structure.upward", f"gravity {text}"))
-        if self.ground.electrostatic is not None and not any(f.electrode for f in self.robot.feet.values()):
-            faults.append(
-                ("ground.electrostatic", "acts on no foot: give a foot its electrode, the name of a drive")
-            )
+        if not any(foot.electrode for foot in self.robot.feet.values()):
+            faults += [
+                (f"ground.{name}", "acts on no foot: give a foot its electrode, the name of a drive")
+                for name in ("electrostatic", "leg_electrostatic")
+                if getattr(self.ground, name) is not None
+            ]
+        if not faults and self.ground.impact is not None:
+            faults += self._impact_faults(self.ground.impact)
         if faults:
             raise PathErrors(faults)
         return self
+
+    def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        matrices = structure.matrices()
+        body = Body(matrices.mass, matrices.stiffness, structure.row)
+        faults: list[tuple[str, str]] = []
+        for name, foot in self.robot.feet.items():
+            try:
+                impact.direction(name, foot.normal * structure.row(foot.point), body)
+            except PathErrors as error:
+                faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
+        return faults
 
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []

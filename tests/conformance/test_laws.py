@@ -15,6 +15,7 @@ OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLES: list[Law] = [
     ts.Film(coefficient=1.7e-21, thickness=5e-6),
     ts.Electrostatic(coefficient=2e-20, offset=1e-6),
+    ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
     ts.Adhesion(initial=1e-6, rate=1e-3),
     ts.Restitution(coefficient=0.378),
     OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
@@ -63,11 +64,11 @@ def test_passive_where_its_protocol_says_so(law):
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
 def test_toml_round_trip(law):
     base = scene("damped_chain")
-    slots = {"film", "electrostatic", "adhesion", "restitution"}
-    if law.name() in slots and law.name() != "electrostatic":
+    slots = {"film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
+    if law.name() in slots and "electrostatic" not in law.name():
         written = ts.with_values(base, {f"ground.{law.name()}": law})
     elif law.name() in slots:
-        written = ts.with_values(scene("sticky_feet"), {"ground.electrostatic": law})
+        written = ts.with_values(scene("sticky_feet"), {f"ground.{law.name()}": law})
     else:
         written = ts.with_values(base, {"ground.laws": {law.name(): law}})
     assert parse_scene(scene_text(written), laws=OWN) == written
@@ -78,7 +79,9 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
     assert one.events["kind"].tolist() == other.events["kind"].tolist()
     assert one.events["foot"].tolist() == other.events["foot"].tolist()
     np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-9)
-    np.testing.assert_allclose(other.events["speed_before"], one.events["speed_before"], rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(
+        other.events["speed_before"], one.events["speed_before"], rtol=1e-7, atol=1e-12
+    )
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from tarsus.core import hooks
 from tarsus.core.arrays import (
     BOUNCE,
@@ -29,9 +31,11 @@ from tarsus.core.arrays import (
     TIME,
 )  # fmt: skip
 from tarsus.core.flow import dot
-from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM
+from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, MAP_AS_IS
 from tarsus.core.jit import inner
 from tarsus.core.signals import value
+
+DUE = -1  # order of a foot at the ground whose blow waits for another foot to be let go
 
 
 @inner
@@ -141,6 +145,29 @@ def enter_mode(modes, laws, q, m, physical, w, scratch, gaps):
 
 
 @inner
+def follow(modes, q, foot, size, w, speed, after, as_is):
+    """How the structure follows a blow beyond the mass-weighted map: the velocity b across the normal becomes
+    alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; passive: see
+    laws.impact_map.Directed. Returns the kinetic energy [J] that this takes.
+    """
+    skew = modes.skew[q, foot]
+    if skew == 0.0 or speed == 0.0:
+        return 0.0
+    e = after / speed
+    alpha = 1.0
+    beta = (1.0 + e) * skew
+    if not as_is:
+        theta = hooks.passive_angle(e, skew)
+        alpha = math.cos(theta)
+        beta = math.sqrt(max(1.0 - e * e, 0.0)) * math.sin(theta)
+    before = dot(modes.side_rate, q, foot, size, w)
+    then = alpha * before + beta * speed / math.sqrt(modes.mobility[q, foot])
+    for r in range(size):
+        w[r] += modes.side[q, foot, r] * (then - before)
+    return 0.5 * (before * before - then * then)
+
+
+@inner
 def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, minimum):
     """Foot ``foot`` is at the ground and approaches: bounce, capture or rest. False if it does not approach."""
     count, real, w = state.count, state.real, state.w
@@ -161,6 +188,7 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
             # the blow would pull held foot k off: no finite adhesion carries an impulse
             log(events, count, t, k, RELEASE, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, state.apex)
             state.order[k] = 2
+            state.order[foot] = DUE
             leave_mode(modes, q, size, w, state.physical, count, mask & ~(1 << k))
             return True
     energy = 0.5 / modes.mobility[q, foot]
@@ -182,6 +210,7 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
             log(events, count, over, foot, kind, speed, 0.0, pull, 0.0, lost + kept, 0.0, state.apex)
             hold(modes, state, q, size, mask, foot, t)
             return True
+    lost += follow(modes, q, foot, size, w, speed, after, laws.flags[foot] & MAP_AS_IS != 0)
     log(events, count, t, foot, BOUNCE, speed, after, pull, strength, lost, 0.0, state.apex)
     for r in range(size):
         w[r] += modes.jump[q, foot, r] * (after - rate)
@@ -224,7 +253,7 @@ def reorder(modes, laws, state, q, m, size, gaps):
     mask = modes.mask[q]
     film_momenta(modes, laws, q, m, mask, size, state.w, gaps)
     for i in range(m):
-        if mask >> i & 1 or state.order[i] == 0:
+        if mask >> i & 1 or state.order[i] <= 0:
             continue
         rate = dot(modes.outputs, q, m + i, size, state.w)
         if rate > state.real[EPS_SPEED]:
@@ -246,8 +275,9 @@ def settle(modes, laws, signals, state, events, q, m, nd, size, gaps):
         if mask >> i & 1 or state.order[i] > 0:
             continue
         gap = dot(modes.outputs, q, i, size, w) + modes.feed[q, i, ni - 1]
-        if gap > real[EPS_GAP]:
+        if gap > real[EPS_GAP] and state.order[i] != DUE:
             continue
+        state.order[i] = 0
         if impact(modes, laws, signals, state, events, q, m, nd, size, i, gaps, real[EPS_SPEED]):
             return True
         film_momenta(modes, laws, q, m, mask, size, w, gaps)

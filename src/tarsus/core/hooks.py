@@ -22,6 +22,8 @@ from tarsus.core.jit import PART, inner
 MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
 # Flags of a foot: which laws act on it.
 HAS_MOMENTUM, HAS_FORCE, USES_RATE, HAS_LATCH = 1, 2, 4, 8
+# An impact map that acts as it is, not through its passive projection.
+MAP_AS_IS = 16
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,11 @@ def bind(laws: dict[str, list[BoundLaw]]) -> None:
     _bound.update(laws)
     for name in _ARGUMENTS:
         _plain[name] = _assemble(name, compiled=False)
+
+
+def bind_angle(function: Callable[..., float]) -> None:
+    """Give the kernels the angle of the passive projection of an impact map: function(restitution, skew)."""
+    _plain["passive_angle"] = function
 
 
 def _assemble(name: str, compiled: bool) -> Callable[..., float]:
@@ -100,6 +107,17 @@ def rebound(par, pointer, foot, speed):
 def strength(par, pointer, foot, age):
     """Largest pull [N] that a contact of that age [s] holds."""
     return _plain["strength"](par, pointer, foot, age)
+
+
+def passive_angle(restitution, skew):
+    """Angle [rad] of the passive projection of an impact map, see laws.impact_map."""
+    return _plain["passive_angle"](restitution, skew)
+
+
+@overload(passive_angle, jit_options=PART)
+def _passive_angle(restitution, skew):
+    compiled = inner(_plain["passive_angle"])
+    return lambda restitution, skew: compiled(restitution, skew)
 
 
 def call_pointer(address, a, b, c, d, parameters):

@@ -33,6 +33,7 @@ class LinearSystem:
     """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x.
 
     mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); constant (n,) [N].
+    directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
     """
 
     mass: Floats
@@ -42,6 +43,7 @@ class LinearSystem:
     rest_gap: Floats
     loads: Floats
     constant: Floats
+    directions: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,9 @@ class ContactMode:
     jump: Floats  # (m, 2nb): change of the state per unit change of the foot's gap rate
     mobility: Floats  # (m,) 1/kg
     reaction: Floats  # (m, m): impulse on held foot k per unit impulse on free foot i
+    side: Floats  # (m, 2nb): change of the state by a unit velocity across the foot's normal, see _across
+    side_rate: Floats  # (m, 2nb): that velocity
+    skew: Floats  # (m,): velocity across per velocity along, of the foot's impact direction
 
 
 def _apply(blocks: Floats, y: Floats) -> Floats:
@@ -121,6 +126,9 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     jump = np.zeros((m, 2 * nz))
     mobility = np.zeros(m)
     reaction = np.zeros((m, m))
+    side = np.zeros((m, 2 * nz))
+    side_rate = np.zeros((m, 2 * nz))
+    skew = np.zeros(m)
 
     inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
     inputs[-1] = force_in @ constant
@@ -152,6 +160,10 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
         held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
         held_feed[i] = _force_feed(row, system, constant, [k for k in free_feet if k != i], ni)
         reaction[i, held_feet] = -rows @ system.normals[:, i]
+        if system.directions is not None:
+            across, skew[i] = _across(mz, z.T @ system.normals[:, i], projector @ system.directions[:, i])
+            side[i] = inverse[:, nz:] @ across
+            side_rate[i] = across @ mz @ basis[nz:]
     offset = np.concatenate([particular, np.zeros(n)])
     both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
@@ -159,7 +171,26 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
         mask=mask, blocks=blocks, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
         to_physical=np.vstack([position, velocity]), offset=offset, from_physical=inverse @ both,
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
+        side=side, side_rate=side_rate, skew=skew,
     )  # fmt: skip
+
+
+def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, float]:
+    """What an impact direction d has across the normal: a velocity s with s^T M s = 1, n^T s = 0, and the factor skew.
+
+    d = M^-1 n / mobility + skew s / sqrt(mobility), scaled so that n^T d = 1. A direction that the held feet leave no
+    room for is taken mass-weighted (skew 0).
+    """
+    along = np.linalg.solve(mass, normal)
+    mobility = float(normal @ along)
+    rate = float(normal @ direction)
+    size = np.sqrt(float(direction @ mass @ direction) * mobility)
+    if rate <= 1e-9 * size:
+        return np.zeros_like(normal), 0.0
+    rest = direction / rate - along / mobility
+    length = float(np.sqrt(rest @ mass @ rest))
+    skew = length * np.sqrt(mobility)
+    return (rest / length, skew) if skew > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
 def _force_feed(row: Floats, system: LinearSystem, constant: Floats, free: list[int], ni: int) -> Floats:

@@ -5,17 +5,25 @@ from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
 from tarsus.laws.gravity import Gravity
+from tarsus.laws.impact_map import AnyImpactMap, DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.laws.userfile import load_laws
 
 __all__ = [
     "Adhesion",
+    "AnyImpactMap",
+    "DominantMode",
     "Electrostatic",
     "Film",
+    "Given",
     "Gravity",
     "ImpactLaw",
+    "ImpactMap",
     "LatchLaw",
     "Law",
+    "LegElectrostatic",
+    "MassWeighted",
     "ResistiveLaw",
     "Restitution",
     "SmoothLaw",

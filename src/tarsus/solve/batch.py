@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
 from tarsus.measure import Measures, period_statistics, scene_period
-from tarsus.plan import Plan, law_column, lower_scene
+from tarsus.plan import Plan, initial_column, law_column, lower_scene
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute
 from tarsus.solve.simulate import check_duration
 from tarsus.spec import with_values
+from tarsus.units import format_quantity
 
 _CHUNK = 256  # runs handed to the kernel at a time
 
@@ -130,7 +131,9 @@ def simulate_batch(
     count = len(next(iter(values.values()))) if values else 1
     native = {path: law_column(scene, path) for path in values}
     own = [path for path, where in native.items() if where is not None]
-    rest = [path for path in values if path not in own]
+    starts = {path: initial_column(scene, path) for path in values if path not in own}
+    starts = {path: column for path, column in starts.items() if column is not None}
+    rest = [path for path in values if path not in own and path not in starts]
     for path in own:
         for edge in (values[path].min(), values[path].max()):
             with_values(scene, {path: float(edge)})  # bounds are intervals: both ends suffice
@@ -139,18 +142,22 @@ def simulate_batch(
         groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
     books: dict[Any, SharedBook] = {}
     periods = np.zeros(count)
-    jobs: list[tuple[Plan, SharedBook, float, np.ndarray, NDArray[np.int64]]] = []
+    jobs: list[tuple[Plan, SharedBook, float, np.ndarray, np.ndarray, NDArray[np.int64]]] = []
     results: list[tuple[RawRuns, int] | None] = [None] * count
 
     def prepare(item: tuple[tuple[float, ...], list[int]]) -> tuple[Plan, float, NDArray[np.int64], Any]:
         chosen, members = item
         variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
-        key = (variant.robot.structure, variant.robot.feet, variant.ground.gravity, _loads(variant))
+        ground = variant.ground
+        key = (variant.robot.structure, variant.robot.feet, ground.gravity, ground.impact, _loads(variant))
         return lower_scene(variant), scene_period(variant, seconds), np.array(members), key
 
-    def work(job: tuple[Plan, SharedBook, float, np.ndarray, NDArray[np.int64]]) -> None:
-        plan, book, period, parameters, members = job
-        raw = execute(plan, seconds, parameters=parameters, book=book, accuracy=accuracy, period=period, track=track)
+    def work(job: tuple[Plan, SharedBook, float, np.ndarray, np.ndarray, NDArray[np.int64]]) -> None:
+        plan, book, period, parameters, initial, members = job
+        raw = execute(
+            plan, seconds, parameters=parameters, initial=initial, book=book, accuracy=accuracy, period=period,
+            track=track,
+        )  # fmt: skip
         for k, i in enumerate(members):
             results[i] = (raw, k)
 
@@ -163,9 +170,14 @@ def simulate_batch(
             column = native[path]
             assert column is not None
             parameters[:, :, column] = values[path][members, None]
+        initial = np.repeat(plan.initial[None], len(members), axis=0)
+        for path, column in starts.items():
+            initial[:, column] = values[path][members]
+        if starts:
+            _check_starts(scene, plan, initial)
         for first in range(0, len(members), _CHUNK):
             part = slice(first, first + _CHUNK)
-            jobs.append((plan, books[key], period, parameters[part], members[part]))
+            jobs.append((plan, books[key], period, parameters[part], initial[part], members[part]))
     workers = threads or os.cpu_count() or 1
     if workers == 1 or len(jobs) == 1:
         for job in jobs:
@@ -196,6 +208,18 @@ def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     return values
 
 
+def _check_starts(scene: Scene, plan: Plan, initial: np.ndarray) -> None:
+    """No run starts with a foot below the ground."""
+    rest = plan.system.rest_gap
+    moved = initial[:, : len(plan.system.mass)] @ plan.system.normals
+    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
+    for run, foot in np.argwhere(below)[:1]:
+        name = list(scene.robot.feet)[foot]
+        depth = format_quantity(-float(rest[foot] + moved[run, foot]), "m")
+        raise InputError(
+            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
+        )
+
+
 def _loads(scene: Scene) -> tuple[Any, ...]:
     return tuple(drive.load for drive in scene.robot.drives.values())
-

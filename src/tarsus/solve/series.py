@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,8 +66,9 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     if attraction is not None:
         electrostatic = attraction(state.gap.T, state.rate.T, time).T
     film = np.zeros_like(state.gap)
-    if scene.ground.film is not None:
-        c, thickness = scene.ground.film.parameters()
+    law = scene.ground.acting.film
+    if law is not None:
+        c, thickness = law.parameters()
         film = np.where(state.held, 0.0, -c * state.rate / (state.gap + thickness) ** 3)
     user = np.where(state.held, 0.0, state.smooth - electrostatic + state.film - film)
     if not scene.ground.laws:
@@ -105,11 +105,19 @@ def _foot_volts(run: Run, time: Floats) -> Floats:
 
 def _electrostatic_force(run: Run) -> Force | None:
     """Force (k, m) at gaps (k, m), rates (k, m), times (k,)."""
-    law = run.scene.ground.electrostatic
-    if law is None:
+    ground = run.scene.ground.acting
+    laws = [law for law in (ground.electrostatic, ground.leg_electrostatic) if law is not None]
+    if not laws:
         return None
-    formula: Callable[..., Any] = law.force  # plain arithmetic: takes arrays as well as numbers
-    return lambda gap, rate, time: formula(gap, rate, _foot_volts(run, time).T, time[:, None], *law.parameters())
+
+    def force(gap: Floats, rate: Floats, time: Floats) -> Floats:
+        volts = _foot_volts(run, time).T
+        total = np.zeros_like(gap)
+        for law in laws:
+            total += np.vectorize(law.force)(gap, rate, volts, time[:, None], *law.parameters())
+        return total
+
+    return force
 
 
 def energies(run: Run) -> Integrals:
@@ -155,7 +163,10 @@ def _terms(integrals: Integrals) -> dict[str, Floats]:
 def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Floats]:
     """Cumulative energies at the sample times [J], linear between the ends of the engine's steps."""
     knots = np.concatenate([[0.0], integrals.time])
-    out = {name: np.interp(time, knots, np.concatenate([[0.0], values])) for name, values in _terms(integrals).items()}
+    out = {
+        name: np.interp(time, knots, np.concatenate([[0.0], values]))
+        for name, values in _terms(integrals).items()
+    }
     events = run.events
     passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right")
     adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
@@ -178,7 +189,7 @@ def last_state(run: Run) -> Floats:
 
 def _momenta(run: Run, mode: ContactMode, w: Floats) -> Floats:
     """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
-    ground = run.scene.ground
+    ground = run.scene.ground.acting
     laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
     out = np.zeros(run.plan.feet)
     for i in range(len(out)):
