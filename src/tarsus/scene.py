@@ -228,6 +228,25 @@ class Provenance(Description):
 
     source: Source
     note: str = Field(min_length=1, description="a sentence")
+    interval: tuple[tuple[float, float], ...] | None = Field(
+        default=None,
+        description="95 % interval (low, high) of the value in SI, or one for each value of a list",
+    )
+
+    @field_validator("interval", mode="before")
+    @classmethod
+    def _one_interval(cls, value: Any) -> Any:
+        """One pair of numbers is the interval of one value."""
+        flat = isinstance(value, (list, tuple)) and all(isinstance(v, (int, float)) for v in value)
+        return (tuple(value),) if flat and value else value
+
+    @field_validator("interval")
+    @classmethod
+    def _in_order(cls, value: tuple[tuple[float, float], ...] | None) -> Any:
+        for low, high in value or ():
+            if low > high:
+                raise PathErrors([("", f"an interval starts at its lower end, got {low:g} to {high:g}")])
+        return value
 
 
 class Scene(Description):
@@ -292,11 +311,23 @@ class Scene(Description):
 
     def origin(self, path: str) -> Provenance | None:
         """Provenance of a value: that of its own path, or of the nearest list or table it is in."""
+        found = self._origin(path)
+        return None if found is None else found[1]
+
+    def interval(self, path: str) -> tuple[float, float] | None:
+        """95 % interval (low, high) of one number [SI], where its provenance gives one."""
+        whole, origin = self._origin(path) or ("", None)
+        if origin is None or origin.interval is None:
+            return None
+        inside = [one for one in float_paths(self) if one == whole or one.startswith(f"{whole}.")]
+        return dict(zip(inside, origin.interval, strict=False)).get(path)
+
+    def _origin(self, path: str) -> tuple[str, Provenance] | None:
         keys = path.split(".")
         for count in range(len(keys), 0, -1):
-            found = self.provenance.get(".".join(keys[:count]))
-            if found is not None:
-                return found
+            whole = ".".join(keys[:count])
+            if whole in self.provenance:
+                return whole, self.provenance[whole]
         return None
 
 
@@ -368,13 +399,20 @@ def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list
 
 
 def provenance_problems(scene: Scene) -> list[str]:
-    """Provenance of paths that the scene does not have, one sentence each."""
+    """Provenance that does not fit the scene, one sentence each: unknown paths, intervals for other values."""
     problems: list[str] = []
-    for path in scene.provenance:
+    floats = float_paths(scene) if any(origin.interval for origin in scene.provenance.values()) else {}
+    for path, origin in scene.provenance.items():
         try:
             get_value(scene, path)
         except InputError as error:
             problems.append(f"provenance.{error}")
+            continue
+        if origin.interval is not None:
+            count = sum(one == path or one.startswith(f"{path}.") for one in floats)
+            if len(origin.interval) != count:
+                text = f"expected {count} (low, high), one for each number, got {len(origin.interval)}"
+                problems.append(f"provenance.{path}.interval: {text}")
     return problems
 
 

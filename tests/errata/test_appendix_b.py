@@ -83,3 +83,41 @@ def test_e10_hexapod_matrices_and_frequency_table_disagree(robots):
     np.testing.assert_allclose(frequencies, [117.2, 136.1, 329.2, 342.2, 678.1, 2866.0], rtol=1e-3)
     table = np.array(robots["hexapod"]["table_3_3_hz"])
     np.testing.assert_allclose(np.max(np.abs(frequencies / table - 1.0)), 0.31, atol=0.005)
+
+
+def test_e10_the_rounding_of_the_printed_matrices_covers_the_frequency_table():
+    from tarsus.structure.printed import interval, printed_model, rounding
+
+    model = printed_model("hexapod")
+    low, high = interval(rounding(model, 4000).frequencies)
+    assert np.all((low < model.table_frequencies) & (model.table_frequencies < high))
+    # One by one; the next test has all six at once.
+
+
+def test_e10_one_model_holds_the_printed_digits_and_the_frequency_table():
+    import importlib.util
+    import sys
+    from pathlib import Path
+
+    from scipy.special import logit
+
+    from tarsus.structure.printed import modal_form, printed_model
+
+    path = Path(__file__).parents[2] / "examples" / "rebuild_quadruped.py"
+    spec = importlib.util.spec_from_file_location("example_rebuild", path)
+    assert spec is not None and spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = example
+    spec.loader.exec_module(example)
+    model = printed_model("hexapod")
+    printed, form = example.Printed.of(model), modal_form(model.matrices)
+    start = np.append((np.linalg.inv(form.shapes) / printed.scale).ravel(), logit(form.damping_ratios))
+    assert example.worst(printed, start) > 1.0
+    found = example.feasible(printed, np.random.default_rng(0), start)
+    assert found is not None
+    back = modal_form(example.matrices(printed, found))
+    np.testing.assert_allclose(back.frequencies, model.table_frequencies, rtol=1e-6)
+    assert back.coupling < 1e-6  # damping is modal, as (3.1) says
+    for what in ("mass", "damping", "stiffness"):
+        off = np.abs(getattr(example.matrices(printed, found), what) - getattr(model.matrices, what))
+        assert np.all(off <= getattr(model.half_widths, what)), what

@@ -1,4 +1,4 @@
-"""`tarsus show`: every value of a device, with its unit and where it comes from."""
+"""`tarsus show`: every value of a device, with its unit, how sure it is, and where it comes from."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def show(
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
-    """Show every value of a device or scene file: path, value, unit, provenance.
+    """Show every value of a device or scene file: path, value, unit, 95 % interval, provenance.
 
     Parameters
     ----------
@@ -44,13 +44,20 @@ def show(
     for section, members in groupby(rows, key=lambda row: row["path"].split(".")[0]):
         print()
         lists = [list(group) for _, group in groupby(members, key=lambda row: _without_index(row["path"]))]
+        cells = [
+            (
+                _without_index(group[0]["path"]),
+                _values(group),
+                _intervals(group),
+                group[0]["source"] or "-",
+                _why(group[0]),
+            )
+            for group in lists
+        ]
+        shown = [0, 1, 2, 3, 4] if any(row[2] for row in cells) else [0, 1, 3, 4]
+        headings = (section, "value", "95 % interval", "source", "why")
         console.table(
-            (section, "value", "source", "why"),
-            [
-                (_without_index(group[0]["path"]), _values(group), group[0]["source"] or "-", _why(group[0]))
-                for group in lists
-            ],
-            numbers_from=4,
+            [headings[i] for i in shown], [[row[i] for i in shown] for row in cells], numbers_from=len(shown)
         )
     for citation in scene.citations:
         print(f"\n{citation}")
@@ -63,6 +70,7 @@ def _row(scene: Any, path: str, info: Any) -> dict[str, Any]:
         "path": path,
         "value": info.value,
         "unit": info.unit,
+        "interval": scene.interval(path),
         "meaning": info.doc,
         "source": origin.source.value if origin else None,
         "note": origin.note if origin else None,
@@ -87,6 +95,25 @@ def _values(group: list[dict[str, Any]]) -> str:
     ends = sorted(group, key=lambda row: row["value"])
     low, high = (format_quantity(row["value"], row["unit"]) for row in (ends[0], ends[-1]))
     return f"{len(texts)} values, {low} to {high}"
+
+
+def _intervals(group: list[dict[str, Any]]) -> str:
+    """95 % intervals of one value or a short list: as wide on both sides where they are, else from where to where."""
+    from tarsus.units import format_quantity
+
+    if len(group) > LONGEST_LIST or not any(row["interval"] for row in group):
+        return ""
+    texts = []
+    for row in group:
+        if row["interval"] is None:
+            texts.append("-")
+            continue
+        low, high = row["interval"]
+        below, above = row["value"] - low, high - row["value"]
+        ends = [format_quantity(float(f"{end:.3g}"), row["unit"]) for end in (low, high, (high - low) / 2.0)]
+        even = min(below, above) > 0.0 and abs(above - below) < 0.1 * (above + below)
+        texts.append(f"± {ends[2]}" if even else f"{ends[0]} to {ends[1]}")
+    return ", ".join(texts)
 
 
 def _why(row: dict[str, Any]) -> str:

@@ -1,0 +1,57 @@
+import pytest
+
+from tarsus.errors import InputError
+from tarsus.files.library import load_scene
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.scene import Provenance, Source, provenance_problems
+from tarsus.spec import with_values
+
+GAP, RATIOS = "robot.feet.tip.gap", "robot.structure.damping_ratios"
+
+
+def with_intervals(**intervals):
+    """The cantilever with intervals for its gap and damping ratios."""
+    device = load_scene("cantilever")
+    given = {
+        path: Provenance(source=Source.CALIBRATED, note="For this test.", interval=interval)
+        for path, interval in ((GAP, intervals.get("gap")), (RATIOS, intervals.get("ratios")))
+    }
+    return with_values(device, {"provenance": {**device.provenance, **given}})
+
+
+def test_one_pair_is_the_interval_of_one_value_and_a_list_has_one_each() -> None:
+    scene = with_intervals(gap=(60e-6, 80e-6), ratios=[(0.01, 0.02), (0.08, 0.1)])
+    assert scene.interval(GAP) == (60e-6, 80e-6)
+    assert scene.interval(f"{RATIOS}.1") == (0.08, 0.1)
+    assert scene.interval("ground.film.thickness") is None
+    assert provenance_problems(scene) == []
+
+
+def test_intervals_survive_the_file_and_leave_with_a_changed_value() -> None:
+    scene = with_intervals(gap=(60e-6, 80e-6), ratios=[(0.01, 0.02), (0.08, 0.1)])
+    again = parse_scene(scene_text(scene))
+    assert again == scene
+    assert again.interval(GAP) == (60e-6, 80e-6)
+    from tarsus.scene import override
+
+    assert override(scene, {GAP: "75 um"}).interval(GAP) is None
+
+
+def test_an_interval_in_a_file_may_be_one_pair() -> None:
+    line = f'"{GAP}" = {{source = "calibrated", note = "For this test.", interval = [60e-6, 80e-6]}}'
+    text = scene_text(load_scene("cantilever"))
+    old = next(one for one in text.splitlines() if one.startswith(f'"{GAP}"'))
+    assert parse_scene(text.replace(old, line)).interval(GAP) == (60e-6, 80e-6)
+
+
+def test_refused() -> None:
+    with pytest.raises(InputError, match="starts at its lower end, got 2 to 1"):
+        Provenance(source=Source.PRINTED, note="No.", interval=((2.0, 1.0),))
+    with pytest.raises(InputError):
+        Provenance(source=Source.PRINTED, note="No.", interval=((1.0, float("nan")),))
+    wrong = with_intervals(ratios=[(0.01, 0.02)])
+    assert provenance_problems(wrong) == [
+        f"provenance.{RATIOS}.interval: expected 2 (low, high), one for each number, got 1"
+    ]
+    with pytest.raises(InputError, match="expected 2"):
+        parse_scene(scene_text(wrong))
