@@ -220,7 +220,7 @@ def test_initial_states_vary_in_one_batch():
     batch = ts.simulate_batch(scene, vary, duration=0.02)
     for i in (0, 3, 6):
         alone = ts.with_values(scene, {path: float(values[i]) for path, values in vary.items()})
-        run = ts.simulate(alone, duration=0.02)
+        run = ts.simulate(alone, duration=0.02, accuracy=ts.Accuracy())
         np.testing.assert_allclose(batch.events(i)["time"], run.events["time"], rtol=1e-9)
     with pytest.raises(ts.InputError, match="in run 1 foot 'foot1' would start"):
         ts.simulate_batch(scene, {"initial.displacement.0": [0.0, -2e-5]}, duration=0.02)

@@ -204,7 +204,7 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
     if not latch and pull < 0.0:
         press = -pull * modes.mobility[q, foot]
         if after * after < 2.0 * press * real[REST_HEIGHT]:
-            ratio = min(after / speed, 0.999999)
+            ratio = min(after / speed, 0.999999) if speed > 0.0 else 0.0
             over = t + 2.0 * after / press / (1.0 - ratio)  # end of the geometric series of flights
             kind = REST if after > 0.0 else CAPTURE
             log(events, count, over, foot, kind, speed, 0.0, pull, 0.0, lost + kept, 0.0, state.apex)

@@ -162,6 +162,24 @@ def poly_margin(i, held, series, terms, s, flags, par, pointer, since, t, h, vpo
 
 
 @inner
+def lowest_power(series, first, terms, b):
+    """Power that leads the rise of a foot let go at s = 0: a coefficient at rounding level of the others is none.
+
+    A pull that only just outgrows its hold leaves no acceleration to start with: the foot rises with s^3.
+    """
+    size = 0.0
+    power = 1.0
+    for c in range(first, min(first + 6, terms)):
+        size = max(size, abs(series[c]) * power)
+        power *= b
+    power = 1e-6 * size
+    while first < 4 and abs(series[first]) <= power:
+        first += 1
+        power /= b
+    return first
+
+
+@inner
 def first_root(
     i, held, order, doubt, margin, series, terms, limit, epsilon, tau, flags, par, pointer, since, t, h, vpower
 ):
@@ -185,9 +203,9 @@ def first_root(
             first = 0
             if j == 1 and order > 0 and not held:
                 # it left at s = 0: its return is the zero of f(s) / s^order, and s = 0 if it never rises
-                first = order
-                fa = series[order]
-                fb = horner(series, order, terms, b)
+                first = order if order == 1 else lowest_power(series, order, terms, b)
+                fa = series[first]
+                fb = horner(series, first, terms, b)
                 if fb >= 0.0:
                     return b
             if fa <= 0.0:

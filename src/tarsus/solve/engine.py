@@ -181,7 +181,7 @@ def _new_state(
     real[a.EPS_GAP] = 1e-14 * plan.length
     real[a.EPS_FORCE] = 1e-13 * plan.force
     real[a.EPS_SPEED] = 1e-13 * plan.length * plan.rate
-    real[a.REST_HEIGHT] = 1e-12 * plan.length
+    real[a.REST_HEIGHT] = 0.1 * accuracy.gap * plan.length  # lower flights are lost in the error of a step
     real[a.MIN_PROGRESS] = 1e-10 / plan.rate
     real[a.PROBE] = 1e-7 * plan.length
     return a.State(

@@ -114,7 +114,7 @@ def _electrostatic_force(run: Run) -> Force | None:
         volts = _foot_volts(run, time).T
         total = np.zeros_like(gap)
         for law in laws:
-            total += np.vectorize(law.force)(gap, rate, volts, time[:, None], *law.parameters())
+            total += np.vectorize(law.force, otypes=[float])(gap, rate, volts, time[:, None], *law.parameters())
         return total
 
     return force
