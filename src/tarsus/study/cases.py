@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-import csv
-import difflib
-import math
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from tarsus.errors import InputError
+from tarsus.study.rows import Columns, parse_lines, read_text
 
-COLUMNS = (
-    "freq_hz",
-    "volt_v",
-    "wave",
-    "bounces_sim",
-    "bounces_exp",
-    "peak_sim_um",
-    "peak_exp_um",
-    "contact_sim_ms",
-    "contact_exp_ms",
+COLUMNS = Columns(
+    names=(
+        "freq_hz",
+        "volt_v",
+        "wave",
+        "bounces_sim",
+        "bounces_exp",
+        "peak_sim_um",
+        "peak_exp_um",
+        "contact_sim_ms",
+        "contact_exp_ms",
+    ),
+    positive=("freq_hz", "volt_v"),
+    ranges=("bounces_sim", "bounces_exp"),
 )
-REQUIRED = COLUMNS[:3]
-WAVES = ("square", "sine")
 
 
 @dataclass(frozen=True)
@@ -74,18 +73,7 @@ def read_cases(path: str | Path) -> list[Case]:
     InputError
         naming every bad line at once; also when the file is missing, unreadable, or has no rows.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(
-            [f"cannot read the rows file '{path}': {(error.strerror or str(error)).lower()}."]
-        ) from error
-    except UnicodeDecodeError as error:
-        raise InputError(
-            [f"the rows file '{path}' is not text (UTF-8): byte {error.start} cannot be read."]
-        ) from error
-    return parse_cases(text, where=str(path), origin=path.name)
+    return parse_cases(read_text(path), where=str(path), origin=Path(path).name)
 
 
 def parse_cases(text: str, *, where: str, origin: str) -> list[Case]:
@@ -96,99 +84,11 @@ def parse_cases(text: str, *, where: str, origin: str) -> list[Case]:
     InputError
         naming every bad line at once.
     """
-    lines = [
-        (number, [cell.strip() for cell in next(csv.reader([line]))])
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
-        raise InputError([f"{where} holds no rows."])
-    columns: tuple[str, ...] = COLUMNS
-    first_number, first = lines[0]
-    if not _is_number(first[0]):
-        columns = _columns(first, f"{where}, line {first_number}")
-        lines = lines[1:]
-        if not lines:
-            raise InputError([f"{where} names its columns but holds no rows."])
-    problems: list[str] = []
-    cases = [_case(cells, columns, f"{where}, line {number}", origin, problems) for number, cells in lines]
-    if problems:
-        raise InputError(problems)
-    return [case for case in cases if case is not None]
-
-
-def _columns(cells: list[str], where: str) -> tuple[str, ...]:
-    """Column names, checked."""
-    problems = []
-    for name in cells:
-        if name not in COLUMNS:
-            near = difflib.get_close_matches(name, COLUMNS, n=1)
-            hint = f"; did you mean '{near[0]}'?" if near else f"; known are {', '.join(COLUMNS)}."
-            problems.append(f"{where}: unknown column '{name}'{hint}")
-    problems += [
-        f"{where}: the column '{name}' appears twice." for name in sorted(set(cells)) if cells.count(name) > 1
-    ]
-    problems += [f"{where}: the column '{name}' is missing." for name in REQUIRED if name not in cells]
-    if problems:
-        raise InputError(problems)
-    return tuple(cells)
-
-
-def _case(
-    cells: list[str], columns: tuple[str, ...], where: str, origin: str, problems: list[str]
-) -> Case | None:
-    """One row; what is wrong with it is added to `problems`, and then None is returned."""
-    before = len(problems)
-    if len(cells) > len(columns):
-        problems.append(f"{where}: {len(cells)} cells, but there are {len(columns)} columns.")
-        return None
-    row = dict.fromkeys(COLUMNS, "") | dict(zip(columns, cells, strict=False))
-    numbers: dict[str, float | None] = {}
-    for name in COLUMNS:
-        if name == "wave":
-            continue
-        try:
-            numbers[name] = _number(row[name], ranges=name.startswith("bounces"))
-        except ValueError:
-            problems.append(f"{where}: '{name}' should be a number, got '{row[name]}'.")
-            numbers[name] = math.nan
-            continue
-        value = numbers[name]
-        if name in REQUIRED:
-            if value is None:
-                problems.append(f"{where}: '{name}' is empty.")
-            elif not (math.isfinite(value) and value > 0.0):
-                problems.append(f"{where}: '{name}' must be a number above zero, got '{row[name]}'.")
-        elif value is not None and not (math.isfinite(value) and value >= 0.0):
-            problems.append(f"{where}: '{name}' must be zero or more, got '{row[name]}'.")
-    wave = row["wave"].lower()
-    if wave not in WAVES:
-        near = difflib.get_close_matches(wave, WAVES, n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else "."
-        problems.append(f"{where}: 'wave' must be {' or '.join(WAVES)}, got '{row['wave']}'{hint}")
-    freq, volt = numbers["freq_hz"], numbers["volt_v"]
-    if len(problems) > before or freq is None or volt is None:
-        return None
-    observed = [
-        Observation(numbers[f"bounces_{who}"], numbers[f"peak_{who}_um"], numbers[f"contact_{who}_ms"])
-        for who in ("sim", "exp")
-    ]
-    return Case(freq, volt, wave, source=observed[0], measured=observed[1], origin=origin)
-
-
-def _number(text: str, *, ranges: bool) -> float | None:
-    """The number in a cell, None when it is empty; with `ranges`, `1~2` is its middle."""
-    if not text:
-        return None
-    if ranges and "~" in text:
-        low, high = text.split("~")
-        return (float(low) + float(high)) / 2.0
-    return float(text)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    cases = []
+    for line in parse_lines(text, COLUMNS, where):
+        source, measured = (
+            Observation(line[f"bounces_{who}"], line[f"peak_{who}_um"], line[f"contact_{who}_ms"])
+            for who in ("sim", "exp")
+        )
+        cases.append(Case(line.known("freq_hz"), line.known("volt_v"), line.wave, source, measured, origin))
+    return cases
