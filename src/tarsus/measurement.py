@@ -37,7 +37,8 @@ class Channel:
 
     name: of the channel; quantity: what it measures, and so its unit; point: name of the structure's point it looks
     at, when that is not the channel's own; noise: standard deviation of one sample, or None when it is not known;
-    full_scale: largest absolute value the instrument can give, or None. Noise and full scale are in the unit of the quantity.
+    full_scale: largest absolute value the instrument can give, or None. Noise and full scale are in the unit of the
+    quantity.
     """
 
     name: str

@@ -177,7 +177,8 @@ def fit_impact(free: FreeResponse, samples: Floats, earlier: int, smeared: int =
     Returns
     -------
     ImpactFit or None
-        None where the samples do not determine the velocities on both sides, or the instant.
+        None where the samples do not determine the velocities on both sides. Where they do not determine the instant,
+        and the velocities do not depend on it, it stays in the middle.
     """
     n, (count, points) = free.modes, samples.shape
     sides = free.side(-earlier), free.side(count - earlier, smeared)
@@ -210,11 +211,13 @@ def fit_impact(free: FreeResponse, samples: Floats, earlier: int, smeared: int =
     seen = wanted @ inverse @ design
     rank = int(np.linalg.matrix_rank(design, tol=_RANK * np.linalg.norm(design, 2)))
     freedom = samples.size - smeared * points - rank
-    if freedom < 1 or np.any(np.linalg.norm(seen - wanted, axis=1) > 1e-3 * np.linalg.norm(wanted, axis=1)):
+    lost = np.linalg.norm(seen - wanted, axis=1) > 1e-3 * np.linalg.norm(wanted, axis=1)
+    if freedom < 1 or lost[:-1].any():
         return None
     left = target - design[:, :-1] @ theta[:-1] - design[:, -1] * (theta[-1] - previous)
     squares = float(np.sum(parts[0] ** 2) + np.sum(parts[1][smeared * points :] ** 2))
     misfit = squares - float(target @ target) + float(left @ left)
+    wanted[-1] *= not lost[-1]
     reduced = wanted @ inverse
     whole = [reduced[:, :split] @ sides[0].basis.T, reduced[:, split:] @ sides[1].basis.T]
     weights = np.concatenate(whole, axis=1).reshape(-1, count, points) / free.noise

@@ -1,0 +1,102 @@
+"""Measurements: what they hold, and a sentence for each thing that is wrong with one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from hexapod_records import measurement
+from tarsus.measurement import Channel, Measurement, Quantity, check_sampled_together, sampling_step
+
+FOOT = Channel("foot", Quantity.VELOCITY, noise=1e-4, full_scale=0.5)
+LEG = Channel("leg volts", Quantity.VOLTAGE)
+
+
+def test_a_measurement_knows_its_times_and_channels():
+    record = Measurement((FOOT, LEG), [[0.0, 1e-3, 2e-3], [1.0, 2.0, 3.0]], 1e-3, start=0.5)
+    assert record.names == ("foot", "leg volts")
+    assert record.time == pytest.approx([0.5, 0.501, 0.502])
+    assert record.rate == pytest.approx(1000.0) and record.count == 3
+    assert record["leg volts"].tolist() == [1.0, 2.0, 3.0]
+    assert record.of(Quantity.VELOCITY) == ("foot",)
+    assert record.channel("foot").quantity.unit == "m/s"
+    assert record.channel("foot").at == "foot"
+    assert record.select(["leg volts"]).names == ("leg volts",)
+    late = record.between(0.5005, 0.6)
+    assert late.start == pytest.approx(0.501) and late.count == 2
+
+
+def test_its_values_cannot_be_changed():
+    given = np.zeros((1, 4))
+    record = Measurement((FOOT,), given, 1e-3)
+    given[0, 0] = 1.0
+    assert record["foot"][0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        record["foot"][0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (
+            [[0.0, np.nan, np.inf], [1.0, 2.0, 3.0]],
+            "channel 'foot' has 2 samples that are no finite number, the first at",
+        ),
+        ([[0.0, 1.0], [1.0, 2.0, 3.0]], "different numbers of samples: 'foot' 2, 'leg volts' 3"),
+        ([[0.0, 1.0], [1.0, 2.0], [3.0, 4.0]], "they look transposed"),
+        ([[0.0], [1.0]], "at least 2 samples, got 1"),
+        ([0.0, 1.0], "shape"),
+    ],
+)
+def test_bad_values_name_the_channel_and_the_cause(values, said):
+    with pytest.raises(ts.InputError, match=said):
+        Measurement((FOOT, LEG), values, 1e-3)
+
+
+def test_every_problem_is_said_at_once():
+    with pytest.raises(ts.InputError) as caught:
+        Measurement((FOOT, FOOT), [[0.0, np.nan], [0.0, 1.0]], -1.0, start=np.inf)
+    assert len(caught.value.problems) == 4
+    with pytest.raises(ts.InputError, match="expected a noise above 0"):
+        Measurement((Channel("foot", Quantity.VELOCITY, noise=0.0),), [[0.0, 1.0]], 1.0)
+
+
+def test_an_unknown_channel_is_told_with_the_nearest():
+    with pytest.raises(ts.InputError, match="no channel 'food'; did you mean 'foot'"):
+        _ = Measurement((FOOT,), [[0.0, 1.0]], 1.0)["food"]
+    with pytest.raises(ts.InputError, match="no sample lies between"):
+        Measurement((FOOT,), [[0.0, 1.0]], 1.0).between(3.0, 4.0)
+
+
+def test_clipped_channels_are_told():
+    record = Measurement((FOOT,), [[0.0, 0.5, -0.5, 0.1]], 1e-3)
+    assert record.clipped() == ("channel 'foot' is clipped: 2 of 4 samples reach the full scale of 0.5 m/s",)
+    assert Measurement((LEG,), [[0.0, 0.5]], 1e-3).clipped() == ()
+
+
+def test_times_give_their_step_or_say_why_not():
+    assert sampling_step([0.0, 0.1, 0.2]) == pytest.approx(0.1)
+    rounded = np.round(np.arange(50) * 0.3333, 2)
+    assert sampling_step(rounded, resolution=0.01) == pytest.approx(0.3333, rel=1e-2)
+    with pytest.raises(
+        ts.InputError, match=r"not even: the step is 0\.166667 s on average and 0\.3 s after sample 2"
+    ):
+        sampling_step([0.0, 0.1, 0.2, 0.5])
+    with pytest.raises(ts.InputError, match="do not increase at sample 2"):
+        sampling_step([0.0, 0.1, 0.1, 0.4])
+    with pytest.raises(ts.InputError, match="no finite number at sample 1"):
+        sampling_step([0.0, np.nan, 0.2])
+    with pytest.raises(ts.InputError, match="at least 2 times"):
+        sampling_step([0.0])
+
+
+def test_records_that_do_not_belong_together():
+    one = measurement(np.zeros(3))
+    with pytest.raises(ts.InputError, match="sampled differently: every 1e-05 s and every 2e-05 s"):
+        check_sampled_together(one, measurement(np.zeros(3), step=2e-5), ["a"])
+    with pytest.raises(ts.InputError, match="the second record has no channel 'b'"):
+        check_sampled_together(measurement(np.zeros(3), np.zeros(3)), one, ["a", "b"])
+    volts = Measurement((Channel("a", Quantity.VOLTAGE),), np.zeros((1, 3)), 1e-5)
+    with pytest.raises(ts.InputError, match="in m/s in one record and in V in the other"):
+        check_sampled_together(one, volts, ["a"])
