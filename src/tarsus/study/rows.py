@@ -18,8 +18,8 @@ WAVES = ("square", "sine")
 class Columns:
     """Columns of a table in their usual order.
 
-    positive: must be there and above zero; ``wave`` is always a word of `WAVES`; the others are numbers of zero or more or
-    empty; ``1~2`` in one of ``ranges`` is its middle.
+    positive: must be there and above zero; ``wave`` is always a word of `WAVES`; the others are numbers of zero or
+    more, or empty; ``1~2`` in one of ``ranges`` is its middle.
     """
 
     names: tuple[str, ...]
