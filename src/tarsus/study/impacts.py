@@ -46,7 +46,7 @@ class MapRow:
 
 
 def printed_column(robot: str) -> Floats:
-    """Change of the points' velocities per unit change of the foot's (n,): (R - I) / (R_11 - 1) of the printed R_CoR."""
+    """Change of the points' velocities per unit change of the foot's (n,): (R - I) / (R_11 - 1), R as printed."""
     column = printed_model(robot).restitution_column.copy()
     if column[0] > 0.0:  # erratum E6: the printed sign would drive the foot into the ground
         column[0] = -column[0]

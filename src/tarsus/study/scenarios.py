@@ -32,7 +32,8 @@ TABLES = {"hexapod": "table_3_2_hexapod.csv", "quadruped": None}
 class Heights:
     """What a scenario shows; None where the table is empty.
 
-    `bounces_per_s` [1/s]; `peak_um`, `mean_um` [um]: highest and mean clearance of the bouncing foot.
+    `bounces_per_s` [1/s]; `peak_um` [um]: highest clearance of the bouncing foot in a drive period; `mean_um` [um]: its
+    mean over time.
     """
 
     bounces_per_s: float | None = None

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import RESOLUTION, foot_history, scene_period
+from tarsus.measure import RESOLUTION, foot_history, period_statistics, scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, Run
@@ -35,8 +35,9 @@ ACCURACY = Accuracy(gap=1e-8)
 class Statistics:
     """Height statistics of one foot over ns seeds, after the transient.
 
-    bounces (ns,) [1/s]: rebounds whose apex clears the resolution; peak, mean (ns,) [m]: highest and mean gap; failed:
-    sentences of the runs that did not reach their end (those are left out).
+    bounces (ns,) [1/s]: rebounds whose apex clears the resolution; peak (ns,) [m]: highest gap in a drive period, mean
+    over the periods; mean (ns,) [m]: gap averaged over time; failed: sentences of the runs that did not reach their end
+    (those are left out).
     """
 
     bounces: Floats
@@ -119,14 +120,11 @@ def foot_statistics(
     )
 
 
-def _judge(
-    run: Run, foot: int, times: Floats, settle: float, resolution: float
-) -> tuple[float, float, float]:
+def _judge(run: Run, foot: int, times: Floats, settle: float, resolution: float) -> tuple[float, float, float]:
     history = foot_history(run.all_events, foot, run.duration)
-    gap = run.states(times).gap[foot]
-    tops = history.top[history.top_time >= settle]
+    peaks = period_statistics(run, skip=math.ceil(settle / run.period * (1.0 - 1e-9)))["peak"].per_foot
     return (
         float(np.count_nonzero(history.bounces(resolution) >= settle)) / (run.duration - settle),
-        float(max(tops.max(initial=0.0), gap.max())),
-        float(gap.mean()),
+        peaks[run.foot_names[foot]],
+        float(run.states(times).gap[foot].mean()),
     )
