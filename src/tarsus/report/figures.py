@@ -1,12 +1,12 @@
-"""Figures of one run: motion, circular plot, force split, energies, energy ledger."""
+"""Figures of one run: motion, force split, energies, energy ledger."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from tarsus.report.series import Series, Window, ever, joined
 from tarsus.report.style import (
@@ -30,10 +30,7 @@ from tarsus.report.style import (
 )
 
 MOST_FEET = 4
-"""Feet drawn one by one in the circular plot; a robot with more shows its first ones."""
-
-TURNS = 12
-"""Drive periods laid over each other in the circular plot."""
+"""Feet drawn one by one; a robot with more shows its first ones."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +71,7 @@ def motion(series: Series, window: Window) -> Plate:
     few_ticks(axes, y=6)
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
     if shaded:
-        _shade(axes, series.contacts[0], window, clock)
+        shade(axes, series.contacts[0], window, clock)
     _legend(axes, contact=shaded, ground=bool(series.feet))
     if several:
         _contact_rows(panels[-1], series, window, clock)
@@ -86,45 +83,6 @@ def motion(series: Series, window: Window) -> Plate:
         caption += "; the dashed line is the displacement at which the foot touches the ground"
     caption += "."
     return Plate(to_svg(figure, caption), caption)
-
-
-def circular(series: Series) -> Plate | None:
-    """Height above ground over one drive period as angle (as Fig. 3.20); None if nothing repeats."""
-    period = series.period
-    if period is None or not series.feet or series.time[-1] < period:
-        return None
-    turns = int(min(np.floor(series.time[-1] / period * (1.0 + 1e-9)), TURNS))
-    window = series.last_periods(turns)
-    part = series.inside(window)
-    feet = range(min(len(series.feet), MOST_FEET))
-    wide = len(feet) > 1
-    across, down = min(len(feet), 2), -(-len(feet) // 2)
-    figure = Figure(figsize=(3.6 * across, (3.6 + 0.2 * wide) * down))
-    grid = figure.subplots(down, across, squeeze=False)
-    figure.subplots_adjust(
-        left=0.0, right=1.0, bottom=0.0, top=0.95 if wide else 1.0, wspace=0.02, hspace=0.08
-    )
-    scale = scale_of("m", series["gap"][: len(feet), part])
-    for axes, foot in zip(grid.flat, feet, strict=False):
-        _turns(axes, series, foot, window, period, scale)
-        if wide:
-            axes.set_title(series.feet[foot], color=INK)
-    for axes in list(grid.flat)[len(feet) :]:
-        axes.set_axis_off()
-    which = (
-        f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
-    )
-    more = (
-        f" Shown are the first {MOST_FEET} of {len(series.feet)} feet."
-        if len(series.feet) > MOST_FEET
-        else ""
-    )
-    caption = (
-        f"One turn clockwise is one drive period ({_amount(period, 's')}), radius is the height above the "
-        f"ground (rings in {scale.label}, the centre is the ground); {which}. The outer arc marks contact in "
-        f"the last period, the grey curve around it is the drive voltage.{more}"
-    )
-    return Plate(to_svg(figure, caption), caption, wide=wide)
 
 
 def forces(series: Series, window: Window, foot: int = 0) -> Plate:
@@ -183,7 +141,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         if ever(limit[part]):
             _legend(axes)
     for axes in panels:
-        _shade(axes, series.contacts[foot], window, clock)
+        shade(axes, series.contacts[foot], window, clock)
         few_ticks(axes, y=3)
         if axes is not panels[0]:
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
@@ -222,7 +180,7 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         few_ticks(axes, y=4)
         if len(series.feet) == 1:
-            _shade(axes, series.contacts[0], window, clock)
+            shade(axes, series.contacts[0], window, clock)
     if companion is not None:
         _legend(panels[0])
     _finish(panels[-1], window, clock)
@@ -301,7 +259,8 @@ def _voltage(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
         _legend(axes)
 
 
-def _shade(axes: Axes, contacts: list[Window], window: Window, clock: Scale) -> None:
+def shade(axes: Axes, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
+    """Shade the stretches of contact [s] within a window."""
     least = (window[1] - window[0]) / 1500.0
     bars = [(a, max(b - a, least)) for a, b in contacts if b > window[0] and a < window[1]]
     if bars:
@@ -322,65 +281,6 @@ def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> N
     axes.set_title("contact", loc="left", pad=2.0)
 
 
-def _turns(axes: Axes, series: Series, foot: int, window: Window, period: float, scale: Scale) -> None:
-    part = series.inside(window)
-    largest = float(np.max(series["gap"][:MOST_FEET, part])) / scale.step
-    rings = [r for r in _round_steps(largest) if r > 0.0]
-    rim = 1.12 * max(largest, rings[-1])
-    circle = np.linspace(0.0, 2.0 * np.pi, 181)
-    for radius in rings:
-        axes.plot(radius * np.sin(circle), radius * np.cos(circle), color=RULE, lw=0.6, zorder=0)
-        at = np.deg2rad(45.0)
-        axes.text(
-            radius * np.sin(at), radius * np.cos(at), f"{radius:g}",
-            color=MUTED, fontsize=7, ha="center", va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
-        )  # fmt: skip
-    axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
-    axes.plot([0, 0], [-rim, rim], color=RULE, lw=0.6, zorder=0)
-    first, last = round(window[0] / period), round(window[1] / period)
-    time, gap = series.time, series["gap"][foot]
-    for turn in range(first, last):
-        inside = series.inside((turn * period, (turn + 1) * period))
-        when, height = decimate(time[inside], gap[inside], bins=360)
-        angle = 2.0 * np.pi * (when / period - turn)
-        newest = turn == last - 1
-        style = (
-            {"color": BLUE, "lw": 1.2, "zorder": 3} if newest else {"color": BLUE, "lw": 0.6, "alpha": 0.3}
-        )
-        radius = np.maximum(height, 0.0) / scale.step
-        axes.plot(radius * np.sin(angle), radius * np.cos(angle), **style)  # type: ignore[arg-type]
-    for start, end in series.contacts[foot]:
-        a, b = max(start, (last - 1) * period), min(end, last * period)
-        if b > a:
-            angle = 2.0 * np.pi * (np.linspace(a, b, 60) / period - (last - 1))
-            axes.plot(
-                rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt", zorder=4
-            )
-    inside = series.inside(((last - 1) * period, last * period))
-    when, volts = decimate(*upright(time[inside], series["volts"][0][inside]), bins=180)
-    swing = float(np.max(np.abs(volts))) or 1.0
-    around = rim * (1.12 + 0.06 * volts / swing)
-    angle = 2.0 * np.pi * (when / period - (last - 1))
-    axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
-    for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):
-        at, far = 0.5 * np.pi * turn, 1.29 * rim
-        axes.text(far * np.sin(at), far * np.cos(at), text, color=INK, ha="center", va="center")
-    axes.set_aspect("equal")
-    axes.set_xlim(-1.38 * rim, 1.38 * rim)
-    axes.set_ylim(-1.38 * rim, 1.38 * rim)
-    axes.set_axis_off()
-
-
-def _round_steps(largest: float) -> list[float]:
-    """Three to five ring radii of a round step that reach past most of `largest`."""
-    if largest <= 0.0:
-        return [1.0]
-    power = 10.0 ** np.floor(np.log10(largest / 4.0))
-    step = next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f * 4.5 >= largest)
-    return [float(step * k) for k in range(1, int(largest / step + 0.3) + 1)] or [float(step)]
-
-
 def _legend(axes: Axes, *, contact: bool = False, ground: bool = False, columns: int = 6) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if contact:
@@ -398,8 +298,3 @@ def _legend(axes: Axes, *, contact: bool = False, ground: bool = False, columns:
 def _finish(axes: Axes, window: Window, clock: Scale) -> None:
     axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
     axes.set_xlabel(f"time ({clock.label})")
-
-
-def _amount(value: float, unit: str) -> str:
-    scale = scale_of(unit, value)
-    return f"{value / scale.step:.4g} {scale.label}"

@@ -12,6 +12,7 @@ import numpy as np
 
 from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, package_version, write_text
 from tarsus.report import figures
+from tarsus.report.circular import circular
 from tarsus.report.html import (
     MISSING,
     Cell,
@@ -98,7 +99,7 @@ def _sections(
         plate = figures.motion(series, detail)
         close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
         yield figure(close, next(numbers))
-    turns = figures.circular(series)
+    turns = circular(series)
     if turns is not None:
         yield figure(turns, next(numbers))
 
@@ -239,7 +240,9 @@ def _events(run: RunLike) -> str:
             str(run.foot_names[event["foot"]]),
             EVENT_WORDS[int(event["kind"])],
             *(
-                number(float(event[name]) / scale.step) if name in EVENT_FIELDS[int(event["kind"])] else MISSING
+                number(float(event[name]) / scale.step)
+                if name in EVENT_FIELDS[int(event["kind"])]
+                else MISSING
                 for name, scale in (
                     ("speed_before", speed),
                     ("speed_after", speed),

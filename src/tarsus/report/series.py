@@ -41,9 +41,7 @@ class Series:
 
     def inside(self, window: Window) -> slice:
         """Samples within a window, with one more on either side so that lines reach the frame."""
-        first = max(int(np.searchsorted(self.time, window[0], side="right")) - 1, 0)
-        last = min(int(np.searchsorted(self.time, window[1], side="left")) + 1, len(self.time))
-        return slice(first, last)
+        return _inside(self.time, window)
 
     @property
     def whole(self) -> Window:
@@ -58,6 +56,12 @@ class Series:
         if complete <= number:
             return self.whole
         return ((complete - number) * self.period, complete * self.period)
+
+
+def _inside(time: np.ndarray, window: Window) -> slice:
+    first = max(int(np.searchsorted(time, window[0], side="right")) - 1, 0)
+    last = min(int(np.searchsorted(time, window[1], side="left")) + 1, len(time))
+    return slice(first, last)
 
 
 def series_of(run: RunLike) -> Series:
@@ -82,6 +86,53 @@ def series_of(run: RunLike) -> Series:
         period=drive_period(scene),
         duration=float(run.duration),
     )
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Motion of one point under a periodic drive: `time` [s], `height` [m] and drive `volts` [V], all [samples].
+
+    `contacts` are the stretches of time on the ground [s], for a point that has a foot.
+    """
+
+    title: str
+    time: np.ndarray
+    height: np.ndarray
+    volts: np.ndarray
+    period: float
+    contacts: tuple[Window, ...] = ()
+
+    def inside(self, window: Window) -> slice:
+        """Samples within a window, with one more on either side so that lines reach the frame."""
+        return _inside(self.time, window)
+
+    def last_periods(self, number: int) -> tuple[int, int]:
+        """Numbers of the first and the last of the last `number` whole drive periods, as (first, last + 1)."""
+        last = math.floor(self.time[-1] / self.period * (1.0 + 1e-9)) if len(self.time) else 0
+        begun = math.ceil(self.time[0] / self.period * (1.0 - 1e-9)) if len(self.time) else 0
+        return max(last - number, begun), last
+
+
+def foot_traces(series: Series) -> list[Trace]:
+    """Height of every foot above the ground; none unless a drive repeats within the run."""
+    if series.period is None or not series.drives or series.time[-1] < series.period:
+        return []
+    return [
+        Trace(name, series.time, series["gap"][foot], series["volts"][0], series.period, tuple(contacts))
+        for foot, (name, contacts) in enumerate(zip(series.feet, series.contacts, strict=True))
+    ]
+
+
+def point_trace(series: Series, point: str, title: str) -> Trace:
+    """Height of a point: of its foot above the ground, or, where it has none, displacement on the first foot's gap at
+    rest."""
+    if point in series.foot_points:
+        foot = series.foot_points.index(point)
+        height, contacts = series["gap"][foot], tuple(series.contacts[foot])
+    else:
+        height, contacts = series["displacement"][series.points.index(point)] - series.ground_levels[0], ()
+    period = series.period if series.period is not None else series.duration
+    return Trace(title, series.time, height, series["volts"][0], period, contacts)
 
 
 def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]:
