@@ -12,10 +12,16 @@ from printed_robots import hexapod, printed_map
 def random_scene(number: int) -> ts.Scene:
     rng = np.random.default_rng(number)
     kind = (ts.Square, ts.Sine)[rng.integers(2)]
-    drive = kind(amplitude=float(rng.uniform(1.0, 30.0)), frequency=float(np.exp(rng.uniform(np.log(15.0), np.log(900.0)))))
-    chosen = (printed_map(), ts.DominantMode(), ts.DominantMode(mode=int(rng.integers(1, 7))))[rng.integers(3)]
+    hz = float(np.exp(rng.uniform(np.log(15.0), np.log(900.0))))
+    drive = kind(amplitude=float(rng.uniform(1.0, 30.0)), frequency=hz)
+    chosen = (printed_map(), ts.DominantMode(), ts.DominantMode(mode=int(rng.integers(1, 7))))[
+        rng.integers(3)
+    ]
     return hexapod(
-        signal=drive, gap=float(rng.uniform(1e-6, 3e-5)), restitution=float(rng.uniform(0.0, 1.0)), impact=chosen
+        signal=drive,
+        gap=float(rng.uniform(1e-6, 3e-5)),
+        restitution=float(rng.uniform(0.0, 1.0)),
+        impact=chosen,
     )
 
 
