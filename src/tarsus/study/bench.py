@@ -206,11 +206,13 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
         flat. `p1_n2_ms`, `p1_n6_ms`, `p1_n32_ms`: CPU milliseconds per simulated second, with `*_wrong` of
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
         `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of the device
-        `cantilever`, and their ratio; `compile_cold_s`: first run in a fresh process without machine code on disk,
+        `cantilever`, and their ratio; `hexapod_us_per_impact`: the bouncing hexapod with its
+        own impact map, `hexapod_ratio` against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random initial states
+        of 1 s each with their statistics, wall clock on all cores; `compile_cold_s`: first run in a fresh process without machine code on disk,
         `compile_warm_s`: with it, `start_warm_s`: that whole process; versions.
     """
     tell = progress or (lambda done, total, what: None)
-    stages = len(SIZES) + 3
+    stages = len(SIZES) + 4
     result: dict[str, Any] = {}
     for stage, n in enumerate(SIZES):
         tell(stage, stages, f"P1, {n} masses")
@@ -219,7 +221,9 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
     result |= _pair_figures()
     tell(len(SIZES) + 1, stages, "hysteresis")
     result |= _hysteresis_figures(repeats)
-    tell(len(SIZES) + 2, stages, "compiling in a fresh process")
+    tell(len(SIZES) + 2, stages, "bouncing robot")
+    result |= _robot_figures(repeats, result["p1_n6_ms"] * horizon(6) / result["p1_n6_impacts"])
+    tell(len(SIZES) + 3, stages, "compiling in a fresh process")
     result |= _compile_figures()
     tell(stages, stages, "")
     versions = {name: metadata.version(name) for name in ("tarsus", "numpy", "numba")}
@@ -276,6 +280,30 @@ def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
         "hysteresis_square_ms": best["square"],
         "hysteresis_sine_ms": best["sine"],
         "hysteresis_ratio": best["sine"] / best["square"],
+    }
+
+
+def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) -> dict[str, Any]:
+    from tarsus.files.library import load_scene
+    from tarsus.study.seeds import foot_statistics
+
+    scene = load_scene("hexapod")
+    plan, duration = lower_scene(scene), 1.0
+    book = SharedBook(plan, duration)
+    raw = execute(plan, duration, book=book)
+    best = np.inf
+    for _ in range(repeats):
+        start = time.process_time()
+        raw = execute(plan, duration, book=book)
+        best = min(best, time.process_time() - start)
+    impacts = int(np.isin(raw.events[:, 2], IMPACTS).sum())
+    start = time.perf_counter()
+    foot_statistics(scene, seeds, duration=0.8, settle=0.2)
+    return {
+        "hexapod_us_per_impact": best * 1e6 / impacts,
+        "hexapod_ratio": best * 1e3 / impacts / chain_ms_per_impact,
+        "hexapod_impacts": impacts,
+        "hexapod_seeds_per_s": seeds / (time.perf_counter() - start),
     }
 
 
