@@ -206,10 +206,10 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
         flat. `p1_n2_ms`, `p1_n6_ms`, `p1_n32_ms`: CPU milliseconds per simulated second, with `*_wrong` of
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
         `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of the device
-        `cantilever`, and their ratio; `hexapod_us_per_impact`: the bouncing hexapod with its
-        own impact map, `hexapod_ratio` against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random initial states
-        of 1 s each with their statistics, wall clock on all cores; `compile_cold_s`: first run in a fresh process without machine code on disk,
-        `compile_warm_s`: with it, `start_warm_s`: that whole process; versions.
+        `cantilever`, and their ratio; `hexapod_us_per_impact`: the bouncing hexapod with its own impact map,
+        `hexapod_ratio`: that against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random initial states of
+        1 s each with their statistics, wall clock on all cores; `compile_cold_s`: first run in a fresh process
+        without machine code on disk, `compile_warm_s`: with it, `start_warm_s`: that whole process; versions.
     """
     tell = progress or (lambda done, total, what: None)
     stages = len(SIZES) + 4
