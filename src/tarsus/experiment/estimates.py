@@ -56,7 +56,13 @@ def spread(values: ArrayLike) -> Spread:
     return Spread(mean, std, mean - half, mean + half, scatter, int(known.size))
 
 
-def common_ratio(numerator: ArrayLike, denominator: ArrayLike, covariance: ArrayLike) -> Spread:
+def common_ratio(
+    numerator: ArrayLike,
+    denominator: ArrayLike,
+    covariance: ArrayLike,
+    shared: ArrayLike | None = None,
+    following: ArrayLike | None = None,
+) -> Spread:
     """The ratio y / x that n pairs have in common, with known noise in both.
 
     Errors-in-variables regression through the origin: the noise of ``y - ratio x`` weighs a pair, and the estimate of
@@ -71,6 +77,12 @@ def common_ratio(numerator: ArrayLike, denominator: ArrayLike, covariance: Array
         y and x (n,).
     covariance
         Of each pair (y, x), shape (n, 2, 2).
+    shared
+        Errors that pairs have in common: shifts (m, n, 2) of every (y, x) by one standard deviation of each of m
+        independent disturbances. They do not average out over pairs and widen the interval; the scatter between pairs
+        knows nothing of them.
+    following
+        Covariance (n - 1, 2, 2) of each pair with the one after it, where both are made of the same samples.
 
     Raises
     ------
@@ -92,6 +104,14 @@ def common_ratio(numerator: ArrayLike, denominator: ArrayLike, covariance: Array
     else:
         std = float(np.sqrt(np.sum(weight * residual**2) / (y.size - 1) / total))
         reach = float(t.ppf(0.975, y.size - 1))
+    if following is not None:
+        pull, turn = weight * support, np.array([1.0, -ratio])
+        linked = pull[:-1] * pull[1:] * (turn @ np.asarray(following, dtype=float).reshape(-1, 2, 2) @ turn)
+        std *= float(np.sqrt(max(1.0 + 2.0 * np.sum(linked) / total, 0.0)))
+    if shared is not None:
+        shifts = np.asarray(shared, dtype=float).reshape(-1, y.size, 2)
+        pulled = (shifts[..., 0] - ratio * shifts[..., 1]) @ (weight * support) / total
+        std = float(np.hypot(std, np.linalg.norm(pulled)))
     return Spread(ratio, std, ratio - reach * std, ratio + reach * std, float(np.sqrt(scatter)), int(y.size))
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,10 @@ class FittedImpacts:
     """Impacts fitted by free motion on both sides: nf of them.
 
     time (nf,) [s]; before (nf,) [m/s]: velocity of the foot just before; change (nf, np) [m/s]: changes of the points'
-    velocities; covariance (nf, 1 + np, 1 + np) [m²/s²] of both together; probability (nf,): of a misfit as large.
+    velocities; covariance (nf, 1 + np, 1 + np) [m²/s²] of both together; probability (nf,): of a misfit as large;
+    zero (nf, 1 + np, np) [m/s]: shifts of before and change by one standard deviation of each channel's zero, an error
+    that the impacts of a repeat share; repeat (nf,): its number; following (nf, 1 + np, 1 + np) [m²/s²]: covariance
+    with the impact after it, as far as both are fitted to the same samples.
     """
 
     time: Floats
@@ -51,9 +55,15 @@ class FittedImpacts:
     change: Floats
     covariance: Floats
     probability: Floats
+    zero: Floats
+    repeat: NDArray[np.int64]
+    following: Floats
 
     def __len__(self) -> int:
         return len(self.time)
+
+
+_FIELDS = tuple(field.name for field in fields(FittedImpacts))
 
 
 def fit_impacts(
@@ -63,14 +73,21 @@ def fit_impacts(
     impacts: Impacts,
     foot: int,
     share: float,
+    zero: Floats,
+    repeat: int,
     window: Window,
 ) -> FittedImpacts:
-    """Fit every impact that has room on both sides; ``share`` of the close record's variance is the in-air mean's."""
+    """Fit every impact that has room on both sides.
+
+    subtracted: difference of the records; in_air (ns,): velocity of the foot in the air; foot: its channel's number;
+    share: variance of the in-air mean over that of the close record; zero (np,) [m/s]: standard deviation of the
+    channels' zeros; repeat: number of the pair.
+    """
     values = subtracted.values.T
     widest = max(int(window.cycles / free.highest / free.step), window.fewest)
     smoother = _Smoother(max(int(0.2 / free.highest / free.step), 2))
     edges = np.concatenate([[0], impacts.after, [len(values)]])
-    rows = []
+    rows, uses = [], []
     for i, after in enumerate(impacts.after):
         start = max(after - widest, edges[i] + 1)
         end = min(after + widest, edges[i + 2] - 1)
@@ -78,12 +95,28 @@ def fit_impacts(
         if best is None or not smoother.fits(start + best[1], len(in_air)):
             continue
         fit, earlier = best
-        rows.append(_row(subtracted, fit, start, earlier, smoother, in_air, free.noise, foot, share))
+        row = _row(subtracted, fit, start, earlier, smoother, in_air, free.noise, foot, share)
+        own = row[-1]
+        rows.append((*row[:-1], own.sum(axis=1) * zero, repeat))
+        uses.append((start, own * free.noise))
     if not rows:
-        empty = np.zeros(0)
-        size = 1 + values.shape[1]
-        return FittedImpacts(empty, empty, np.zeros((0, size - 1)), np.zeros((0, size, size)), empty)
-    return FittedImpacts(*(np.array(column) for column in zip(*rows, strict=True)))
+        empty, size = np.zeros(0), 1 + values.shape[1]
+        square, oblong = np.zeros((0, size, size)), np.zeros((0, size, size - 1))
+        return FittedImpacts(
+            empty, empty, np.zeros((0, size - 1)), square, empty, oblong, np.zeros(0, dtype=np.int64), square
+        )
+    links = [_link(*one, *other) for one, other in pairwise(uses)]
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    return FittedImpacts(*columns, following=np.array([*links, np.zeros_like(columns[3][0])]))
+
+
+def _link(start: int, uses: Floats, next_start: int, next_uses: Floats) -> Floats:
+    """Covariance of two impacts from the samples that both use; uses: weights (a, k, np) times the noise."""
+    first, last = max(start, next_start), min(start + uses.shape[1], next_start + next_uses.shape[1])
+    if last <= first:
+        return np.zeros((uses.shape[0], next_uses.shape[0]))
+    ours, theirs = uses[:, first - start : last - start], next_uses[:, first - next_start : last - next_start]
+    return np.einsum("akp,bkp->ab", ours, theirs)
 
 
 def _best_fit(
@@ -132,8 +165,8 @@ def _row(
     noise: Floats,
     foot: int,
     share: float,
-) -> tuple[float, float, Floats, Floats, float]:
-    """Time, foot velocity before, changes, their covariance and the probability of the misfit."""
+) -> tuple[float, float, Floats, Floats, float, Floats]:
+    """Time, foot velocity before, changes, covariance, probability of the misfit, and how they use the samples."""
     middle = start + earlier
     late = fit.late / subtracted.step
     near = in_air[middle - smoother.half : middle + smoother.half]
@@ -153,17 +186,13 @@ def _row(
     air *= noise * np.sqrt(share / (1.0 + share))
     covariance = np.einsum("akp,bkp->ab", close, close) + np.einsum("akp,bkp->ab", air, air)
     time = subtracted.start + (middle - 0.5) * subtracted.step + fit.late
-    return time, velocity, fit.change, covariance, float(chi2.sf(fit.misfit, fit.freedom))
+    probability = float(chi2.sf(fit.misfit, fit.freedom))
+    return time, velocity, fit.change, covariance, probability, own
 
 
 def joined(parts: Sequence[FittedImpacts]) -> FittedImpacts:
     """The impacts of several repeats together."""
-    return FittedImpacts(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("time", "before", "change", "covariance", "probability")
-        )
-    )
+    return FittedImpacts(*(np.concatenate([getattr(part, name) for part in parts]) for name in _FIELDS))
 
 
 def usable(fitted: FittedImpacts, foot: int, window: Window) -> FittedImpacts:
@@ -172,10 +201,8 @@ def usable(fitted: FittedImpacts, foot: int, window: Window) -> FittedImpacts:
         fitted.covariance[:, 1 + foot, 1 + foot]
     )
     chosen = (fitted.probability > window.misfit) & clear & (fitted.before * fitted.change[:, foot] < 0.0)
-    return FittedImpacts(
-        fitted.time[chosen],
-        fitted.before[chosen],
-        fitted.change[chosen],
-        fitted.covariance[chosen],
-        fitted.probability[chosen],
-    )
+    kept = FittedImpacts(*(getattr(fitted, name)[chosen] for name in _FIELDS))
+    apart = np.append(
+        np.diff(np.flatnonzero(chosen)) > 1, True
+    )  # the impact after it is not among those kept
+    return replace(kept, following=np.where(apart[:, None, None], 0.0, kept.following))

@@ -106,7 +106,8 @@ def estimate_impact_map(
     names = _used_channels(closes[0], structure, foot)
     chosen = Window() if window is None else window
     repeats = tuple(
-        _repeat(one, airs, names, structure, foot, before, chosen, residual_limit) for one in closes
+        _repeat(one, i, airs, names, structure, foot, before, chosen, residual_limit)
+        for i, one in enumerate(closes)
     )
     used = [r.fitted for r in repeats if r.fitted is not None]
     if not used:
@@ -146,6 +147,7 @@ def _used_channels(record: Measurement, structure: Structure, foot: str) -> tupl
 
 def _repeat(
     close: Measurement,
+    number: int,
     airs: Sequence[Measurement],
     names: tuple[str, ...],
     structure: Structure,
@@ -165,13 +167,12 @@ def _repeat(
     if refused is not None:
         return Repeat(alignments, refused)
     still = _mean_in_air(close, airs, names, alignments)
-    same = replace(alignments[0], delay=0.0, offset=np.mean([a.offset for a in alignments], axis=0))
-    subtracted = subtract(close, still, same)
+    subtracted = subtract(close, still, replace(alignments[0], delay=0.0, offset=np.zeros(len(names))))
     quiet = subtracted.between(close.start, quiet_end).values
-    share = 1.0 / len(airs)
     noise = quiet.std(axis=1)
     subtracted = replace(
         subtracted,
+        values=subtracted.values - quiet.mean(axis=1, keepdims=True),
         channels=tuple(
             replace(c, noise=float(s) or None) for c, s in zip(subtracted.channels, noise, strict=True)
         ),
@@ -181,7 +182,10 @@ def _repeat(
     free = FreeResponse(
         structure, points, np.maximum(noise, 1e-9 * np.abs(subtracted.values).max()), close.step
     )
-    fitted = fit_impacts(subtracted, still[foot], free, impacts, names.index(foot), share, window)
+    zero, share = noise / np.sqrt(quiet.shape[1]), 1.0 / len(airs)
+    fitted = fit_impacts(
+        subtracted, still[foot], free, impacts, names.index(foot), share, zero, number, window
+    )
     return Repeat(alignments, verdicts[0], impacts, fitted)
 
 
@@ -210,13 +214,18 @@ def _restitution(fitted: FittedImpacts, foot: int) -> Spread:
     turn[0, [0, 1 + foot]] = -1.0
     turn[1, 0] = 1.0
     after = fitted.before + fitted.change[:, foot]
-    return common_ratio(-after, fitted.before, turn @ fitted.covariance @ turn.T)
+    return common_ratio(-after, fitted.before, *_noise(fitted, turn))
 
 
 def _column(fitted: FittedImpacts, foot: int, point: int) -> Spread:
     if point == foot:
         return Spread(1.0, 0.0, 1.0, 1.0, 0.0, len(fitted))
-    pick = [1 + point, 1 + foot]
-    return common_ratio(
-        fitted.change[:, point], fitted.change[:, foot], fitted.covariance[:, pick][:, :, pick]
-    )
+    pick = np.eye(fitted.covariance.shape[1])[[1 + point, 1 + foot]]
+    return common_ratio(fitted.change[:, point], fitted.change[:, foot], *_noise(fitted, pick))
+
+
+def _noise(fitted: FittedImpacts, pick: Floats) -> tuple[Floats, Floats, Floats]:
+    """Errors of the pairs that ``pick`` (2, 1 + np) takes: of each, shared through the zeros, with the one after."""
+    shifts = np.moveaxis(pick @ fitted.zero, 2, 0)
+    shared = np.concatenate([shifts * (fitted.repeat == i)[:, None] for i in np.unique(fitted.repeat)])
+    return pick @ fitted.covariance @ pick.T, shared, pick @ fitted.following[:-1] @ pick.T

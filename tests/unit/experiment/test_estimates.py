@@ -67,3 +67,39 @@ def test_least_squares_would_be_pulled_towards_zero():
     ours = np.mean([common_ratio(*one).value for one in drawn])
     assert plain < 0.485
     assert ours == pytest.approx(0.5, abs=0.005)
+
+
+def test_what_pairs_share_does_not_average_out():
+    random = np.random.default_rng(13)
+    n, zero, covered, blind = 60, 0.01, [], []
+    cov = np.tile(1e-4 * np.eye(2), (n, 1, 1))
+    x = np.linspace(1.0, 2.0, n)
+    for _ in range(300):
+        shift = zero * random.standard_normal()
+        y_seen, x_seen = (0.5 * x, x) + 0.01 * random.standard_normal((2, n)) + np.array([[-shift], [shift]])
+        shared = np.tile([-zero, zero], (1, n, 1))
+        for kept, found in (
+            (covered, common_ratio(y_seen, x_seen, cov, shared)),
+            (blind, common_ratio(y_seen, x_seen, cov)),
+        ):
+            kept.append(found.low <= 0.5 <= found.high)
+    assert 0.91 < np.mean(covered) < 0.98
+    assert np.mean(blind) < 0.5
+
+
+def test_neighbours_made_of_the_same_samples_tell_less():
+    random = np.random.default_rng(14)
+    n, covered, blind = 60, [], []
+    cov = np.tile(np.diag([2e-4, 1e-12]), (n, 1, 1))
+    following = np.tile(np.diag([1e-4, 0.0]), (n - 1, 1, 1))
+    x = np.linspace(1.0, 2.0, n)
+    for _ in range(300):
+        noise = 0.01 * random.standard_normal(n + 1)
+        y = 0.5 * x + noise[1:] + noise[:-1]
+        for kept, found in (
+            (covered, common_ratio(y, x, cov, following=following)),
+            (blind, common_ratio(y, x, cov)),
+        ):
+            kept.append(found.low <= 0.5 <= found.high)
+    assert 0.91 < np.mean(covered) < 0.98
+    assert np.mean(blind) < 0.9
