@@ -129,7 +129,7 @@ def lower_scene(scene: Scene) -> Plan:
         volts.append(volt)
     feet = list(scene.robot.feet.values())
     laws = _lower_laws(scene.ground.acting, len(feet))
-    if scene.ground.impact is not None and not scene.ground.impact.passive:
+    if scene.ground.makes_energy:
         laws.flags[:] |= hooks.MAP_AS_IS
     acts = (laws.flags & hooks.HAS_FORCE) != 0
     wired = [f.electrode if f.electrode is not None else (names[0] if names else None) for f in feet]

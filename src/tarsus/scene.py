@@ -179,6 +179,11 @@ class Ground(Description):
         absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
         return self.model_copy(update=absent)
 
+    @property
+    def makes_energy(self) -> bool:
+        """Whether impacts may create kinetic energy: an impact map acts as it is."""
+        return self.impact is not None and not self.impact.passive
+
     @field_validator("laws", mode="before")
     @classmethod
     def _user_laws(cls, value: Any, info: ValidationInfo) -> Any:

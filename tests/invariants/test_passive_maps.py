@@ -61,3 +61,5 @@ def test_the_printed_map_diverges():
     heights = [np.abs(run.states(np.linspace(0.0, end, 2001)).x).max() for end in (0.1, 0.2, 0.4)]
     assert heights[1] > 10.0 * heights[0] and heights[2] > 1e3 * heights[1]
     assert run.ledger.impacts < 0.0, "impacts have made energy"
+    longer = ts.simulate(scene, duration=2.0)
+    assert longer.code.name == "DIVERGED" and "creates energy" in longer.code.value

@@ -65,15 +65,18 @@ class Batch:
     @property
     def codes(self) -> list[ResultCode]:
         """How every run ended."""
-        return [ResultCode.of(int(raw.codes[k])) for raw, k in self._parts]
+        return [self._code(raw, k) for raw, k in self._parts]
 
     def run(self, i: int) -> BatchRun:
         """Run number ``i``."""
         raw, k = self._parts[i]
         return BatchRun(
             structured_events(raw.of(k)), tuple(self.scene.robot.feet), self.duration, float(self.periods[i]),
-            ResultCode.of(int(raw.codes[k])),
+            self._code(raw, k),
         )  # fmt: skip
+
+    def _code(self, raw: RawRuns, k: int) -> ResultCode:
+        return ResultCode.of(int(raw.codes[k]), makes_energy=self.scene.ground.makes_energy)
 
     def events(self, i: int) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""

@@ -17,14 +17,18 @@ class ResultCode(Enum):
     TOO_STIFF = "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
     STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
     NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
+    DIVERGED = (
+        "The run stopped: the motion grew without bound; its impact map creates energy (ground.impact.passive is false)."
+    )
 
     def __str__(self) -> str:
         return self.value
 
     @classmethod
-    def of(cls, code: int) -> ResultCode:
-        """The result of a kernel return code."""
-        return _CODES[code]
+    def of(cls, code: int, *, makes_energy: bool = False) -> ResultCode:
+        """The result of a kernel return code; ``makes_energy``: the run's impact map is not passive."""
+        result = _CODES[code]
+        return cls.DIVERGED if makes_energy and result in (cls.STALLED, cls.NOT_FINITE) else result
 
 
 _CODES = {

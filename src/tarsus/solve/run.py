@@ -64,7 +64,7 @@ class Run:
     @property
     def code(self) -> ResultCode:
         """How the run ended; its value is a sentence."""
-        return ResultCode.of(int(self.raw.codes[0]))
+        return ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
 
     @property
     def ok(self) -> bool:
