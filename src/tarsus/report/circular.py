@@ -35,10 +35,16 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     """One plot for each trace, all on one scale of heights, `across` of them side by side."""
     across = min(len(traces), across)
     down = -(-len(traces) // across)
-    figure = Figure(figsize=(3.6 * across, (3.6 + 0.2 * titled) * down))
+    size = min(7.2 / across, 3.6)
+    figure = Figure(figsize=(size * across, (size + 0.2 * titled) * down))
     grid = figure.subplots(down, across, squeeze=False)
     figure.subplots_adjust(
-        left=0.0, right=1.0, bottom=0.0, top=1.0 - 0.05 * titled / down, wspace=0.02, hspace=0.08
+        left=0.0,
+        right=1.0,
+        bottom=0.0,
+        top=1.0 - 0.19 * titled / ((size + 0.2) * down),
+        wspace=0.02,
+        hspace=0.08,
     )
     spans = [trace.last_periods(TURNS) for trace in traces]
     shown = [
@@ -50,7 +56,7 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     least = min(float(np.min(part, initial=0.0)) for part in shown) / scale.step
     rings = _Rings(largest, least)
     for axes, trace, (first, last) in zip(grid.flat, traces, spans, strict=False):
-        _dial(axes, trace, first, last, rings, scale)
+        _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
         if titled:
             axes.set_title(trace.title, color=INK)
     for axes in list(grid.flat)[len(traces) :]:
@@ -74,7 +80,7 @@ class _Rings:
         return np.maximum(np.asarray(height) - self.centre, 0.0)
 
 
-def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale) -> None:
+def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale, frame: float) -> None:
     rim, period = rings.rim, trace.period
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     for height in rings.heights:
@@ -85,7 +91,7 @@ def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale:
         at = np.deg2rad(45.0)
         axes.text(
             float(radius * np.sin(at)), float(radius * np.cos(at)), f"{0.0 if level else height:g}".replace("-", "−"),
-            color=MUTED, fontsize=7, ha="center", va="center",
+            color=MUTED, fontsize=7 if frame < 1.5 else 6, ha="center", va="center",
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
         )  # fmt: skip
     axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
@@ -114,11 +120,11 @@ def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale:
     angle = 2.0 * np.pi * (when / period - (last - 1))
     axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
     for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):
-        at, far = 0.5 * np.pi * turn, 1.29 * rim
+        at, far = 0.5 * np.pi * turn, (1.29 + (turn % 2) * (frame - 1.38) / 2.0) * rim
         axes.text(far * np.sin(at), far * np.cos(at), text, color=INK, ha="center", va="center")
     axes.set_aspect("equal")
-    axes.set_xlim(-1.38 * rim, 1.38 * rim)
-    axes.set_ylim(-1.38 * rim, 1.38 * rim)
+    axes.set_xlim(-frame * rim, frame * rim)
+    axes.set_ylim(-frame * rim, frame * rim)
     axes.set_axis_off()
 
 

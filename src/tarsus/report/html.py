@@ -137,6 +137,11 @@ def figure(plate: Plate, index: int) -> str:
     return f'<figure{kind}><div class="plate">{plate.svg}</div>{caption}</figure>\n'
 
 
+def warning(sentence: str | None) -> str:
+    """A sentence the reader must not miss; nothing for None."""
+    return "" if sentence is None else f'<p class="verdict failed">{escape(sentence)}</p>\n'
+
+
 def page(title: str, body: str) -> str:
     """The whole page around `body`."""
     template = Template(files("tarsus.report").joinpath("page.html").read_text(encoding="utf-8"))

@@ -26,11 +26,13 @@ from tarsus.report.html import (
     page,
     table,
     tag,
+    warning,
 )
 from tarsus.report.series import Series, joined, series_of
 from tarsus.report.style import figure_style, scale_of
 from tarsus.report.values import value_rows
 from tarsus.spec import float_paths
+from tarsus.study.impacts import creation_warning
 
 MOST_EVENTS = 500
 """Rows of the event table in the page; all events are in `events.csv`."""
@@ -139,6 +141,7 @@ def _head(run: RunLike, series: Series) -> str:
         f"<h1>{escape(scene.name)}</h1>\n",
         f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
         f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
+        warning(creation_warning(scene)),
         f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
         f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
     ]

@@ -182,6 +182,7 @@ def _first_of_bin(chosen: np.ndarray, bin_of: np.ndarray) -> np.ndarray:
 
 
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
+_TAG = re.compile(r"<[^>]*>")
 _ID = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r"#([A-Za-z_][\w.-]*)")
 
@@ -203,7 +204,7 @@ def to_svg(figure: Figure, label: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
     body = re.sub(r"\n\s*", "\n", body)
-    body = _LONG_NUMBER.sub(lambda m: f"{float(m.group()):.2f}".rstrip("0").rstrip("."), body)
+    body = _TAG.sub(lambda m: _LONG_NUMBER.sub(_short, m.group()), body)
     body = body.replace("'DejaVu Sans'", "inherit")
     used = set(_REFERENCE.findall(body))
     prefix = f"f{zlib.crc32(body.encode()):08x}"
@@ -213,6 +214,10 @@ def to_svg(figure: Figure, label: str) -> str:
         f'<svg xmlns="http://www.w3.org/2000/svg" {box.group()} role="img" aria-label="{_attribute(label)}">'
     )
     return opening + body
+
+
+def _short(number: re.Match[str]) -> str:
+    return f"{float(number.group()):.2f}".rstrip("0").rstrip(".")
 
 
 def _attribute(text: str) -> str:

@@ -1,0 +1,33 @@
+"""The three files of a validation, the same for every experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+
+def write(
+    folder: Path,
+    table: str,
+    result: Mapping[str, Any],
+    write_page: Callable[[Path], object],
+    *,
+    quiet: bool,
+) -> None:
+    """Write validation.csv (`table`), validation.json (`result`) and validation.html (`write_page(path)`)."""
+    import json
+
+    from tarsus.cli import console
+    from tarsus.files.store import write_text
+
+    write_text(folder / "validation.csv", table)
+    write_text(
+        folder / "validation.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
+    )
+    with console.spinner("writing the report"):
+        write_page(folder / "validation.html")
+    if not quiet:
+        print()
+        for name in ("validation.csv", "validation.json", "validation.html"):
+            print(f"wrote {folder / name}")
