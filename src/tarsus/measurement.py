@@ -1,4 +1,4 @@
-"""What an instrument recorded: channels sampled together, with their quantities, points and noise."""
+"""What an instrument recorded: channels in time or frequency, with their quantities, points, noise and coherence."""
 
 from __future__ import annotations
 
@@ -12,9 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.errors import InputError
 from tarsus.explain import nearest
 
-__all__ = ["Channel", "Measurement", "Quantity", "check_sampled_together", "sampling_step"]
+__all__ = [
+    "Channel",
+    "FrequencyResponse",
+    "Measurement",
+    "Quantity",
+    "check_sampled_together",
+    "sampling_step",
+]
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
 
 
 class Quantity(Enum):
@@ -24,6 +32,7 @@ class Quantity(Enum):
     VELOCITY = "m/s"
     ACCELERATION = "m/s^2"
     VOLTAGE = "V"
+    FORCE = "N"
 
     @property
     def unit(self) -> str:
@@ -58,13 +67,14 @@ class Measurement:
     """Channels sampled together at an even step.
 
     channels: nc of them, with different names; values (nc, ns) in the channels' SI units, read-only; step [s] between
-    samples; start [s] of the first sample on the recorder's clock; source: where the record comes from.
+    samples; start [s] of the first sample on the recorder's clock; source: where the record comes from; drive: name
+    of the channel that recorded the drive, or None; notes: sentences on what of the source was used and what was not.
 
     Raises
     ------
     InputError
-        With a sentence for every channel that is short, not finite or named twice, and for a step that is not
-        positive.
+        With a sentence for every channel that is short, not finite or named twice, for a step that is not positive,
+        and for a drive that is no channel.
     """
 
     channels: tuple[Channel, ...]
@@ -72,6 +82,8 @@ class Measurement:
     step: float
     start: float = 0.0
     source: str = ""
+    drive: str | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", tuple(self.channels))
@@ -81,6 +93,8 @@ class Measurement:
             problems.append(f"expected a sampling step above 0 s, got {self.step:g} s")
         if not np.isfinite(self.start):
             problems.append(f"expected a finite start time, got {self.start:g} s")
+        if self.drive is not None and self.drive not in self.names:
+            problems.append(f"the drive is no channel: '{self.drive}'{nearest(self.drive, self.names)}")
         if problems:
             raise InputError(problems)
         values = values.copy()
@@ -132,9 +146,11 @@ class Measurement:
         return tuple(channel.name for channel in self.channels if channel.quantity is quantity)
 
     def select(self, names: Iterable[str]) -> Measurement:
-        """A measurement of some channels only, in the order given."""
+        """A measurement of some channels only, in the order given; it knows its drive if that is one of them."""
         rows = [self.index(name) for name in names]
-        return replace(self, channels=tuple(self.channels[i] for i in rows), values=self.values[rows])
+        channels = tuple(self.channels[i] for i in rows)
+        drive = self.drive if self.drive in [channel.name for channel in channels] else None
+        return replace(self, channels=channels, values=self.values[rows], drive=drive)
 
     def between(self, start: float, end: float) -> Measurement:
         """The samples from ``start`` to ``end`` [s], both included.
@@ -168,6 +184,123 @@ class Measurement:
         return tuple(said)
 
 
+@dataclass(frozen=True)
+class FrequencyResponse:
+    """Responses of outputs per unit of inputs at the same frequencies: H of x(t) = Re(H u exp(i 2 pi f t)).
+
+    outputs: no channels; inputs: ni channels; frequency (nf,) [Hz], increasing, not below 0; values (no, ni, nf),
+    complex, in the unit of the output over that of the input; coherence (no, ni, nf), the squared magnitude from 0
+    to 1, nan where it is not known, or None; source: where it comes from; notes: sentences on what of the source was
+    used and what was not. Arrays are read-only.
+
+    Raises
+    ------
+    InputError
+        With a sentence for every response that is short or not finite, for names given twice, frequencies that do not
+        increase, and a coherence that is not between 0 and 1.
+    """
+
+    outputs: tuple[Channel, ...]
+    inputs: tuple[Channel, ...]
+    frequency: Floats
+    values: Complexes
+    coherence: Floats | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outputs", tuple(self.outputs))
+        object.__setattr__(self, "inputs", tuple(self.inputs))
+        frequency = np.array(self.frequency, dtype=float)
+        values = np.array(self.values, dtype=complex)
+        coherence = None if self.coherence is None else np.array(self.coherence, dtype=float)
+        shape = (len(self.outputs), len(self.inputs), frequency.size)
+        if frequency.ndim != 1 or values.shape != shape:
+            raise InputError(
+                f"expected values of shape (outputs, inputs, frequencies) = {shape}, got {values.shape}"
+            )
+        problems = _frequency_problems(frequency) + _twice(self.outputs) + _twice(self.inputs)
+        if 0 in shape[:2]:
+            problems.append("expected at least one output and one input")
+        for row, output in zip(values, self.outputs, strict=True):
+            bad = np.flatnonzero(~np.isfinite(row).all(axis=0))
+            if len(bad):
+                problems.append(
+                    f"the response of '{output.name}' has {len(bad)} lines that are no finite number, the first at "
+                    f"{frequency[bad[0]]:g} Hz"
+                )
+        if coherence is not None and coherence.shape != shape:
+            problems.append(f"expected a coherence of the shape of the values {shape}, got {coherence.shape}")
+        elif coherence is not None and np.any((coherence < 0.0) | (coherence > 1.0)):
+            problems.append("the coherence is not between 0 and 1 everywhere")
+        if problems:
+            raise InputError(problems)
+        for name, array in (("frequency", frequency), ("values", values), ("coherence", coherence)):
+            if array is not None:
+                array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    @property
+    def unit(self) -> tuple[tuple[str, ...], ...]:
+        """SI unit of each response, by output and input, such as ``"m/s^2 / N"``."""
+        return tuple(
+            tuple(f"{o.quantity.unit} / {i.quantity.unit}" for i in self.inputs) for o in self.outputs
+        )
+
+    def between(self, low: float, high: float) -> FrequencyResponse:
+        """The lines from ``low`` to ``high`` [Hz], both included.
+
+        Raises
+        ------
+        InputError
+            If fewer than two lines lie there.
+        """
+        inside = (self.frequency >= low) & (self.frequency <= high)
+        if np.count_nonzero(inside) < 2:
+            raise InputError(
+                f"fewer than two lines lie between {low:g} Hz and {high:g} Hz: the response goes from "
+                f"{self.frequency[0]:g} Hz to {self.frequency[-1]:g} Hz"
+            )
+        coherence = None if self.coherence is None else self.coherence[..., inside]
+        return replace(
+            self, frequency=self.frequency[inside], values=self.values[..., inside], coherence=coherence
+        )
+
+    def deviation(self, averages: int) -> Floats:
+        """Random standard deviation of each value (no, ni, nf), as its magnitude, from coherence and averages.
+
+        ``|H| sqrt((1 - c) / (2 c n))`` for n independent averages (Bendat and Piersol, Random Data, chapter 9).
+
+        Raises
+        ------
+        InputError
+            If the coherence is not known, or there is not at least one average.
+        """
+        if self.coherence is None:
+            raise InputError("the coherence of the response is not known, and so neither is its scatter")
+        if averages < 1:
+            raise InputError(f"expected at least 1 average, got {averages}")
+        known = np.maximum(self.coherence, np.finfo(float).tiny)
+        return np.abs(self.values) * np.sqrt((1.0 - self.coherence) / (2.0 * averages * known))
+
+
+def _twice(channels: Sequence[Channel]) -> list[str]:
+    names = [channel.name for channel in channels]
+    return [f"two channels are named '{name}'" for name in sorted({n for n in names if names.count(n) > 1})]
+
+
+def _frequency_problems(frequency: Floats) -> list[str]:
+    if frequency.size < 2:
+        return [f"expected at least 2 frequencies, got {frequency.size}"]
+    if not np.all(np.isfinite(frequency)):
+        return [
+            f"the frequency at line {int(np.flatnonzero(~np.isfinite(frequency))[0])} is no finite number"
+        ]
+    if frequency[0] < 0.0 or np.any(np.diff(frequency) <= 0.0):
+        return ["expected frequencies that increase, from 0 Hz or above"]
+    return []
+
+
 def _rows(channels: Sequence[Channel], values: ArrayLike | Sequence[ArrayLike]) -> Floats:
     """Values as an array (nc, ns); channels of different lengths are a problem of their own."""
     try:
@@ -189,12 +322,8 @@ def _rows(channels: Sequence[Channel], values: ArrayLike | Sequence[ArrayLike]) 
 
 
 def _channel_problems(channels: Sequence[Channel], values: Floats) -> list[str]:
-    problems = []
-    names = [channel.name for channel in channels]
-    problems += [
-        f"two channels are named '{name}'" for name in sorted({n for n in names if names.count(n) > 1})
-    ]
-    if not names:
+    problems = _twice(channels)
+    if not channels:
         problems.append("expected at least one channel, got none")
     if values.shape[1] < 2:
         problems.append(f"expected at least 2 samples, got {values.shape[1]}")

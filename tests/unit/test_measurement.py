@@ -7,7 +7,14 @@ import pytest
 
 import tarsus as ts
 from hexapod_records import measurement
-from tarsus.measurement import Channel, Measurement, Quantity, check_sampled_together, sampling_step
+from tarsus.measurement import (
+    Channel,
+    FrequencyResponse,
+    Measurement,
+    Quantity,
+    check_sampled_together,
+    sampling_step,
+)
 
 FOOT = Channel("foot", Quantity.VELOCITY, noise=1e-4, full_scale=0.5)
 LEG = Channel("leg volts", Quantity.VOLTAGE)
@@ -100,3 +107,53 @@ def test_records_that_do_not_belong_together():
     volts = Measurement((Channel("a", Quantity.VOLTAGE),), np.zeros((1, 3)), 1e-5)
     with pytest.raises(ts.InputError, match="in m/s in one record and in V in the other"):
         check_sampled_together(one, volts, ["a"])
+
+
+def test_a_drive_is_one_of_the_channels():
+    record = Measurement((FOOT, LEG), np.zeros((2, 3)), 1e-3, drive="leg volts")
+    assert record.select(["leg volts"]).drive == "leg volts"
+    assert record.select(["foot"]).drive is None
+    with pytest.raises(ts.InputError, match="the drive is no channel: 'leg volt'; did you mean 'leg volts'"):
+        Measurement((FOOT, LEG), np.zeros((2, 3)), 1e-3, drive="leg volt")
+
+
+FORCE = Channel("shaker", Quantity.FORCE)
+LINES = np.array([0.0, 1.0, 2.5])
+
+
+def test_a_response_knows_its_unit_and_its_scatter():
+    values = np.array([[[1.0, 2.0j, -4.0]]])
+    response = FrequencyResponse((FOOT,), (FORCE,), LINES, values, coherence=[[[1.0, 0.5, np.nan]]])
+    assert response.unit == (("m/s / N",),)
+    assert response.deviation(averages=8)[0, 0] == pytest.approx([0.0, 0.5, np.nan], nan_ok=True)
+    part = response.between(0.5, 3.0)
+    assert part.frequency.tolist() == [1.0, 2.5] and part.values[0, 0, 0] == 2.0j
+    assert part.coherence is not None and part.coherence[0, 0, 0] == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        response.values[0, 0, 0] = 0.0
+    with pytest.raises(ts.InputError, match="fewer than two lines lie between 5 Hz and 9 Hz"):
+        response.between(5.0, 9.0)
+    with pytest.raises(ts.InputError, match="coherence of the response is not known"):
+        FrequencyResponse((FOOT,), (FORCE,), LINES, values).deviation(averages=8)
+
+
+@pytest.mark.parametrize(
+    ("lines", "values", "coherence", "said"),
+    [
+        (
+            LINES,
+            [[[1.0, np.nan, 1.0]]],
+            None,
+            "response of 'foot' has 1 lines that are no finite number, the first at 1 Hz",
+        ),
+        ([0.0, 2.0, 1.0], np.ones((1, 1, 3)), None, "expected frequencies that increase"),
+        ([0.0, np.nan, 1.0], np.ones((1, 1, 3)), None, "the frequency at line 1 is no finite number"),
+        (LINES, np.ones((1, 3)), None, r"expected values of shape .* = \(1, 1, 3\), got \(1, 3\)"),
+        (LINES, np.ones((1, 1, 3)), np.full((1, 1, 3), 1.2), "the coherence is not between 0 and 1"),
+        (LINES, np.ones((1, 1, 3)), np.ones(3), "expected a coherence of the shape of the values"),
+        ([1.0], np.ones((1, 1, 1)), None, "at least 2 frequencies"),
+    ],
+)
+def test_bad_responses_name_the_cause(lines, values, coherence, said):
+    with pytest.raises(ts.InputError, match=said):
+        FrequencyResponse((FOOT,), (FORCE,), lines, values, coherence)
