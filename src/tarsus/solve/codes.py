@@ -18,7 +18,8 @@ class ResultCode(Enum):
     STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
     NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
     DIVERGED = (
-        "The run stopped: the motion grew without bound; its impact map creates energy (ground.impact.passive is false)."
+        "The run stopped: the motion grew without bound; its impact map creates energy "
+        "(ground.impact.passive is false)."
     )
 
     def __str__(self) -> str:
