@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import tarsus as ts
+
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -125,3 +127,23 @@ def test_the_python_of_the_readme_runs(capsys):
     assert sentence == names["run"].code.value
     assert float(closure) < 1e-8
     assert "contact" in contact or "zero gap" in contact
+
+
+def test_calibrate_hexapod_describes_the_packaged_device():
+    example = load("calibrate_hexapod")
+    best = example.Unknowns(static=9.51e-6, sine_hz=304.2, square_hz=317.1, scale=0.0469)
+    device = ts.load_scene("hexapod")
+    assert {s.wave: s.freq_hz for s in example.targets()} == {"sine": 304.2, "square": 317.1}
+    scene = example.described("hexapod", example.targets()[1], best)
+    assert scene.robot.drives["pzt"].law.gain == pytest.approx(device.robot.drives["pzt"].law.gain, rel=1e-4)
+    assert scene.ground.film.coefficient == pytest.approx(device.ground.film.coefficient, rel=1e-3)
+    assert scene.ground.film.thickness == device.ground.film.thickness
+    assert scene.ground.electrostatic.coefficient == pytest.approx(device.ground.electrostatic.coefficient, rel=1e-3)
+    assert scene.signals == device.signals
+
+
+def test_calibrate_hexapod_scores_the_packaged_optimum():
+    example = load("calibrate_hexapod")
+    best = example.Unknowns(static=9.51e-6, sine_hz=304.2, square_hz=317.1, scale=0.0469)
+    bounces, peak, mean = example.mean_errors(example.evaluate("hexapod", best, 4))
+    assert bounces < 0.20 and peak == pytest.approx(0.134, abs=0.01) and mean == pytest.approx(0.151, abs=0.01)

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from tarsus.drive.waveforms import Sine, Square
+from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.scene import Scene
 from tarsus.spec import with_values
@@ -155,11 +157,27 @@ def drive_frequency(robot: str, scene: Scene, wave: str) -> float:
 
 
 def scenario_scene(device: str, scenario: Scenario, freq_hz: float) -> Scene:
-    """The device over the scenario's gap with the scenario's drive; the first foot and every signal change."""
+    """The device over the scenario's gap with the scenario's drive; the first foot and every signal change.
+
+    A signal keeps its polarity: its amplitude and offset are scaled so that its highest voltage is the scenario's.
+
+    Raises
+    ------
+    InputError
+        Where the device has no foot or a signal without amplitude and offset.
+    """
     scene = load_scene(device)
+    if not scene.robot.feet:
+        raise InputError(f"{device}: a scenario needs a robot with a foot")
     foot = next(iter(scene.robot.feet))
-    changes = {f"robot.feet.{foot}.gap": scenario.gap_um * 1e-6}
-    return load_scene(device, volts=scenario.volt_v, hz=freq_hz, wave=scenario.wave, **changes)
+    changes: dict[str, float] = {f"robot.feet.{foot}.gap": scenario.gap_um * 1e-6}
+    for name, signal in scene.signals.items():
+        if not isinstance(signal, Sine | Square):
+            raise InputError(f"{device}: signals.{name}: a scenario needs a sine or square wave to start from")
+        scale = scenario.volt_v / (abs(signal.amplitude) + abs(signal.offset))
+        changes[f"signals.{name}.amplitude"] = signal.amplitude * scale
+        changes[f"signals.{name}.offset"] = signal.offset * scale
+    return load_scene(device, hz=freq_hz, wave=scenario.wave, **changes)
 
 
 def _row(device: str, scenario: Scenario, robot: str, seeds: int) -> Row:

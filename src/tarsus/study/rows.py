@@ -19,12 +19,13 @@ class Columns:
     """Columns of a table in their usual order.
 
     positive: must be there and above zero; ``wave`` is always a word of `WAVES`; the others are numbers of zero or
-    more, or empty; ``1~2`` in one of ``ranges`` is its middle.
+    more, or empty; those of ``above`` are above zero, or empty; ``1~2`` in one of ``ranges`` is its middle.
     """
 
     names: tuple[str, ...]
     positive: tuple[str, ...]
     ranges: tuple[str, ...] = ()
+    above: tuple[str, ...] = ()
 
     @property
     def required(self) -> tuple[str, ...]:
@@ -143,9 +144,10 @@ def _line(
             numbers[name] = math.nan
             continue
         value = numbers[name]
-        if name in columns.positive:
+        if name in columns.positive or name in columns.above:
             if value is None:
-                problems.append(f"{where}: '{name}' is empty.")
+                if name in columns.positive:
+                    problems.append(f"{where}: '{name}' is empty.")
             elif not (math.isfinite(value) and value > 0.0):
                 problems.append(f"{where}: '{name}' must be a number above zero, got '{row[name]}'.")
         elif value is not None and not (math.isfinite(value) and value >= 0.0):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
+from tarsus.errors import InputError
 from tarsus.study.rows import Columns, parse_lines, read_text
 
 COLUMNS = Columns(
@@ -22,7 +23,11 @@ COLUMNS = Columns(
         "freq_hz",
     ),
     positive=("volt_v", "gap_um"),
+    above=("freq_hz",),
 )
+
+FASTEST = 1e5
+"""Highest drive frequency of a scenario [Hz]: a hundred times the source's; faster ones take hours over many seeds."""
 
 TABLES = {"hexapod": "table_3_2_hexapod.csv", "quadruped": None}
 """Packaged table of each robot; the source prints none for the quadruped."""
@@ -93,7 +98,11 @@ def parse_scenarios(text: str, *, where: str, origin: str) -> list[Scenario]:
         naming every bad line at once.
     """
     scenarios = []
+    problems = []
     for line in parse_lines(text, COLUMNS, where):
+        freq_hz = line["freq_hz"]
+        if freq_hz is not None and freq_hz > FASTEST:
+            problems.append(f"{where}: 'freq_hz' can be at most {FASTEST:g}, got {freq_hz:g}.")
         source, measured = (
             Heights(line[f"bounces_{who}_per_s"], line[f"peak_{who}_um"], line[f"mean_{who}_um"])
             for who in ("sim", "exp")
@@ -103,10 +112,12 @@ def parse_scenarios(text: str, *, where: str, origin: str) -> list[Scenario]:
                 line.wave,
                 line.known("volt_v"),
                 line.known("gap_um"),
-                line["freq_hz"],
+                freq_hz,
                 source,
                 measured,
                 origin,
             )
         )
+    if problems:
+        raise InputError(problems)
     return scenarios
