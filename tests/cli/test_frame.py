@@ -50,7 +50,7 @@ def test_version(tarsus):
         (["simulat", "cantilever"], "simulate"),
         (["simulate"], "requires an argument"),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
-        (["validate", "hexapod"], "cantilever"),
+        (["validate", "octopod"], "quadruped"),
         (["devices", "everything"], "everything"),
     ],
 )

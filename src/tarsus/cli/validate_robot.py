@@ -23,9 +23,11 @@ def run(
 ) -> int:
     """Validate, print and write; the exit code."""
     from tarsus.cli import console
-    from tarsus.study.robot_runs import robot_runs
+    from tarsus.files.library import load_scene
+    from tarsus.study.robot_runs import check_device, robot_runs
     from tarsus.study.robots import SEEDS, validate_robot
 
+    check_device(load_scene(device or robot), device or robot)
     console.announce_compiling()
     with console.progress_bar("validating") as progress:
         validation = validate_robot(robot, device, rows, seeds=seeds or SEEDS, progress=progress)

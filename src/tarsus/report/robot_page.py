@@ -81,7 +81,7 @@ def _sections(validation: RobotValidation, runs: RobotRuns) -> Iterator[str]:
 
 
 def _head(validation: RobotValidation, runs: RobotRuns) -> str:
-    problems = [*validation.problems, *runs.problems]
+    problems = validation.problems or runs.problems
     lines = [
         f"<h1>Validation of the {escape(validation.robot)}</h1>\n",
         f'<p class="lede">Device {escape(validation.device)}; Tarsus {escape(package_version())}.</p>\n',
@@ -110,6 +110,8 @@ def _heights(validation: RobotValidation, numbers: Iterator[int]) -> str:
     if not rows:
         return f"<p>The source prints no table of heights for the {escape(validation.robot)}.</p>\n"
     seeds = max(row.ours.seeds for row in rows)
+    if not seeds:
+        return "<p>No run came to its end.</p>\n" + _table_of_rows(rows)
     text = (
         f"<p>Every number of ours is the mean over {seeds} random initial states, ± one standard deviation of a "
         f"single one; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Error is (measured − simulated) / "
@@ -180,18 +182,17 @@ def _summary(validation: RobotValidation) -> str:
 def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
     traces: list[Trace] = []
     feet: list[str] = []
-    for near in runs.near:
-        if not near.run.end_time > 0.0:
-            continue
+    whole = [near for near in runs.near if near.run.ok]
+    for near in whole:
         run: Any = near.run
         series = series_of(run)
         feet += [name for name in series.foot_points if name not in feet]
         traces += [point_trace(series, point, _title(runs, near, series, point)) for point in near.points]
     if not traces:
-        return "<p>No run reached any time.</p>\n"
+        return "<p>No run came to its end.</p>\n"
     which = f" {joined(sorted({near.title for near in runs.near}))}." if len(runs.near) == 1 else ""
     motion = (
-        f"Height above the ground over the last drive periods of a run of {runs.near[0].run.duration:g} s from rest, "
+        f"Height above the ground over the last drive periods of a run of {whole[0].run.duration:g} s from rest, "
         f"under the drive above.{which} Contact is shaded, the dashed line is the ground. Every run is one of many: "
         "motion with bounces forgets its start within a few impacts."
     )
@@ -213,18 +214,13 @@ def _title(runs: RobotRuns, near: Near, series: Series, point: str) -> str:
 
 
 def _in_air(validation: RobotValidation, runs: RobotRuns, numbers: Iterator[int]) -> str:
-    traces = [
-        trace
-        for air in runs.air
-        if air.displacement.shape[1]
-        for trace in _air_traces(air, len(runs.air) > 1)
-    ]
+    traces = [trace for air in runs.air if not air.problem for trace in _air_traces(air, len(runs.air) > 1)]
     several = len(runs.air) > 1
     columns = [Column("drive", number=False), Column("point", number=False), Column("peak to peak", "µm")]
     rows: list[list[Cell]] = [
         [f"{air.volt_v:g} V square, {air.freq_hz:.4g} Hz", point, number(1e6 * float(size))]
         for air in runs.air
-        if air.displacement.shape[1]
+        if not air.problem
         for point, size in zip(air.points, air.peak_to_peak, strict=True)
     ]
     text = (
@@ -293,6 +289,8 @@ def _maps(validation: RobotValidation, runs: RobotRuns, numbers: Iterator[int]) 
     )
     energies = runs.energies
     out = text + table(columns, rows)
+    if not runs.struck.run.ok:
+        return out + f"<p>The run at {escape(runs.struck.title)} did not come to its end.</p>\n"
     if not len(energies.time):
         return out + f"<p>The foot did not strike the ground in the run at {escape(runs.struck.title)}.</p>\n"
     lists = {"as run": energies.actual} | {f"{k}, as it is": v for k, v in energies.by_map.items()}

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.drive.waveforms import Square
+from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus.spec import with_values
 from tarsus.study.impacts import ImpactEnergies, impact_energies
 from tarsus.study.robots import OBSERVED, SETTLE, Progress, describe, drive_frequency, scenario_scene
-from tarsus.study.scenarios import packaged_scenarios
+from tarsus.study.scenarios import Heights, Scenario, packaged_scenarios
 
 Floats = NDArray[np.float64]
 
@@ -139,6 +140,7 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
         For an unknown device, or one without drive or foot.
     """
     name = device or robot
+    check_device(load_scene(name), name)
     jobs = _over_ground(robot, name)
     volts, printed = AIR_DRIVES[robot]
     freq_hz = printed or drive_frequency(robot, load_scene(name), "square")
@@ -157,6 +159,25 @@ def robot_runs(robot: str, device: str | None = None, *, progress: Progress | No
         air.append(_in_air(robot, name, volt, freq_hz))
     struck = near[min(1, len(near) - 1)]  # the second scenario, a square wave
     return RobotRuns(tuple(near), tuple(air), struck, impact_energies(struck.run, robot))
+
+
+def check_device(scene: Scene, name: str) -> None:
+    """Refuse a device that cannot bounce under a wave.
+
+    Raises
+    ------
+    InputError
+        Where it has no foot, no drive signal, or one that does not repeat.
+    """
+    problems = []
+    if not scene.robot.feet:
+        problems.append(f"device '{name}' has no foot that could bounce")
+    if not scene.signals:
+        problems.append(f"device '{name}' has no drive signal; give it one, such as a square wave")
+    elif next(iter(scene.signals.values())).period is None:
+        problems.append(f"the drive signal of device '{name}' does not repeat; a square or sine wave does")
+    if problems:
+        raise InputError(problems)
 
 
 @dataclass(frozen=True)
@@ -180,7 +201,8 @@ def _over_ground(robot: str, device: str) -> list[_Job]:
         scene = load_scene(device, wave="square", hz=freq_hz)
         signal = next(iter(scene.signals.values()))
         assert isinstance(signal, Square)
-        title = f"{signal.amplitude:g} V square, gap {foot.gap * 1e6:g} µm, {freq_hz:.4g} Hz"
+        highest = abs(signal.amplitude) + abs(signal.offset)
+        title = f"{highest:g} V square, gap {foot.gap * 1e6:g} µm, {freq_hz:.4g} Hz"
         jobs.append(_Job(title, scene, freq_hz, own.robot.structure.points))
     return jobs
 
@@ -188,7 +210,8 @@ def _over_ground(robot: str, device: str) -> list[_Job]:
 def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
     own = load_scene(device)
     gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
-    scene = with_values(load_scene(device, volts=volts, hz=freq_hz, wave="square"), gaps)
+    drive = Scenario("square", volts, 1e6 * AIR_GAP, freq_hz, Heights(), Heights(), "in the air")
+    scene = with_values(scenario_scene(device, drive, freq_hz), gaps)
     start = math.ceil(settling_time(scene) * freq_hz)
     run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
     whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz
