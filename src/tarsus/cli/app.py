@@ -7,7 +7,7 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from tarsus.cli import bench, check, console, devices, show, simulate, validate
+from tarsus.cli import bench, check, console, devices, show, simulate, sweep, validate
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -16,6 +16,7 @@ VERBS = (
     show.show,
     check.check,
     simulate.simulate,
+    sweep.sweep,
     validate.validate,
     bench.bench,
 )

@@ -63,16 +63,23 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_fro
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[Progress]:
+def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
     """A progress bar on stderr for the length of the block; silent when stderr is no terminal.
 
-    Yields a function `progress(done, total, what)`.
+    Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
     """
     if not sys.stderr.isatty():
         yield lambda done, total, what: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
     from rich.progress import Progress as Bar
 
     columns = (
@@ -81,6 +88,7 @@ def progress_bar(title: str) -> Iterator[Progress]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        *((TextColumn("left"), TimeRemainingColumn()) if time_left else ()),
     )
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)

@@ -1,0 +1,42 @@
+"""Measures that a sweep can score, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from tarsus.measure import Measure, period_statistics, scene_period
+from tarsus.scene import Scene
+from tarsus.solve.batch import BatchRun
+from tarsus.solve.codes import EVENT_TYPE, ResultCode
+
+__all__ = ["SCORES", "offered", "scored"]
+
+Score = Callable[[BatchRun], Mapping[str, Measure]]
+
+SCORES: tuple[Score, ...] = (period_statistics,)
+"""Where measures come from: each takes a run and gives measures by name. A run without events must be no error, and
+must give every name and unit: it is how the names are known before anything runs."""
+
+
+def offered(scene: Scene, duration: float) -> dict[str, Measure]:
+    """Every measure that runs of a scene have, by name, with unit and definition; the values mean nothing.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    duration
+        Model time of a run [s].
+    """
+    empty: Any = BatchRun(
+        np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE
+    )  # fmt: skip
+    return {name: measure for score in SCORES for name, measure in score(empty).items()}
+
+
+def scored(run: BatchRun) -> dict[str, Measure]:
+    """Every measure of one run, by name."""
+    return {name: measure for score in SCORES for name, measure in score(run).items()}

@@ -1,0 +1,244 @@
+"""A ground sweep as a description: what varies, over which values, and what is scored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    Field,
+    StringConstraints,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from tarsus.errors import InputError
+from tarsus.explain import PathErrors, located_faults, nearest
+from tarsus.scene import Scene
+from tarsus.spec import Description, FloatInfo, FrozenDict, float_paths, get_value, quantity, with_values
+from tarsus.study.axes import AnyAxis, AnyDesign, Axis, Floats, Grid
+from tarsus.study.cost import MOST_STEPS, estimated_steps
+from tarsus.study.scores import offered
+from tarsus.units import parse_quantity
+
+__all__ = ["MOST_RUNS", "Sweep"]
+
+MOST_RUNS = 10_000_000
+"""Largest sweep that is started."""
+
+CHUNK = 64
+"""Runs in a unit of work unless a study says otherwise."""
+
+RESULTS = ("_spread", "_per_foot")
+"""What a measure has beside its value, as endings of its name."""
+
+_AXIS: TypeAdapter[Any] = TypeAdapter(AnyAxis)
+_AxisName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
+
+
+class Sweep(Description):
+    """Runs of one scene over many values of some of its floats, and the measures that each is scored by.
+
+    Axes are given as a list of values, or as one of `Values`, `Linspace` and `Logspace` (or its table); unit strings
+    are read in the unit of the float they are for.
+
+    Raises
+    ------
+    InputError
+        With every problem: unknown paths and measures (and the nearest valid ones), values that the scene refuses,
+        more runs than `MOST_RUNS`.
+    """
+
+    name: str = Field(min_length=1, description="what the sweep is called")
+    scene: Scene
+    duration: float | None = quantity(
+        "s", "model time of every run; the scene's own when absent", default=None, gt=0
+    )
+    vary: Annotated[dict[_AxisName, AnyAxis], AfterValidator(FrozenDict)] = Field(
+        description="axes by name: the path of a float, or any name for several paths together"
+    )
+    design: AnyDesign = Grid()
+    measures: tuple[str, ...] = Field(description="measures that are scored")
+    chunk: int = Field(
+        default=CHUNK, ge=1, description="runs in a unit of work, which is kept or done again whole"
+    )
+
+    @field_validator("vary", mode="before")
+    @classmethod
+    def _axes(cls, value: Any, info: ValidationInfo) -> Any:
+        """Axes in SI, checked against the scene."""
+        scene = info.data.get("scene")
+        if scene is None or not isinstance(value, Mapping):
+            return value
+        if not value:
+            raise PathErrors([("", "expected at least one path with its values, got none")])
+        known = float_paths(scene)
+        axes: dict[str, Axis] = {}
+        owner: dict[str, str] = {}
+        faults: list[tuple[str, str]] = []
+        for name, item in value.items():
+            paths = _paths(name, item)
+            wrong = [fault for path in paths for fault in _path_faults(scene, known, name, path)]
+            wrong += [
+                (f"{name}.paths", f"'{path}' varies on axis '{owner[path]}' already")
+                for path in paths
+                if path in owner
+            ]
+            owner.update({path: name for path in paths})
+            if not wrong and len({known[path].unit for path in paths}) > 1:
+                wrong = [(f"{name}.paths", "values that vary together must be of one unit")]
+            if wrong:
+                faults += wrong
+                continue
+            try:
+                axes[name] = _AXIS.validate_python(_in_si(item, known[paths[0]].unit))
+            except ValidationError as error:
+                faults += [(_join(name, path), text) for path, text in located_faults(AnyAxis, error)]
+            except PathErrors as error:
+                faults += [(_join(name, path), text) for path, text in error.faults]
+            else:
+                faults += _bound_faults(scene, name, paths, axes[name])
+        if faults:
+            raise PathErrors(faults)
+        return axes
+
+    @field_validator("measures")
+    @classmethod
+    def _known_measures(cls, value: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+        scene = info.data.get("scene")
+        if scene is None:
+            return value
+        names = offered(scene, scene.duration)
+        if not value:
+            raise PathErrors([("", f"expected at least one measure, got none{nearest('', names)}")])
+        faults = [
+            (str(i), f"there is no measure '{name}'{nearest(name, names)}")
+            for i, name in enumerate(value)
+            if name not in names
+        ]
+        faults += [(str(i), f"'{name}' is named twice") for i, name in enumerate(value) if name in value[:i]]
+        if faults:
+            raise PathErrors(faults)
+        return value
+
+    @model_validator(mode="after")
+    def _check(self) -> Sweep:
+        taken = {"run", "foot", "code", *(f"{name}{of}" for name in self.measures for of in ("", *RESULTS))}
+        faults = [
+            (f"vary.{name}", "is a name of the results; give the axis another one")
+            for name in self.vary
+            if name in taken
+        ]
+        faults += [(f"vary.{path}", text) for path, text in self.design.faults(self.vary)]
+        if not faults and self.runs > MOST_RUNS:
+            faults = [("vary", f"{self.runs} runs are asked for, and at most {MOST_RUNS:.0e} are allowed")]
+        steps = estimated_steps(self.scene, self.seconds)
+        if steps > MOST_STEPS:
+            longest = self.seconds * MOST_STEPS / steps
+            text = f"a run would take about {steps:.1e} steps; the longest is about {longest:.2g} s"
+            faults.append(("duration", text))
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+    @property
+    def seconds(self) -> float:
+        """Model time of every run [s]."""
+        return self.scene.duration if self.duration is None else self.duration
+
+    @property
+    def runs(self) -> int:
+        """Number of runs, nr."""
+        return self.design.runs(self.vary)
+
+    @property
+    def units(self) -> int:
+        """Number of units of work."""
+        return -(-self.runs // self.chunk)
+
+    def unit(self, number: int) -> slice:
+        """The runs of unit ``number``."""
+        return slice(number * self.chunk, min((number + 1) * self.chunk, self.runs))
+
+    def points(self) -> dict[str, Floats]:
+        """Values (nr,) of every run, by axis."""
+        return self.design.points(self.vary)
+
+    def paths(self, axis: str) -> tuple[str, ...]:
+        """Paths that take the values of an axis."""
+        return self.vary[axis].paths or (axis,)
+
+
+def _join(name: str, path: str) -> str:
+    return f"{name}.{path}" if path else name
+
+
+def _paths(name: str, item: Any) -> tuple[str, ...]:
+    given = (
+        item.paths if isinstance(item, Axis) else item.get("paths", ()) if isinstance(item, Mapping) else ()
+    )
+    return tuple(map(str, given)) if isinstance(given, (list, tuple)) and given else (name,)
+
+
+def _path_faults(scene: Scene, known: Mapping[str, FloatInfo], name: str, path: str) -> list[tuple[str, str]]:
+    """Why a path cannot vary."""
+    where = name if path == name else f"{name}.paths"
+    if path == "duration":
+        return [(where, "every run of a sweep has one duration; give it as the sweep's own")]
+    if path in known:
+        return []
+    try:
+        found = get_value(scene, path)
+    except InputError as error:
+        text = str(error)
+        return [(where, text.removeprefix(f"{path}: ") if path == name else text)]
+    if found is None:
+        return [(where, f"'{path}' is not set in the scene, so it has no value to vary")]
+    return [(where, f"'{path}' is no single number with a fraction; only such values vary")]
+
+
+def _in_si(item: Any, unit: str) -> Any:
+    """An axis as given, with its quantities as SI floats."""
+    if isinstance(item, Axis):
+        return item
+    if isinstance(item, np.ndarray):
+        item = item.tolist()
+    if isinstance(item, (list, tuple)):
+        item = {"kind": "list", "values": item}
+    if not isinstance(item, Mapping):
+        raise PathErrors([("", f"expected a list of values, or a table with a 'kind', got {item!r}")])
+    out = dict(item)
+    faults: list[tuple[str, str]] = []
+
+    def convert(value: Any, path: str) -> Any:
+        try:
+            return parse_quantity(value, unit)
+        except InputError as error:
+            faults.append((path, str(error)))
+
+    for key in ("start", "stop"):
+        if key in out:
+            out[key] = convert(out[key], key)
+    if isinstance(out.get("values"), (list, tuple)):
+        if not out["values"]:
+            faults.append(("", "expected at least one value, got an empty list"))
+        out["values"] = [convert(value, str(i)) for i, value in enumerate(out["values"])]
+    if faults:
+        raise PathErrors(faults)
+    return out
+
+
+def _bound_faults(scene: Scene, name: str, paths: tuple[str, ...], axis: Axis) -> list[tuple[str, str]]:
+    """What the scene says against the ends of an axis; bounds are intervals, so the ends suffice."""
+    problems: dict[str, None] = {}
+    for end in dict.fromkeys(axis.ends):
+        try:
+            with_values(scene, dict.fromkeys(paths, end))
+        except InputError as error:
+            problems |= dict.fromkeys(error.problems)
+    return [(name, text.removeprefix(f"{name}: ")) for text in problems]

@@ -1,0 +1,77 @@
+"""One unit of a sweep: some runs simulated together and scored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tarsus.errors import InputError
+from tarsus.solve import Batch, simulate_batch
+from tarsus.solve.codes import ResultCode
+from tarsus.study.axes import Floats
+from tarsus.study.scores import scored
+from tarsus.study.sweep import Sweep
+
+__all__ = ["DONE", "OUTCOMES", "work_unit"]
+
+OUTCOMES = {
+    **{code.name: code.value for code in ResultCode},
+    "REFUSED": "The run was not started: the scene refuses these values together.",
+}
+"""How a run of a sweep ended: a name, and the sentence it stands for; their order gives the numbers that are kept."""
+
+DONE = list(OUTCOMES).index(ResultCode.DONE.name)
+"""Number of the outcome of a run that reached its end."""
+
+_NUMBERS = {name: np.int8(number) for number, name in enumerate(OUTCOMES)}
+
+
+def work_unit(sweep: Sweep, points: Mapping[str, Floats]) -> dict[str, np.ndarray]:
+    """Simulate and score runs of a sweep.
+
+    Parameters
+    ----------
+    sweep
+        The sweep.
+    points
+        Values (k,) of these runs, by axis.
+
+    Returns
+    -------
+    dict[str, ndarray]
+        code (k,) number in `OUTCOMES`; value, spread (k, nm) of every measure, SI; per_foot (k, nm, m). Runs that did
+        not reach their end have NaN.
+    """
+    count = len(next(iter(points.values())))
+    feet = list(sweep.scene.robot.feet)
+    names = sweep.measures
+    code = np.full(count, _NUMBERS["REFUSED"])
+    value, spread = (np.full((count, len(names)), np.nan) for _ in range(2))
+    per_foot = np.full((count, len(names), len(feet)), np.nan)
+    for first, batch in _batches(sweep, points, count):
+        for k, outcome in enumerate(batch.codes, first):
+            code[k] = _NUMBERS[outcome.name]
+            if outcome is not ResultCode.DONE:
+                continue
+            measures = scored(batch.run(k - first))
+            for j, name in enumerate(names):
+                measure = measures[name]
+                value[k, j], spread[k, j] = measure.value, measure.spread
+                per_foot[k, j] = [measure.per_foot.get(foot, np.nan) for foot in feet]
+    return {"code": code, "value": value, "spread": spread, "per_foot": per_foot}
+
+
+def _batches(sweep: Sweep, points: Mapping[str, Floats], count: int) -> list[tuple[int, Batch]]:
+    """All runs as one batch; where the scene refuses some of them, the others one by one, with their numbers."""
+    vary = {path: points[axis] for axis in sweep.vary for path in sweep.paths(axis)}
+    try:
+        return [(0, simulate_batch(sweep.scene, vary, sweep.seconds, threads=1))]
+    except InputError:
+        if count == 1:
+            return []
+    alone = []
+    for k in range(count):
+        one = {axis: values[k : k + 1] for axis, values in points.items()}
+        alone += [(k, batch) for _, batch in _batches(sweep, one, 1)]
+    return alone

@@ -1,0 +1,159 @@
+"""`tarsus sweep`: from a study to its store, through kills and interruptions."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
+
+STUDY = """
+scene = "cantilever"
+duration = "20 ms"
+measures = ["contact_duration", "peak", "bounces"]
+chunk = {chunk}
+[set]
+wave = "sine"
+hz = 200
+[vary]
+ground.restitution.coefficient = {{ kind = "linspace", start = 0.1, stop = 0.6, count = {count} }}
+ground.adhesion.rate = {{ kind = "logspace", start = "1 uN/s", stop = "100 uN/s", count = 10 }}
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """`study(count=2, chunk=5)`: a study file of 10 * count runs."""
+
+    def write(count: int = 2, chunk: int = 5) -> Path:
+        file = tmp_path / "small.toml"
+        file.write_text(STUDY.format(count=count, chunk=chunk), encoding="utf-8")
+        return file
+
+    return write
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_study_becomes_one_file(tarsus, study, tmp_path):
+    result = tarsus("sweep", study(), "-o", tmp_path / "out")
+    assert result.code == 0 and result.sentences == []
+    assert "small: 20 runs of 0.02 s" in result.out
+    assert "20  The run reached its end." in result.out
+    with xr.open_dataset(tmp_path / "out" / "sweep.nc") as dataset:
+        assert dataset["peak"].shape == (2, 10)
+        assert dataset["ground.adhesion.rate"].attrs["units"] == "N/s"
+        assert np.isfinite(dataset["peak"].values).all()
+
+
+def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
+    words = ("sweep", study(), "-o", tmp_path / "out")
+    assert tarsus(*words).code == 0
+    before = files(tmp_path / "out")
+    again = tarsus(*words)
+    assert again.code == 2 and "--resume" in again.sentences[0]
+    resumed = tarsus(*words, "--resume")
+    assert resumed.code == 0 and "20 of them done before" in resumed.out
+    assert files(tmp_path / "out") == before
+    study(count=3)
+    other = tarsus(*words, "--resume")
+    assert other.code == 2 and "another sweep (its study.toml differs)" in other.sentences[0]
+    assert files(tmp_path / "out") == before
+
+
+def test_the_frozen_study_is_a_study(tarsus, study, tmp_path):
+    assert tarsus("sweep", study(), "-o", tmp_path / "out").code == 0
+    assert tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again").code == 0
+    assert files(tmp_path / "again") == files(tmp_path / "out")
+
+
+def start(file: Path, folder: Path) -> subprocess.Popen[str]:
+    words = [sys.executable, "-m", "tarsus.cli", "sweep", str(file), "-o", str(folder), "--resume"]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> None:
+    """Until so many more units are done."""
+    before = len(list(folder.glob("units/*.npz")))
+    end = time.monotonic() + 60.0
+    while process.poll() is None and time.monotonic() < end:
+        if len(list(folder.glob("units/*.npz"))) >= before + more:
+            return
+        time.sleep(0.002)
+    assert process.poll() is None, process.communicate()
+
+
+def test_killed_five_times_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path):
+    file = study(count=12, chunk=1)
+    assert tarsus("sweep", file, "-o", tmp_path / "unbroken").code == 0
+    folder = tmp_path / "killed"
+    moments = random.Random(7)
+    finished: dict[str, bytes] = {}
+    stamps: dict[str, int] = {}
+    for _ in range(5):
+        process = start(file, folder)
+        wait_for_units(process, folder, 1)
+        time.sleep(moments.uniform(0.0, 0.04))
+        process.send_signal(signal.SIGKILL)
+        assert process.wait() == -signal.SIGKILL
+        process.communicate()
+        done = {path.name: path for path in folder.glob("units/*.npz")}
+        assert finished.items() <= {name: path.read_bytes() for name, path in done.items()}.items()
+        assert stamps.items() <= {name: path.stat().st_mtime_ns for name, path in done.items()}.items()
+        finished = {name: path.read_bytes() for name, path in done.items()}
+        stamps = {name: path.stat().st_mtime_ns for name, path in done.items()}
+    assert len(finished) < 120
+    last = tarsus("sweep", file, "-o", folder, "--resume")
+    assert last.code == 0 and f"{len(finished)} of them done before" in last.out
+    assert files(folder) == files(tmp_path / "unbroken")
+
+
+def test_an_interrupt_says_how_to_resume(study, tmp_path):
+    folder = tmp_path / "a folder"
+    process = start(study(count=40, chunk=2), folder)
+    wait_for_units(process, folder, 2)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 1 and out == ""
+    (sentence,) = err.splitlines()
+    assert sentence.startswith("tarsus: interrupted; finished parts are kept")
+    assert f"-o '{folder}' --resume" in sentence
+    assert list(folder.glob("units/*.part")) == []
+
+
+def test_a_bad_study_exits_with_2(tarsus, tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_text(STUDY.format(count=0, chunk=5).replace("peak", "peek"), encoding="utf-8")
+    result = tarsus("sweep", file, "-o", tmp_path / "out")
+    assert result.code == 2 and len(result.sentences) == 2
+    assert not (tmp_path / "out").exists()
+    assert tarsus("sweep", "cantilever-adhesoin").code == 2
+    assert tarsus("sweep", tmp_path / "gone.toml").code == 2
+
+
+def test_the_packaged_cantilever_study_shows_where_the_tip_stays(tarsus, tmp_path):
+    assert tarsus("sweep", "cantilever-adhesion", "-o", tmp_path).code == 0
+    with xr.open_dataset(tmp_path / "sweep.nc") as dataset:
+        held = dataset["contact_duration"].values > 0.0199  # of a period of 20 ms
+        assert not held[:, 0].any() and held[:, -1].all()
+        assert (np.diff(held.astype(int), axis=1) >= 0).all()  # more adhesion never frees it
+        assert (dataset["peak"].values[held] == 0.0).all()
+
+
+def test_the_example_study(tarsus, tmp_path):
+    assert tarsus("sweep", EXAMPLES / "cantilever_sobol.toml", "-o", tmp_path).code == 0
+    with xr.open_dataset(tmp_path / "sweep.nc") as dataset:
+        assert dataset.sizes["run"] == 128 and (dataset["code"] == 0).all()
+        low = dataset["robot.feet.tip.gap"].values < 55e-6
+        contact = dataset["contact_duration"].values
+        assert contact[low].mean() > contact[~low].mean()  # the lower tip stays longer on the ground
