@@ -11,7 +11,7 @@ import tarsus as ts
 from tarsus.report.circular import dials
 from tarsus.report.robot_page import robot_html
 from tarsus.report.run_page import report_html
-from tarsus.report.series import Trace, point_trace, series_of
+from tarsus.report.series import Trace, last_turns, point_trace
 from tarsus.report.style import figure_style
 from tarsus.study.impacts import creation_warning, impact_energies
 from tarsus.study.robot_runs import STEADY, RobotRuns, robot_runs, settling_time, share_made
@@ -84,7 +84,7 @@ def test_every_point_of_the_quadruped_is_shown_and_the_hexapod_s_foot() -> None:
 
 def test_height_of_a_point_without_foot_is_its_displacement_on_the_gap_at_rest() -> None:
     (near,) = robot_runs("quadruped").near
-    series = series_of(near.run)
+    series = last_turns(near.run, 4, 500)
     gap = near.run.scene.robot.feet["foot1"].gap
     body = point_trace(series, "body", "body")
     shift = series["displacement"][series.points.index("body")]

@@ -6,12 +6,11 @@ import math
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from tarsus.files.store import package_version, write_text
-from tarsus.report.circular import dials
+from tarsus.report.circular import TURNS, dials
 from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, table, warning
 from tarsus.report.robot_figures import (
     CRITERIA,
@@ -20,7 +19,7 @@ from tarsus.report.robot_figures import (
     mode_shapes,
     motion_of,
 )
-from tarsus.report.series import Series, Trace, joined, point_trace, series_of
+from tarsus.report.series import Series, Trace, joined, last_turns, point_trace
 from tarsus.report.style import figure_style, scale_of
 from tarsus.report.validation_page import NOTABLE
 from tarsus.study.impacts import creation_warning, printed_column
@@ -34,6 +33,9 @@ from tarsus.study.robots import (
     describe,
     relative_error,
 )
+
+SAMPLES = 720
+"""Samples of a drive period in figures of motion."""
 
 MODELS = (
     ("source", "source's model"),
@@ -184,8 +186,7 @@ def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
     feet: list[str] = []
     whole = [near for near in runs.near if near.run.ok]
     for near in whole:
-        run: Any = near.run
-        series = series_of(run)
+        series = last_turns(near.run, TURNS, SAMPLES)
         feet += [name for name in series.foot_points if name not in feet]
         traces += [point_trace(series, point, _title(runs, near, series, point)) for point in near.points]
     if not traces:

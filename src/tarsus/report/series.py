@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
+from tarsus.solve import Run
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START = 1, 2, 3, 4, 5
 """Kind numbers of the event table."""
@@ -66,7 +68,21 @@ def _inside(time: np.ndarray, window: Window) -> slice:
 
 def series_of(run: RunLike) -> Series:
     """Collect a run's series, contact intervals and drive period."""
-    variables = run.variables()
+    return _series(run, run.variables())
+
+
+def last_turns(run: Run, turns: int, samples: int) -> Series:
+    """The same over the last whole drive periods of a run, `turns` of them at most, with `samples` in each."""
+    period = drive_period(run.scene)
+    if period is None or run.end_time < period:
+        return series_of(cast(RunLike, run))
+    last = math.floor(run.end_time / period * (1.0 + 1e-9))
+    first = max(last - turns, 0)
+    times = np.linspace(first * period, min(last * period, run.end_time), (last - first) * samples + 1)
+    return _series(run, run.variables(times))
+
+
+def _series(run: Any, variables: Variables) -> Series:
     scene = run.scene
     feet = tuple(str(name) for name in run.foot_names)
     time = np.asarray(variables["time"].values, dtype=float)
