@@ -89,7 +89,7 @@ def height_bars(rows: Sequence[Row]) -> Plate:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.4)
     caption = (
-        "Bounces, highest and mean height of the bouncing foot: measured, and simulated without and with film and "
+        "Bounces, peak and mean height of the bouncing foot: measured, and simulated without and with film and "
         "electrostatic forces. Bars are means over the seeds, lines on them one standard deviation of a single "
         "seed; where the white bar is missing nothing was measured."
     )
