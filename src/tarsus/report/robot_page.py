@@ -77,8 +77,8 @@ def _sections(validation: RobotValidation, runs: RobotRuns) -> Iterator[str]:
     yield _maps(validation, runs, numbers)
     yield (
         f"<footer><p>Made by Tarsus {escape(package_version())}. A bounce is a rebound whose apex clears the "
-        "resolution of the published measurements, 0.1 µm; peak is the highest clearance of the foot in a drive period, mean "
-        "over the periods, and mean height its clearance averaged over time."
+        "resolution of the published measurements, 0.1 µm; peak is the highest clearance of the foot in a drive "
+        "period, mean over the periods, and mean height its clearance averaged over time."
         "</p></footer>"
     )
 
