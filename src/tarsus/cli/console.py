@@ -90,7 +90,8 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
         TimeElapsedColumn(),
         *((TextColumn("left"), TimeRemainingColumn()) if time_left else ()),
     )
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+    # steps may take minutes: the time left is judged by the last ten
+    with Bar(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=600.0) as bar:
         task = bar.add_task(title, total=None)
 
         def progress(done: int, total: int, what: str) -> None:
