@@ -11,15 +11,11 @@ import tarsus as ts
 from hexapod_records import POINTS, measurement, records, runs
 from tarsus.experiment.alignment import align, delayed, subtract
 from tarsus.experiment.gate import residual_gate
-from tarsus.files.lvm import read_lvm
-from tarsus.measurement import Channel, Quantity
+from tarsus.files.readers import read_measurement
 
 SHOCK = Path(__file__).parents[2] / "data" / "shock"
-CHANNELS = (
-    Channel("excitation_composite", Quantity.VOLTAGE),
-    Channel("accelerometer_base", Quantity.ACCELERATION),
-)
-NAMES = tuple(channel.name for channel in CHANNELS)
+CHANNELS = {"excitation_composite": "V", "accelerometer_base": "m/s^2"}
+NAMES = tuple(CHANNELS)
 
 
 def wave(shift: float, count: int = 1000) -> np.ndarray:
@@ -77,7 +73,10 @@ def test_a_vibrometer_pair_aligns_to_its_noise():
 
 
 def shock(which: str):
-    hit, free = (read_lvm(SHOCK / f"shock_{kind}_{which}.lvm", CHANNELS) for kind in ("hit", "free"))
+    hit, free = (
+        read_measurement(SHOCK / f"shock_{kind}_{which}.lvm", channels=CHANNELS, axis="time")
+        for kind in ("hit", "free")
+    )
     return hit, free, align(hit, free, NAMES, before=3.7, search=0.03)
 
 

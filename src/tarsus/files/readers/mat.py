@@ -1,0 +1,91 @@
+"""MATLAB files: version 5 and older by scipy, version 7.3 (HDF5) by h5py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.errors import InputError
+from tarsus.files.readers.hdf import is_hdf
+from tarsus.files.readers.raw import RawFile
+from tarsus.files.readers.tables import Array, file_of
+
+__all__ = ["is_mat", "read_mat"]
+
+
+def is_mat(head: bytes) -> bool:
+    """Whether a file begins like a MATLAB file of version 5 or 7.3."""
+    return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
+
+
+def read_mat(path: Path) -> RawFile:
+    """Vectors and tables of a MATLAB file; fields of structures have their names behind a dot.
+
+    Units are those in a structure ``units`` that has a field of the variable's name.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged or truncated.
+    """
+    with path.open("rb") as stream:
+        head = stream.read(1024)
+    try:
+        content = _read_7_3(path) if is_hdf(head) else _read_5(path)
+    except Exception as error:  # scipy and h5py raise whatever their parsers ran into
+        raise InputError(
+            f"{path.name} is damaged or truncated: it cannot be read as a MATLAB file ({error})"
+        ) from None
+    units = content.pop("units", {})
+    arrays = [
+        Array(name, values, {"units": units[name]} if isinstance(units, Mapping) and name in units else {})
+        for name, values in _flat(content, "")
+    ]
+    return file_of(path.name, arrays)
+
+
+def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{name}.")
+        elif isinstance(value, (np.ndarray, np.generic, str, float, int, complex)):
+            yield f"{before}{name}", np.asarray(value)
+
+
+def _read_5(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    content = loadmat(path, simplify_cells=True)
+    return {name: value for name, value in content.items() if not name.startswith("__")}
+
+
+def _read_7_3(path: Path) -> dict[str, Any]:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return _group(file)
+
+
+def _group(group: Any) -> dict[str, Any]:
+    """Content of a group of a 7.3 file: arrays transposed, characters as text, references left out."""
+    import h5py
+
+    out: dict[str, Any] = {}
+    for name, item in group.items():
+        if name.startswith("#"):
+            continue
+        if isinstance(item, h5py.Group):
+            out[name] = _group(item)
+            continue
+        kind = item.attrs.get("MATLAB_class", b"")
+        values = item[()]
+        if kind == b"char":
+            out[name] = "".join(chr(code) for code in np.ravel(values)) if item.dtype.kind in "ui" else ""
+        elif item.dtype.names == ("real", "imag"):
+            out[name] = (values["real"] + 1j * values["imag"]).T
+        elif item.dtype.kind in "fiuc" and "MATLAB_empty" not in item.attrs:
+            out[name] = values.T
+    return out

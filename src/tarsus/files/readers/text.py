@@ -1,0 +1,256 @@
+"""Tables in text: CSV, and the ASCII files of vibrometer software (Latin-1, tabs, units in a line of their own)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.files.readers.numerals import column_of, column_step, digit_step, number, text_of
+from tarsus.files.readers.raw import Declared, RawFile, RawSeries, Role, read_bytes
+from tarsus.files.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
+
+__all__ = ["read_text"]
+
+_SEPARATORS = ("\t", ";", ",", None)
+_UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$")
+_RATE = re.compile(
+    r"^\W*(?:sampl\w*[ _]?(?:rate|freq\w*)|abtast(?:rate|frequenz)|fs)\b[^\d+-]*?([\d.,eE+-]+)\s*(\w*)", re.I
+)
+_STEP = re.compile(
+    r"^\W*(?:sampl\w*[ _]?(?:interval|step|period|time)|dt|resolution)\b[^\d+-]*?([\d.,eE+-]+)\s*(\w*)", re.I
+)
+_COUNT = re.compile(r"^\W*(?:samples|number of samples|lines)\b\D*(\d+)\s*$", re.I)
+_REAL, _IMAGINARY = re.compile(r"\breal\b|\bre\b", re.I), re.compile(r"\bimag\w*\b|\bim\b", re.I)
+_MAGNITUDE, _PHASE = (
+    re.compile(r"\b(magnitude|amplitude|mag|abs)\b", re.I),
+    re.compile(r"\b(phase|angle)\b", re.I),
+)
+
+
+class _Table(NamedTuple):
+    """Lines of a text file split into header and cells; first: line number of the first row; comma: decimal comma."""
+
+    header: list[str]
+    names: list[str]
+    units: list[str]
+    rows: list[list[str]]
+    first: int
+    comma: bool
+
+
+def read_text(path: Path) -> RawFile:
+    """Columns of a table in text.
+
+    The separator (tab, semicolon, comma, blanks) and the decimal sign are told from the numbers. The names are those
+    of the last header line with as many cells as the rows; units stand in the line below it or behind the names, in
+    brackets. Pairs of columns (real and imaginary part, magnitude and phase) become complex series, and so do cells
+    such as ``(1-2j)``.
+
+    Raises
+    ------
+    InputError
+        If there are no numbers, the last line is cut, or a cell is no number, with its line.
+    """
+    lines = text_of(read_bytes(path)).splitlines()
+    table = _split(path.name, lines)
+    width = len(table.names)
+    short = [i for i, row in enumerate(table.rows) if len(row) < width]
+    if short and short[-1] == len(table.rows) - 1:
+        raise InputError(
+            f"{path.name} is truncated: its last line {table.first + short[-1]} has {len(table.rows[-1])} of {width} "
+            "columns"
+        )
+    if short:
+        raise InputError(
+            f"{path.name}, line {table.first + short[0]}: {len(table.rows[short[0]])} of {width} columns are there"
+        )
+    series, notes = [], []
+    for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        if not name and not any(row[column].strip() for row in table.rows):
+            continue
+        label = name or f"column {column + 1}"
+        values, step = _values(path.name, table, column, label)
+        series.append(RawSeries(label, values, unit, count=_announced(table.header), resolution=step))
+    declared = _declared(table)
+    return RawFile(path.name, tuple(_pairs(path.name, series)), declared, tuple(notes), ragged=True)
+
+
+def _split(source: str, lines: list[str]) -> _Table:
+    """Header, names, units and rows; the separator is the one that gives rows of numbers of the same width."""
+    for separator in _SEPARATORS:
+        for comma in (False, True):
+            if comma and separator == ",":
+                continue
+            start = _first_row(lines, separator, comma)
+            if start is None:
+                continue
+            width = len(_cells(lines[start], separator))
+            if separator is None and width == 1 and "," in lines[start] and not comma:
+                continue
+            rows = [_cells(line, separator) for line in lines[start:] if line.strip()]
+            names, units = _labels(lines[:start], separator, width)
+            return _Table(lines[:start], names, units, rows, start + 1, comma)
+    raise InputError(f"{source} holds no rows of numbers")
+
+
+def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int | None:
+    """The first line of two in a row that are all numbers (of the same count), or None."""
+    last = None
+    for i, line in enumerate(lines):
+        cells = _cells(line, separator)
+        if separator is not None and len(cells) < 2:
+            last = None
+            continue
+        filled = [cell for cell in cells if cell]
+        width = (
+            len(cells) if filled and cells[0] and all(_is_number(cell, comma) for cell in filled) else None
+        )
+        if width is not None and width == last:
+            return i - 1
+        last = width
+    return None
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    cells = [cell.strip().strip('"') for cell in line.split(separator)]
+    return cells[:-1] if separator in ("\t", ";", ",") and len(cells) > 1 and not cells[-1] else cells
+
+
+def _is_number(text: str, comma: bool) -> bool:
+    try:
+        number(text, comma)
+    except ValueError:
+        return _complex(text) is not None
+    return True
+
+
+def _complex(text: str) -> complex | None:
+    try:
+        return complex(text.replace("i", "j").replace(" ", ""))
+    except ValueError:
+        return None
+
+
+def _values(source: str, table: _Table, column: int, name: str) -> tuple[NDArray[np.generic], float]:
+    """Numbers of a column and the step of their digits."""
+    written = table.rows[0][column]
+    try:
+        number(written or "nan", table.comma)
+    except ValueError:
+        found = [_complex(row[column]) for row in table.rows]
+        if None in found:
+            line = table.first + found.index(None)
+            cell = table.rows[found.index(None)][column]
+            raise InputError(
+                f"{source}, line {line}: column '{name}' has '{cell}' where a complex number is expected"
+            ) from None
+        return np.array(found, dtype=complex), 0.0
+    values = column_of(table.rows, column, name, table.first, source, table.comma)
+    return np.array(values), column_step(table.rows, column, table.comma)
+
+
+def _labels(header: Sequence[str], separator: str | None, width: int) -> tuple[list[str], list[str]]:
+    """Names and units of the columns from the last lines of the header; empty where it says none."""
+    split = [cells for cells in (_cells(line, separator) for line in header) if any(cells)]
+    units = [""] * width
+    if split and len(split[-1]) == width and any(_unit(cell) for cell in split[-1]):
+        candidate = split[-1]
+        if all(not cell or _unit(cell) for cell in candidate) or all(
+            not cell or cell.startswith(("[", "(")) for cell in candidate
+        ):
+            units = [re.sub(r"^[\[(]\s*(.*?)\s*[\])]$", r"\1", cell) for cell in candidate]
+            split.pop()
+    names = list(split[-1]) if split and len(split[-1]) == width else [""] * width
+    if (
+        width == 1
+        and names[0]
+        and not any(units)
+        and _UNIT_IN_NAME.match(names[0]) is None
+        and len(split) > 1
+    ):
+        names = [""]
+    for i, name in enumerate(names):
+        match = _UNIT_IN_NAME.match(name)
+        found = (match[2] or match[3] or "").strip() if match else ""
+        if match and not units[i] and (_unit(found) or found in ("", "-", "1")):
+            names[i], units[i] = match[1], found
+    return names, units
+
+
+def _unit(text: str) -> bool:
+    """Whether a text is a unit of anything that is read."""
+    plain = text.strip().strip("[]()").strip()
+    known = (scaled, ratio_of, time_factor, frequency_factor)
+    return any(parse(plain) is not None for parse in known) or plain.lower() in ("deg", "°", "rad", "-", "1")
+
+
+def _declared(table: _Table) -> Declared | None:
+    """The sampling step that a line of the header states."""
+    for line in table.header:
+        for pattern, parse, is_rate in ((_RATE, frequency_factor, True), (_STEP, time_factor, False)):
+            match = pattern.match(line)
+            if match is None:
+                continue
+            factor = parse(match[2]) if match[2] else 1.0
+            text = match[1].rstrip(".,")
+            try:
+                value = number(text, table.comma) * (factor or 0.0)
+            except ValueError:
+                continue
+            if not value > 0.0:
+                continue
+            digits = digit_step(text, table.comma) * (factor or 0.0)
+            step = 1.0 / value if is_rate else value
+            resolution = 0.5 * digits / value**2 if is_rate else digits
+            return Declared(f"the header ('{line.strip()[:60]}')", step, resolution)
+    return None
+
+
+def _announced(header: Sequence[str]) -> int | None:
+    """Number of rows that the header announces."""
+    found = [match[1] for line in header if (match := _COUNT.match(line.replace(",", " ").replace(";", " ")))]
+    return int(found[0]) if found else None
+
+
+def _pairs(source: str, series: Sequence[RawSeries]) -> list[RawSeries]:
+    """Series with neighbouring columns of real and imaginary part, or magnitude and phase, joined; coherences told."""
+    out: list[RawSeries] = []
+    for one in series:
+        before = out[-1] if out else None
+        joined = None if before is None else _joined(source, before, one)
+        if joined is not None:
+            out[-1] = joined
+        elif re.search("coheren|kohärenz", one.name, re.I):
+            out.append(RawSeries(one.name, one.values, "", Role.COHERENCE))
+        else:
+            out.append(one)
+    return out
+
+
+def _joined(source: str, first: RawSeries, second: RawSeries) -> RawSeries | None:
+    if (
+        np.iscomplexobj(first.values)
+        or np.iscomplexobj(second.values)
+        or len(first.values) != len(second.values)
+    ):
+        return None
+    if _REAL.search(first.name) and _IMAGINARY.search(second.name):
+        values, pattern = first.values + 1j * second.values, _REAL
+    elif _MAGNITUDE.search(first.name) and _PHASE.search(second.name):
+        degrees = second.unit.strip("[]() ").lower() in ("deg", "°")
+        if not degrees and second.unit.strip("[]() ").lower() != "rad":
+            raise InputError(
+                f"{source}: column '{second.name}' is a phase, but nothing says whether in deg or rad"
+            )
+        values = first.values * np.exp(1j * (np.deg2rad(second.values) if degrees else second.values))
+        pattern = _MAGNITUDE
+    else:
+        return None
+    name = pattern.sub("", first.name).strip(" -_,:()") or first.name
+    return RawSeries(name, values, first.unit, Role.RESPONSE)

@@ -1,0 +1,92 @@
+"""Units as instruments write them: text in, quantity and SI factor out."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from scipy.constants import g as _GRAVITY
+
+from tarsus.errors import InputError
+from tarsus.measurement import Quantity
+from tarsus.units import parse_unit
+
+__all__ = ["Scaled", "frequency_factor", "ratio_of", "scaled", "time_factor"]
+
+
+class Scaled(NamedTuple):
+    """A quantity and the factor that brings its numbers to SI."""
+
+    quantity: Quantity
+    factor: float
+
+
+_WORDS = {
+    "volt": "V",
+    "volts": "V",
+    "millivolt": "mV",
+    "newton": "N",
+    "newtons": "N",
+    "meter": "m",
+    "meters": "m",
+    "metre": "m",
+    "metres": "m",
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "hertz": "Hz",
+}
+_GRAVITIES = {"g", "gn", "g_n", "g0"}
+
+
+def scaled(text: str) -> Scaled | None:
+    """Quantity and SI factor of a unit, or None if it is no unit of a known quantity.
+
+    ``g`` alone is the standard gravity, as accelerometers mean it, and not the gram.
+    """
+    plain = _plain(text)
+    if plain.lower() in _GRAVITIES:
+        return Scaled(Quantity.ACCELERATION, _GRAVITY)
+    for quantity in Quantity:
+        factor = _factor(plain, quantity.unit)
+        if factor is not None:
+            return Scaled(quantity, factor)
+    return None
+
+
+def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
+    """Output and input of the unit of a frequency response, such as ``m/s^2/N``; None if it is no such unit."""
+    plain = _plain(text)
+    for place in reversed([match.start() for match in re.finditer("/", plain)]):
+        output, source = scaled(plain[:place]), scaled(plain[place + 1 :])
+        if output is not None and source is not None:
+            return output, source
+    return None
+
+
+def time_factor(text: str) -> float | None:
+    """SI factor of a unit of time, or None."""
+    return _factor(_plain(text), "s")
+
+
+def frequency_factor(text: str) -> float | None:
+    """SI factor of a unit of frequency, or None."""
+    return _factor(_plain(text), "Hz")
+
+
+def _plain(text: str) -> str:
+    """A unit in the spelling of `tarsus.units`: no brackets, words as symbols, ``s2`` as ``s^2``."""
+    plain = re.sub(r"[\[\]()]", " ", text).strip()
+    plain = re.sub(r"[A-Za-z]+", lambda m: _WORDS.get(m[0].lower(), m[0]), plain)
+    return re.sub(r"(?<=[A-Za-z])([23])(?!\d)", r"^\1", plain)
+
+
+def _factor(plain: str, unit: str) -> float | None:
+    if not plain:
+        return None
+    try:
+        given = parse_unit(plain)
+    except InputError:
+        return None
+    same = given.dimension == parse_unit(unit).dimension
+    return given.scale * 10.0**given.exponent if same else None

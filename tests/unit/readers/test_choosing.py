@@ -1,0 +1,173 @@
+"""What is read of a file, whatever its format: format by content, units, drive, clipping, notes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.files.readers import read_measurement, read_response
+from tarsus.files.readers.clipping import clipped_samples
+from tarsus.files.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
+from tarsus.measurement import Quantity
+
+N = np.arange(2000)
+
+
+def table(tmp_path: Path, **columns: np.ndarray) -> Path:
+    path = tmp_path / "record.csv"
+    names = ["t [s]", *columns]
+    rows = np.column_stack([1e-3 * np.arange(len(next(iter(columns.values())))), *columns.values()])
+    np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="", fmt="%.9g")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "factor"),
+    [
+        ("[ µm/s ]", Quantity.VELOCITY, 1e-6),
+        ("mm/sec", Quantity.VELOCITY, 1e-3),
+        ("m/s²", Quantity.ACCELERATION, 1.0),
+        ("m/s2", Quantity.ACCELERATION, 1.0),
+        ("g", Quantity.ACCELERATION, 9.80665),
+        ("Volts", Quantity.VOLTAGE, 1.0),
+        ("mN", Quantity.FORCE, 1e-3),
+        ("nm", Quantity.DISPLACEMENT, 1e-9),
+    ],
+)
+def test_units_as_instruments_write_them(text, quantity, factor):
+    found = scaled(text)
+    assert found is not None and found.quantity is quantity
+    assert found.factor == pytest.approx(factor)
+
+
+def test_units_of_axes_and_ratios():
+    found = ratio_of("[ mm/s / mV ]")
+    assert found is not None
+    assert (found[0].quantity, found[1].quantity) == (Quantity.VELOCITY, Quantity.VOLTAGE)
+    assert found[0].factor / found[1].factor == pytest.approx(1.0)
+    assert time_factor("[ ms ]") == pytest.approx(1e-3) and frequency_factor("kHz") == pytest.approx(1e3)
+    assert (
+        time_factor("m") is None and scaled("kg") is None and scaled("") is None and ratio_of("m/s") is None
+    )
+
+
+def test_clipping_is_told_from_the_samples():
+    wave = np.sin(0.0123 * N) + 0.3 * np.sin(0.31 * N)
+    assert clipped_samples(wave) == 0
+    beyond = np.count_nonzero(wave <= -0.9)
+    assert beyond - 10 < clipped_samples(np.clip(wave, -0.9, 2.0)) <= beyond  # runs of two are not counted
+    # crests that are rounded to the steps of a converter are no clipping, at any number of bits
+    for bits in (6, 8, 12, 16):
+        digit = 2.0 / 2**bits
+        for pace in (0.001, 0.01, 0.1):
+            assert clipped_samples(digit * np.round(np.sin(pace * N) / digit)) == 0
+    assert clipped_samples(np.zeros(10)) == 0
+    noisy = np.clip(wave + np.random.default_rng(3).normal(size=len(N)) * 0.01, None, 1.0)
+    assert clipped_samples(np.round(noisy / 1e-3) * 1e-3) > 100
+
+
+def test_a_clipped_channel_is_refused_unless_accepted(tmp_path):
+    wave = np.sin(0.05 * N)
+    path = table(tmp_path, **{"tip [mm/s]": np.clip(wave, -0.8, 0.8), "drive [V]": np.sign(wave)})
+    with pytest.raises(
+        ts.InputError, match=r"record.csv: channel 'tip' is clipped: \d+ of 2000 samples stand in runs"
+    ):
+        read_measurement(path)
+    accepted = read_measurement(path, channels={"tip": {"accept_clipped": True}, "drive": {}})
+    assert "channel 'tip' is clipped" in "\n".join(accepted.notes) and accepted.drive == "drive"
+    path = table(tmp_path, **{"tip [mm/s]": wave})
+    with pytest.raises(ts.InputError, match=r"reach its full scale of 0\.0005 m/s"):
+        read_measurement(path, channels={"tip": {"full_scale": "0.5 mm/s"}})
+
+
+def test_the_drive(tmp_path):
+    wave = np.sin(0.05 * N)
+    path = table(tmp_path, **{"tip [m/s]": wave, "a [V]": wave, "b [V]": 0 * wave})
+    undecided = read_measurement(path)
+    assert undecided.drive is None
+    notes = "\n".join(undecided.notes)
+    assert "no channel is known to be the drive" in notes and "channel 'b' is 0 V throughout" in notes
+    assert read_measurement(path, drive="a").drive == "a"
+    assert read_measurement(path, channels={"tip": {}, "a": {"name": "left"}}, drive="a").drive == "left"
+    with pytest.raises(ts.InputError, match="the drive is missing: channel 'b' is 0 V throughout"):
+        read_measurement(path, drive="b")
+    with pytest.raises(ts.InputError, match="the drive is missing: no channel 'c' was read"):
+        read_measurement(path, drive="c")
+
+
+def test_what_was_not_used_is_noted(tmp_path):
+    path = table(
+        tmp_path, **{"tip [m/s]": np.sin(N), "temperature": 20 + 0.1 * np.cos(N), "hip [m/s]": np.cos(N)}
+    )
+    assert "nothing says what channel 'temperature' measures: not used" in "\n".join(
+        read_measurement(path).notes
+    )
+    record = read_measurement(path, channels={"tip": "mm/s"})
+    assert record.names == ("tip",) and record["tip"][1] == pytest.approx(1e-3 * np.sin(1))
+    notes = "\n".join(record.notes)
+    assert (
+        "not chosen: 'temperature', 'hip'" in notes
+        and "taken in mm/s as chosen; the file says 'm/s'" in notes
+    )
+
+
+def test_wrong_choices_are_sentences(tmp_path):
+    path = table(tmp_path, **{"tip [m/s]": np.sin(N)})
+    for choices, said in (
+        ({"chanels": ["tip"]}, "unknown name 'chanels'; did you mean 'channels'"),
+        ({"channels": ["top"]}, "record.csv has no channel 'top'; did you mean 'tip'"),
+        (
+            {"channels": {"tip": "kg"}},
+            r"nothing says what channel 'tip' measures \('kg' is no unit of a known quantity\)",
+        ),
+        ({"axis": "T"}, "has no series 'T'"),
+        ({"axis_unit": "mm"}, "the axis 't' is in 'mm', which is no unit of time"),
+        ({"step": "-1 ms"}, "step: expected a time"),
+        ({"channels": {"tip": {"noise": "3 V"}}}, "record.csv: channel 'tip': expected a velocity"),
+    ):
+        with pytest.raises(ts.InputError, match=said):
+            read_measurement(path, **choices)
+    with pytest.raises(
+        ts.InputError, match=r"no complex frequency response; .* read time series with read_measurement"
+    ):
+        read_response(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        (
+            "scan.svd",
+            b"\xd0\xcf\x11\xe0\0\0",
+            r"scan.svd is a binary file of the Polytec software; export it there as Univ",
+        ),
+        (
+            "leg.pvd",
+            b"\xd0\xcf\x11\xe0\0\0",
+            r"leg.pvd is a binary file of the Polytec software; .*\(UFF 58\) or as ASCII",
+        ),
+        ("leg.xlsx", b"PK\3\4\0", "leg.xlsx is a spreadsheet; save the sheet as CSV"),
+        ("leg.bin", b"\1\0\2\0", "leg.bin is a binary file of no known format; export it as one of: UFF"),
+        ("leg.uff", b"\0\0\0\0", "leg.uff is not what its name says"),
+        ("leg.csv", b"", "leg.csv is empty"),
+        ("leg.csv", b"a,b\nc,d\n", "leg.csv holds no rows of numbers"),
+        ("leg.mat", b"nothing that was ever MATLAB", "leg.mat is damaged or truncated"),
+    ],
+)
+def test_what_cannot_be_read_says_what_to_do(tmp_path, name, content, said):
+    path = tmp_path / name
+    path.write_bytes(content)
+    for read in (read_measurement, read_response):
+        with pytest.raises(ts.InputError, match=said):
+            read(path)
+
+
+def test_a_format_is_told_from_the_content(tmp_path):
+    source = table(tmp_path, **{"tip [m/s]": np.sin(N)})
+    renamed = source.rename(tmp_path / "record.dat")
+    assert read_measurement(renamed).count == 2000
+    with pytest.raises(ts.InputError, match="is a folder"):
+        read_measurement(tmp_path)

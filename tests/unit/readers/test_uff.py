@@ -1,0 +1,210 @@
+"""The reader of universal files, on files that pyuff writes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import pyuff
+
+import tarsus as ts
+from tarsus.files.readers import read_measurement, read_response
+from tarsus.measurement import Quantity
+
+RANDOM = np.random.default_rng(1)
+LINES = 2.0 + 0.5 * np.arange(40)
+TIMES = 1e-4 * np.arange(300)
+H = RANDOM.normal(size=(2, 40)) + 1j * RANDOM.normal(size=(2, 40))
+
+
+def write(path, sets):
+    """A new file; pyuff's own mode "overwrite" writes a mark too many before binary data."""
+    path.unlink(missing_ok=True)
+    pyuff.UFF(str(path)).write_sets(sets, mode="add")
+    return path
+
+
+def function(data: np.ndarray, x: np.ndarray, kind: int, node: int, **more: Any) -> dict[str, Any]:
+    given = {
+        "binary": 0,
+        "func_type": kind,
+        "rsp_node": node,
+        "rsp_dir": 3,
+        "ref_node": 1,
+        "ref_dir": -3,
+        "data": data,
+        "x": x,
+        "abscissa_spacing": 1,
+        "abscissa_spec_data_type": 17 if kind == 1 else 18,
+        "ordinate_spec_data_type": 11,
+        "orddenom_spec_data_type": 13 if kind == 4 else 0,
+    }
+    return pyuff.prepare_58(**{**given, **more})
+
+
+def units(code: int, length: float, force: float) -> dict[str, Any]:
+    return pyuff.prepare_164(
+        units_code=code,
+        units_description="units",
+        temp_mode=1,
+        length=length,
+        force=force,
+        temp=1.0,
+        temp_offset=0.0,
+    )
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+@pytest.mark.parametrize("spacing", [0, 1])
+def test_responses_with_coherence(tmp_path, binary, spacing):
+    sets = [function(H[i], LINES, 4, i + 1, binary=binary, abscissa_spacing=spacing) for i in range(2)]
+    sets.append(function(np.full(40, 0.9), LINES, 6, 2, binary=binary, abscissa_spacing=spacing))
+    response = read_response(write(tmp_path / "frf.uff", sets))
+    assert [one.name for one in response.outputs] == ["1+Z", "2+Z"]
+    assert [one.at for one in response.outputs] == ["1", "2"]
+    assert [(one.name, one.quantity) for one in response.inputs] == [("1-Z", Quantity.FORCE)]
+    assert response.unit == (("m/s / N",), ("m/s / N",))
+    assert response.frequency == pytest.approx(LINES, rel=1e-5)
+    assert response.values[:, 0] == pytest.approx(H, rel=1e-11)
+    assert response.coherence is not None
+    assert response.coherence[1, 0] == pytest.approx(np.full(40, 0.9))
+    assert np.all(np.isnan(response.coherence[0]))
+
+
+def test_several_inputs_make_a_matrix_or_say_what_is_missing(tmp_path):
+    sets = [function(H[i] + 10 * j, LINES, 4, i + 1, ref_node=j) for i in range(2) for j in (7, 8)]
+    path = write(tmp_path / "frf.uff", sets)
+    response = read_response(path)
+    assert response.values.shape == (2, 2, 40)
+    assert response.values[1, 1] == pytest.approx(H[1] + 80)
+    assert read_response(path, inputs=["8-Z"]).values.shape == (2, 1, 40)
+    with pytest.raises(ts.InputError, match="no input '9-Z'"):
+        read_response(path, inputs=["9-Z"])
+    write(path, sets[:3])
+    with pytest.raises(ts.InputError, match="the response of '2\\+Z' to '8-Z' is missing; choose with"):
+        read_response(path)
+    assert read_response(path, inputs=["7-Z"]).values.shape == (2, 1, 40)
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+def test_time_series_in_the_units_of_the_file(tmp_path, binary):
+    velocity = RANDOM.normal(size=300)
+    sets = [
+        units(5, 1000.0, 1000.0),
+        function(velocity, TIMES, 1, 4, binary=binary),
+        function(np.sin(1e3 * TIMES), TIMES, 1, 9, binary=binary, ordinate_spec_data_type=13),
+        function(np.ones(40), LINES, 2, 4),
+        {
+            "type": 15,
+            "node_nums": [1.0],
+            "def_cs": [1.0],
+            "disp_cs": [1.0],
+            "color": [1.0],
+            "x": [0.0],
+            "y": [0.0],
+            "z": [0.0],
+        },
+    ]
+    record = read_measurement(write(tmp_path / "time.unv", sets))
+    assert record.names == ("4+Z", "9+Z")
+    assert record["4+Z"] == pytest.approx(1e-3 * velocity)
+    assert record.channel("9+Z").quantity is Quantity.FORCE and record.drive == "9+Z"
+    assert record.step == pytest.approx(1e-4)
+    notes = "\n".join(record.notes)
+    assert "not used: 1 auto spectra" in notes and "not used: 1 data sets of type 15" in notes
+
+
+def test_a_label_is_a_unit_unless_the_data_type_contradicts_it(tmp_path):
+    velocity = RANDOM.normal(size=300)
+    voltage = function(velocity, TIMES, 1, 2, ordinate_spec_data_type=0, ordinate_axis_units_lab="mV")
+    path = write(
+        tmp_path / "time.uff", [voltage, function(velocity, TIMES, 1, 1, ordinate_axis_units_lab="mm/s")]
+    )
+    record = read_measurement(path)
+    assert record["2+Z"] == pytest.approx(1e-3 * velocity) and record.names == ("2+Z",)
+    notes = "\n".join(record.notes)
+    assert (
+        "'1+Z' is labelled 'mm/s', but its data type and the file's units say 1 m/s: neither is relied on"
+        in notes
+    )
+    assert "nothing says what channel '1+Z' measures: not used" in notes
+    chosen = read_measurement(path, channels={"1+Z": "mm/s"})
+    assert chosen["1+Z"] == pytest.approx(1e-3 * velocity)
+
+
+def test_units_that_contradict_themselves_are_not_relied_on(tmp_path):
+    sets = [
+        units(1, 3.28083989501312334, 0.224808943099710480),
+        function(RANDOM.normal(size=300), TIMES, 1, 1),
+    ]
+    path = write(tmp_path / "time.uff", sets)
+    with pytest.raises(ts.InputError, match=r"nothing says what channel '1\+Z' measures"):
+        read_measurement(path)
+    notes = read_measurement(path, channels={"1+Z": "m/s"}).notes
+    assert "said to be SI (data set 164), but with 3.28084 units of length a metre" in "\n".join(notes)
+
+
+def test_repeats_of_a_point_are_told_apart(tmp_path):
+    sets = [function(RANDOM.normal(size=300), TIMES, 1, 1) for _ in range(2)]
+    record = read_measurement(write(tmp_path / "time.uff", sets))
+    assert record.names == ("1+Z", "1+Z #2")
+
+
+def test_records_sampled_differently_are_not_mixed(tmp_path):
+    sets = [function(RANDOM.normal(size=300), k * TIMES, 1, k) for k in (1, 2)]
+    with pytest.raises(
+        ts.InputError, match=r"'2\+Z' is sampled every 0.0002 s from 0 s, '1\+Z' every 0.0001 s"
+    ):
+        read_measurement(write(tmp_path / "time.uff", sets))
+
+
+def test_uneven_times_are_told(tmp_path):
+    times = TIMES.copy()
+    times[150:] += 3e-4
+    data = function(RANDOM.normal(size=300), times, 1, 1, abscissa_spacing=0)
+    with pytest.raises(
+        ts.InputError, match=r"time.uff: the sampling is not even: .* 0\.0004 s after sample 149"
+    ):
+        read_measurement(write(tmp_path / "time.uff", [data]))
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+def test_a_truncated_file_is_told(tmp_path, binary):
+    sets = [function(H[i], LINES, 4, i + 1, binary=binary) for i in range(2)]
+    path = write(tmp_path / "frf.uff", sets)
+    content = path.read_bytes()
+    path.write_bytes(content[:-300])
+    with pytest.raises(ts.InputError, match=r"frf.uff is truncated: its last data set does not end"):
+        read_response(path)
+    path.write_bytes(content[:-300] + b"\n    -1\n")
+    with pytest.raises(ts.InputError, match=r"frf.uff.* truncated"):
+        read_response(path)
+
+
+def test_data_at_nodes_by_frequency(tmp_path):
+    sets = []
+    for k in (2, 0, 1):
+        shape = np.array([1.0 + k, 2.0j])
+        sets.append(
+            pyuff.prepare_55(
+                model_type=1, analysis_type=5, data_ch=2, spec_data_type=11, n_data_per_node=3,
+                load_case=1, freq_step_n=k, freq=100.0 + k, node_nums=[3, 5], r1=0 * shape, r2=0 * shape, r3=shape,
+            )
+        )  # fmt: skip
+    response = read_response(write(tmp_path / "ods.uff", sets), input_unit="V")
+    assert [one.name for one in response.outputs] == ["3+Z", "5+Z"]
+    assert response.frequency.tolist() == [100.0, 101.0, 102.0]
+    assert response.values[0, 0] == pytest.approx([1.0, 2.0, 3.0])
+    assert response.values[1, 0] == pytest.approx([2j, 2j, 2j])
+    assert response.unit == (("m/s / V",), ("m/s / V",))
+
+
+def test_marks_that_do_not_enclose_data_sets_are_told(tmp_path):
+    path = write(tmp_path / "frf.uff", [function(H[0], LINES, 4, 1)])
+    content = path.read_bytes()
+    path.write_bytes(content + b"    -1\n" + content + b"    -1\n")
+    with pytest.raises(
+        ts.InputError, match=r"frf.uff is damaged: a data set between its marks \(-1\) has no number"
+    ):
+        read_response(path)
