@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 
 def test_show_prints_the_rounding_of_the_printed_hexapod(tarsus):
     result = tarsus("show", "hexapod")
@@ -21,3 +23,10 @@ def test_show_gives_intervals_as_numbers(tarsus):
 
 def test_show_without_intervals_has_no_column_for_them(tarsus):
     assert "95 % interval" not in tarsus("show", "cantilever").out
+
+
+def test_show_names_the_impact_map(tarsus):
+    assert "impact map: dominant mode, made passive" in tarsus("show", "hexapod").out
+    found = json.loads(tarsus("show", "hexapod", "--json").out)["impact_map"]
+    assert found["map"] == "dominant mode" and found["passive"] is True
+    assert abs(found["worst_gain"] - 1.0) < 1e-9

@@ -38,7 +38,9 @@ def show(
     scene = load_scene(name, laws=laws_of(law or ()))
     rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
     if json:
-        console.print_json({"device": scene.name, "values": rows, "citations": list(scene.citations)})
+        console.print_json(
+            {"device": scene.name, "values": rows, "impact_map": _impact(scene), "citations": list(scene.citations)}
+        )
         return 0
     print(scene.name)
     for section, members in groupby(rows, key=lambda row: row["path"].split(".")[0]):
@@ -59,9 +61,28 @@ def show(
         console.table(
             [headings[i] for i in shown], [[row[i] for i in shown] for row in cells], numbers_from=len(shown)
         )
+    impact = _impact(scene)
+    if impact is not None:
+        how = "as it is" if not impact["passive"] or impact["map"] == "mass-weighted" else "made passive"
+        print(
+            f"\nimpact map: {impact['map']}, {how}; one impact multiplies kinetic energy by at most "
+            f"{impact['worst_gain']:.3g}"
+        )
     for citation in scene.citations:
         print(f"\n{citation}")
     return 0
+
+
+def _impact(scene: Any) -> dict[str, Any] | None:
+    """The impact map at the first foot, and the largest factor by which it can multiply kinetic energy."""
+    if not scene.robot.feet:
+        return None
+    from tarsus.laws import MassWeighted
+    from tarsus.study.impacts import directed
+
+    chosen = scene.ground.impact or MassWeighted()
+    gain = directed(scene, chosen).gain(passive=chosen.passive)
+    return {"map": chosen.title, "passive": chosen.passive, "worst_gain": gain}
 
 
 def _row(scene: Any, path: str, info: Any) -> dict[str, Any]:
