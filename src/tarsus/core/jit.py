@@ -22,7 +22,8 @@ from numba.core.typed_passes import (
     NopythonTypeInference,
     PreLowerStripPhis,
 )
-from numba.core.types import BoundFunction, Function, unliteral
+from numba.core.types import unliteral
+from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import (
     FixupArgs,
     GenericRewrites,
@@ -36,12 +37,7 @@ _MATH = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class _Typing:
-    """A typing context that resolves each operator or function only once for the same types of arguments.
-
-    Literal arguments count as plain integers, so that a part is not compiled anew for each of them.
-    """
-
-    _signatures: dict[Any, Any] = {}
+    """A typing context in which literal arguments count as plain integers: a part is not compiled anew for each."""
 
     def __init__(self, context: Any) -> None:
         self._context = context
@@ -50,15 +46,24 @@ class _Typing:
         return getattr(self._context, name)
 
     def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
-        args = tuple(unliteral(argument) for argument in args)
-        if kws or not isinstance(function, (Function, BoundFunction)):
-            return self._context.resolve_function_type(function, args, kws)
-        signature = self._signatures.get((function, args))
-        if signature is None:
-            signature = self._context.resolve_function_type(function, args, kws)
-            if signature is not None:
-                self._signatures[function, args] = signature
-        return signature
+        return self._context.resolve_function_type(function, tuple(unliteral(argument) for argument in args), kws)
+
+
+_resolve = BaseFunction.get_call_type
+_resolved: dict[Any, Any] = {}
+
+
+def _remember(function: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Signature of an operator or function, found once for the same types of arguments.
+
+    Numba looks for it in typing and in code generation, each time among all overloads.
+    """
+    if kws:
+        return _resolve(function, context, args, kws)
+    key = (function, tuple(args))
+    if key not in _resolved:
+        _resolved[key] = _resolve(function, context, args, kws)
+    return _resolved[key]
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -102,9 +107,11 @@ class _EntryCompiler(CompilerBase):
     def compile_extra(self, func: Any) -> Any:
         collecting = gc.isenabled()
         gc.disable()  # the millions of small objects made here all live until the end
+        usual, BaseFunction.get_call_type = BaseFunction.get_call_type, _remember
         try:
             return super().compile_extra(func)
         finally:
+            BaseFunction.get_call_type = usual
             if collecting:
                 gc.enable()
 
