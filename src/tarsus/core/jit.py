@@ -10,11 +10,13 @@ from __future__ import annotations
 import gc
 from typing import Any
 
+from llvmlite import ir
 from numba import njit
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
 from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.lowering import Lower
 from numba.core.typed_passes import (
     IRLegalization,
     NativeLowering,
@@ -77,11 +79,33 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
 
+class _PartLower(Lower):
+    def setup_function(self, fndesc: Any) -> None:
+        super().setup_function(fndesc)
+        arguments = self.call_conv.get_arguments(self.function)
+        for argument in arguments:
+            if isinstance(argument.type, ir.PointerType) and isinstance(argument.type.pointee, ir.LiteralStructType):
+                set.add(argument.attributes, "readonly")  # a reference; llvmlite does not list that attribute
+
+
+class _RareLower(_PartLower):
+    def setup_function(self, fndesc: Any) -> None:
+        super().setup_function(fndesc)
+        self.function.attributes.add("noinline")
+        self.function.attributes.add("optsize")
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _PartLowering(NativeLowering):
     """Numba's code generation into a part library."""
 
     _name = "tarsus_part_lowering"
+
+    _lower: type = _PartLower
+
+    @property
+    def lowering_class(self) -> type:
+        return self._lower
 
     def run_pass(self, state: Any) -> bool:
         name = state.func_id.func_qualname
@@ -94,6 +118,12 @@ class _PartLowering(NativeLowering):
         state.targetctx.insert_user_function(handle, lowered.fndesc, [state.library])
         state["cr"] = lowered._replace(cfunc=handle)
         return True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _RareLowering(_PartLowering):
+    _name = "tarsus_rare_lowering"
+    _lower = _RareLower
 
 
 class _EntryCompiler(CompilerBase):
@@ -130,6 +160,10 @@ class _PartCompiler(_EntryCompiler):
     _lowering = _PartLowering
 
 
+class _RareCompiler(_EntryCompiler):
+    _lowering = _RareLowering
+
+
 # No two array arguments of a kernel function may share memory that it writes (see ``noalias`` above).
 PART: dict[str, Any] = {
     "fastmath": _MATH, "error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
@@ -137,7 +171,9 @@ PART: dict[str, Any] = {
 }  # fmt: skip
 
 # Called now and then (at events): LLVM decides whether to inline it.
-inner = njit(**PART)
+inner = njit(**PART, forceinline=False)
+# At few events, or where a step is out of the ordinary: short code, made once.
+rare = njit(**{**PART, "forceinline": False, "pipeline_class": _RareCompiler})
 # On the path of every step: melted into its caller, so that no argument is copied.
 fused = njit(forceinline=True, **PART)
 
