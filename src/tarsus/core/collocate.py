@@ -8,10 +8,11 @@ from tarsus.core import hooks
 from tarsus.core.flow import add_constant, add_nodal
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import fused
-from tarsus.core.nodes import N
+from tarsus.core.nodes import TAU, N
 
 SWEEPS = 14
 STIFF = -2
+DEEP = 0.9  # share of a foot's room to the ground (or the film's own singularity) that no step may use up
 
 
 @fused
@@ -21,8 +22,7 @@ def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, valu
         if mask >> i & 1:
             continue
         if flags[i] & HAS_MOMENTUM:
-            for j in range(N):
-                values[i, j] = hooks.momentum(par, pointer, i, nodes[i, j])
+            hooks.momenta(par, pointer, i, nodes, values)
         if flags[i] & HAS_FORCE:
             for j in range(N):
                 values[m + i, j] = hooks.force(
@@ -34,7 +34,7 @@ def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, valu
 def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
     """nodes = linear + effect of the smooth forces, for gaps and (where a law uses them) rates of free feet.
 
-    Returns the largest change of a nodal gap [m].
+    Returns twice the mean change of a foot's nodal gaps [m].
     """
     change = 0.0
     for i in range(m):
@@ -52,11 +52,12 @@ def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
                     add_nodal_row(node_input, q, k, o, f, values, nodes, r)
                 if flags[f] & HAS_FORCE and not mask >> f & 1:
                     add_nodal_row(node_input, q, k, o, m + f, values, nodes, r)
+            if half == 0:
+                for j in range(N):
+                    change += abs(nodes[r, j] - nodes[o, j])
             for j in range(N):
-                if half == 0:
-                    change = max(change, abs(nodes[r, j] - nodes[o, j]))
                 nodes[o, j] = nodes[r, j]
-    return change
+    return change * (2.0 / N)
 
 
 @fused
@@ -70,12 +71,13 @@ def add_nodal_row(node_input, q, k, o, i, values, out, row):
 @fused
 def solve(
     q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance,
-    probe,
+    probe, room,
 ):
     """Picard sweeps for the smooth forces of the free feet; ``linear`` holds the outputs without them.
 
     Returns the number of sweeps, -1 where they do not settle (the step is too long), or STIFF where they cannot:
-    the film changes the gap by more than a fraction of what changes the film.
+    the film changes the gap by more than a fraction of what changes the film. A step that would
+    use up most of a foot's room is not tried: room[i] becomes the part of it that may be, less one (negative).
     """
     any_law = False
     for i in range(m):
@@ -83,6 +85,7 @@ def solve(
             continue
         if flags[i] & (HAS_MOMENTUM | HAS_FORCE):
             any_law = True
+        room[i] = 0.0
         for j in range(N):
             nodes[i, j] = linear[i, j]
             nodes[m + i, j] = linear[m + i, j]
@@ -97,6 +100,7 @@ def solve(
             slope = (hooks.momentum(par, pointer, i, linear[i, 0] + probe) - p) / probe
             if abs(slope * node_constant[q, k, i, i, N - 1]) > 0.5:
                 return STIFF
+            room[i] = 2.0 * p / -slope if slope < 0.0 else 0.0
             for o in range(m):
                 if not mask >> o & 1:
                     add_constant(node_constant, q, k, o, i, p, nodes)
@@ -105,6 +109,9 @@ def solve(
             for o in range(m):
                 if not mask >> o & 1:
                     add_constant(node_constant, q, k, o, m + i, f, nodes)
+    for i in range(m):
+        if not mask >> i & 1 and room[i] > 0.0 and runs_deep(i, nodes, room):
+            return -1
     before = math.inf
     for n in range(SWEEPS):
         evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, values)
@@ -122,9 +129,30 @@ def solve(
 
 
 @fused
+def runs_deep(i, nodes, room):
+    """Whether foot i would come close to where its film is infinite: a film P ~ 1/(g + g0)^2 is -2 P/P' away from it.
+
+    Then room[i] = s - 1, with s the scaled time at which 0.8 of that way is used up.
+    """
+    deepest = nodes[i, 0] - DEEP * room[i]
+    deep = False
+    for j in range(1, N):
+        deep = deep or nodes[i, j] < deepest
+    if not deep:
+        return False
+    level = nodes[i, 0] - 0.8 * room[i]
+    j = 1
+    while nodes[i, j] >= level:
+        j += 1
+    s = TAU[j - 1] + (TAU[j] - TAU[j - 1]) * (nodes[i, j - 1] - level) / (nodes[i, j - 1] - nodes[i, j])
+    room[i] = s - 1.0
+    return True
+
+
+@fused
 def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, constant, span):
     """Estimated error of a free foot's gap at the end of the step [m], of the drives relative to their span, and
-    the growth of the smooth forces over the step (1 where they shrink or do not matter)."""
+    the growth of the smooth forces over the step (1 where they do not matter)."""
     gap_error = 0.0
     growth = 1.0
     for i in range(2 * m):
@@ -144,7 +172,7 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
             gap_error = error
             before = abs(values[i, 0])
             after = abs(values[i, N - 1])
-            growth = after / before if after > before > 0.0 else 1.0
+            growth = after / before if after > 0.0 and before > 0.0 else 1.0
     drive_error = 0.0
     for d in range(nd):
         i = 2 * m + d

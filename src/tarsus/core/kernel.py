@@ -7,10 +7,11 @@ import math
 from tarsus.core import arrays as a
 from tarsus.core.collocate import STIFF, add_pull_forces, solve, tail
 from tarsus.core.contact import enter_mode, impact, log, release, reorder, settle
-from tarsus.core.events import bulge, first_root, margins, scan
+from tarsus.core.events import bulge, first_root, hold, margins, scan
 from tarsus.core.flow import (
     add_constant,
     add_nodal,
+    dot,
     flow_state,
     output_series,
     outputs_from_state,
@@ -18,7 +19,7 @@ from tarsus.core.flow import (
     taylor,
 )
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
-from tarsus.core.jit import entry, fused, rare
+from tarsus.core.jit import entry, fused, inner, rare
 from tarsus.core.newton import newton
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
 from tarsus.core.pace import landing_terms, launch_class, next_class, reject, shorter
@@ -46,23 +47,29 @@ def next_kink(signals, cursor, nc, t):
     return kink, reach
 
 
-@fused
-def prepare(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h):
-    """Nodal drive forces and volts of a step, and the outputs without smooth forces of free feet."""
+@inner
+def drive(signals, laws, state, work, m, nd, t, h):
+    """Nodal drive forces of a step, and the volts at the feet."""
     first, start, end, coef = signals.first, signals.start, signals.end, signals.coef
     flat, sharp, loop, period = signals.flat, signals.sharp, signals.loop, signals.period
-    mask = modes.mask[q]
-    values, linear = work.values, work.linear
-    last = 2 * m + nd
     for d in range(nd):
         i = 2 * m + d
         work.constant[i] = fill(
-            first, start, end, coef, flat, sharp, loop, period, state.cursor, d, t, h, _tau, values, i
+            first, start, end, coef, flat, sharp, loop, period, state.cursor, d, t, h, _tau, work.values, i
         )
     for i in range(m):
         c = laws.volts[i]
         if c >= 0:
             fill(first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i)
+
+
+@fused
+def prepare(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h):
+    """Nodal drive forces and volts of a step, and the outputs without smooth forces of free feet."""
+    drive(signals, laws, state, work, m, nd, t, h)
+    mask = modes.mask[q]
+    values, linear = work.values, work.linear
+    last = 2 * m + nd
     for i in range(m):
         for half in range(2):
             if half == 1 and (mask >> i & 1 or not laws.flags[i] & USES_RATE):
@@ -86,6 +93,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     sweeps = solve(
         q, k, m, mask, flags, laws.parameters, laws.pointer, t, h, _tau, tables.node_input, tables.node_constant,
         work.linear, work.volts, work.values, work.nodes, 0.05 * state.real[a.TOL_GAP], state.real[a.PROBE],
+        work.other,
     )  # fmt: skip
     if sweeps == STIFF:
         sweeps = newton(
@@ -227,6 +235,55 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
     return doubt, interval, coarse
 
 
+@inner
+def quiet(modes, laws, state, work, q, m, nb, ni, t, left):
+    """Whether feet that are all held stay so for ``left`` at least, under drives that do not change.
+
+    Each pull sways about its value at rest by no more than its modal amplitudes; see ``level`` and ``sway``.
+    """
+    w, z = state.w, work.velocity
+    for b in range(nb):
+        z[b] = modes.blocks[q, 0, b] * w[b] + modes.blocks[q, 1, b] * w[nb + b]
+        z[nb + b] = modes.blocks[q, 2, b] * w[b] + modes.blocks[q, 3, b] * w[nb + b]
+    for i in range(2 * m, ni):
+        for r in range(2 * nb):
+            z[r] += modes.inputs[q, i, r] * work.values[i, 0]
+    for i in range(m):
+        most = dot(modes.outputs, q, i, 2 * nb, w) - dot(modes.level, q, i, 2 * nb, z)
+        for f in range(2 * m, ni):
+            most += modes.feed[q, i, f] * work.values[f, 0]
+        for b in range(nb):
+            most += modes.sway[q, i, b] * math.sqrt(z[b] * z[b] + z[nb + b] * z[nb + b])
+        for j in range(N):
+            holds = hold(i, laws.flags, laws.parameters, laws.pointer, state.since[i], t + _tau[j] * left, work.volts[i, 0])
+            if not holds - most > state.real[a.EPS_FORCE]:
+                return False
+    return True
+
+
+@inner
+def glide(modes, tables, signals, laws, state, work, q, m, nb, ni, nk, t, left):
+    """Where nothing can happen until the drives change: the longest step that fits, with its flow alone.
+
+    Returns its class, or -1 where something can happen or the rest is short enough to be cut from a landing step.
+    """
+    k = 0
+    while k < nk and tables.terms[q, k] == 0 and tables.lengths[k] > left:
+        k += 1
+    if k == nk or tables.terms[q, k] > 0:
+        return -1
+    drive(signals, laws, state, work, m, ni - 2 * m - 1, t, tables.lengths[k])
+    if not quiet(modes, laws, state, work, q, m, nb, ni, t, left):
+        return -1
+    for i in range(2 * m):
+        work.active[i] = False
+    flow_state(
+        tables.exponential, tables.state_constant, tables.state_input, q, k, nb, ni, state.w, work.values,
+        work.constant, work.active, work.state,
+    )  # fmt: skip
+    return k
+
+
 @fused
 def step(
     modes, tables, signals, laws, state, work, verdict, r_modes, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
@@ -240,6 +297,16 @@ def step(
     kink, reach = next_kink(signals, state.cursor, nc, t)
     goal = min(real[a.END], real[a.MARK])
     left = min(kink, goal - t)
+    if reach == math.inf and modes.mask[q] == (1 << m) - 1 and count[a.LAUNCHING] == 0:
+        far = glide(modes, tables, signals, laws, state, work, q, m, nb, ni, nk, t, left)
+        if far >= 0:
+            h = tables.lengths[far]
+            if count[a.RECORD] != 0:
+                record(r_state, r_output, r_work, q, far, ni, size, t, h, 1.0)
+            for r in range(size):
+                state.w[r] = work.state[r]
+            real[a.TIME] = t + h
+            return -1, -1
     wanted = k
     while True:
         if k >= nk:
@@ -251,7 +318,7 @@ def step(
         error = attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
         if not 0.0 <= error <= 1.0:
             count[a.REJECTED] += 1
-            k += reject(m, modes.mask[q], work.linear, error)
+            k += reject(m, modes.mask[q], work.linear, work.other, error)
             wanted = max(wanted, k)
             continue
         limit = min(1.0, left / h)
