@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 from tarsus.core import hooks
-from tarsus.core.flow import add_constant, add_nodal
+from tarsus.core.flow import add_constant, add_nodal, nodal
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import fused
 from tarsus.core.nodes import TAU, N
+from tarsus.core.row import load, lowest, magnitude, store, total
 
 SWEEPS = 14
 STIFF = -2
@@ -44,28 +45,16 @@ def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
             if half == 1 and not flags[i] & USES_RATE:
                 continue
             o = i + half * m
-            r = 2 * m  # scratch row
-            for j in range(N):
-                nodes[r, j] = linear[o, j]
+            row = load(linear, (o,))
             for f in range(m):
                 if flags[f] & HAS_MOMENTUM and not mask >> f & 1:
-                    add_nodal_row(node_input, q, k, o, f, values, nodes, r)
+                    row += nodal(node_input, q, k, o, f, values)
                 if flags[f] & HAS_FORCE and not mask >> f & 1:
-                    add_nodal_row(node_input, q, k, o, m + f, values, nodes, r)
+                    row += nodal(node_input, q, k, o, m + f, values)
             if half == 0:
-                for j in range(N):
-                    change += abs(nodes[r, j] - nodes[o, j])
-            for j in range(N):
-                nodes[o, j] = nodes[r, j]
+                change += total(magnitude(row - load(nodes, (o,))))
+            store(nodes, (o,), row)
     return change * (2.0 / N)
-
-
-@fused
-def add_nodal_row(node_input, q, k, o, i, values, out, row):
-    for a in range(N):
-        x = values[i, a]
-        for j in range(N):
-            out[row, j] += node_input[q, k, o, i, a, j] * x
 
 
 @fused
@@ -86,9 +75,8 @@ def solve(
         if flags[i] & (HAS_MOMENTUM | HAS_FORCE):
             any_law = True
         room[i] = 0.0
-        for j in range(N):
-            nodes[i, j] = linear[i, j]
-            nodes[m + i, j] = linear[m + i, j]
+        store(nodes, (i,), load(linear, (i,)))
+        store(nodes, (m + i,), load(linear, (m + i,)))
     if not any_law:
         return 0
     # Start from the forces of the first node, held constant.
@@ -134,11 +122,7 @@ def runs_deep(i, nodes, room):
 
     Then room[i] = s - 1, with s the scaled time at which 0.8 of that way is used up.
     """
-    deepest = nodes[i, 0] - DEEP * room[i]
-    deep = False
-    for j in range(1, N):
-        deep = deep or nodes[i, j] < deepest
-    if not deep:
+    if not lowest(load(nodes, (i,))) < nodes[i, 0] - DEEP * room[i]:
         return False
     level = nodes[i, 0] - 0.8 * room[i]
     j = 1
@@ -160,9 +144,7 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
         wanted = HAS_MOMENTUM if i < m else HAS_FORCE
         if mask >> foot & 1 or not flags[foot] & wanted:
             continue
-        a = 0.0
-        for j in range(N):
-            a += tail_row[j] * values[i, j]
+        a = total(load(values, (i,)) * load(tail_row, ()))
         reach = abs(node_constant[q, k, foot, i, N - 1])
         swing = abs(nodes[foot, N - 1] - nodes[foot, 0])
         # a stiff film holds the gap: an error of its momentum moves it by no more than the film's own slope lets it
@@ -178,9 +160,7 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
         i = 2 * m + d
         if constant[i] or span[d] == 0.0:
             continue
-        a = 0.0
-        for j in range(N):
-            a += tail_row[j] * values[i, j]
+        a = total(load(values, (i,)) * load(tail_row, ()))
         drive_error = max(drive_error, abs(a) / span[d])
     return gap_error, drive_error, growth
 

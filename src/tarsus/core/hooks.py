@@ -18,6 +18,7 @@ from numba.extending import intrinsic, overload
 
 from tarsus.core.jit import PART, inner
 from tarsus.core.nodes import N
+from tarsus.core.row import load, store
 
 # Pointer columns of a foot: addresses of a user's functions, 0 where there is none.
 MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
@@ -85,21 +86,21 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
 
 
 def _assemble_row(compiled: bool) -> Callable[..., None]:
-    """``momenta``: one loop over the nodes without a branch, so that their divisions are made side by side."""
-    scope: dict[str, object] = {"momentum": momentum}
+    """``momenta``: all nodes at once. A built-in resistive law is plain arithmetic of its gap."""
+    scope: dict[str, object] = {"momentum": momentum, "load": load, "store": store}
     terms, lines = [], []
     for n, law in enumerate(_bound["momentum"]):
         scope[f"law{n}"] = inner(law.function) if compiled else law.function
         lines += [f"    p{n}_{c} = par[foot, {law.first + c}]\n" for c in range(law.count)]
-        terms.append(f"law{n}({', '.join(['gaps[foot, j]', *(f'p{n}_{c}' for c in range(law.count))])})")
+        terms.append(f"law{n}({', '.join(['row', *(f'p{n}_{c}' for c in range(law.count))])})")
     body = (
         "def momenta(par, pointer, foot, gaps, values):\n"
         f"    if pointer[foot, {MOMENTUM}] != 0:\n"
         f"        for j in range({N}):\n"
         "            values[foot, j] = momentum(par, pointer, foot, gaps[foot, j])\n"
         f"        return\n{''.join(lines)}"
-        f"    for j in range({N}):\n"
-        f"        values[foot, j] = {' + '.join(terms) or '0.0'}\n"
+        "    row = load(gaps, (foot,))\n"
+        f"    store(values, (foot,), {' + '.join(terms) or 'row * 0.0'})\n"
     )
     exec(body, scope)
     return scope["momenta"]  # type: ignore[return-value]

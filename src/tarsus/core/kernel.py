@@ -7,25 +7,26 @@ import math
 from tarsus.core import arrays as a
 from tarsus.core.collocate import STIFF, add_pull_forces, solve, tail
 from tarsus.core.contact import enter_mode, impact, log, release, reorder, settle
-from tarsus.core.events import bulge, first_root, hold, margins, scan
+from tarsus.core.events import bulge, first_root, margins, scan
 from tarsus.core.flow import (
     add_constant,
     add_nodal,
-    dot,
     flow_state,
     output_series,
     outputs_from_state,
     state_at,
     taylor,
 )
+from tarsus.core.glide import drive, glide
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
-from tarsus.core.jit import entry, fused, inner, rare
+from tarsus.core.jit import entry, fused, rare
 from tarsus.core.newton import newton
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
 from tarsus.core.pace import landing_terms, launch_class, next_class, reject, shorter
 from tarsus.core.peak import hides_peak, raise_apex
 from tarsus.core.reference import refer
-from tarsus.core.signals import fill, seek
+from tarsus.core.row import highest, load, lowest, store
+from tarsus.core.signals import seek
 
 _tau, _monomial, _tail = TAU, MONOMIAL, TAIL
 
@@ -45,22 +46,6 @@ def next_kink(signals, cursor, nc, t):
         if not (signals.flat[p] and signals.sharp[p]):
             reach = min(reach, left + 0.25 * signals.last[p])
     return kink, reach
-
-
-@inner
-def drive(signals, laws, state, work, m, nd, t, h):
-    """Nodal drive forces of a step, and the volts at the feet."""
-    first, start, end, coef = signals.first, signals.start, signals.end, signals.coef
-    flat, sharp, loop, period = signals.flat, signals.sharp, signals.loop, signals.period
-    for d in range(nd):
-        i = 2 * m + d
-        work.constant[i] = fill(
-            first, start, end, coef, flat, sharp, loop, period, state.cursor, d, t, h, _tau, work.values, i
-        )
-    for i in range(m):
-        c = laws.volts[i]
-        if c >= 0:
-            fill(first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i)
 
 
 @fused
@@ -104,8 +89,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
         return -1.0
     for i in range(m):
         if mask >> i & 1 or (not flags[i] & (HAS_MOMENTUM | HAS_FORCE) and sweeps == 0):
-            for j in range(N):
-                work.nodes[i, j] = work.linear[i, j]
+            store(work.nodes, (i,), load(work.linear, (i,)))
     if mask != 0:
         add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
     gap_error, drive_error, growth = tail(
@@ -136,14 +120,10 @@ def block_speeds(blocks, inputs, input_norm, values, constant, active, w, q, nb,
             speed[r] += inputs[q, i, r] * v
         if constant[i]:
             continue
-        low = v
-        high = v
-        for j in range(1, N):
-            v = values[i, j]
-            low = v if v < low else low
-            high = v if v > high else high
+        row = load(values, (i,))
+        span = highest(row) - lowest(row)
         for b in range(nb):
-            speed[2 * nb + b] += (high - low) * input_norm[q, i, b]
+            speed[2 * nb + b] += span * input_norm[q, i, b]
     for b in range(nb):
         speed[b] = math.sqrt(speed[b] * speed[b] + speed[nb + b] * speed[nb + b]) + speed[2 * nb + b]
 
@@ -235,58 +215,9 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
     return doubt, interval, coarse
 
 
-@inner
-def quiet(modes, laws, state, work, q, m, nb, ni, t, left):
-    """Whether feet that are all held stay so for ``left`` at least, under drives that do not change.
-
-    Each pull sways about its value at rest by no more than its modal amplitudes; see ``level`` and ``sway``.
-    """
-    w, z = state.w, work.velocity
-    for b in range(nb):
-        z[b] = modes.blocks[q, 0, b] * w[b] + modes.blocks[q, 1, b] * w[nb + b]
-        z[nb + b] = modes.blocks[q, 2, b] * w[b] + modes.blocks[q, 3, b] * w[nb + b]
-    for i in range(2 * m, ni):
-        for r in range(2 * nb):
-            z[r] += modes.inputs[q, i, r] * work.values[i, 0]
-    for i in range(m):
-        most = dot(modes.outputs, q, i, 2 * nb, w) - dot(modes.level, q, i, 2 * nb, z)
-        for f in range(2 * m, ni):
-            most += modes.feed[q, i, f] * work.values[f, 0]
-        for b in range(nb):
-            most += modes.sway[q, i, b] * math.sqrt(z[b] * z[b] + z[nb + b] * z[nb + b])
-        for j in range(N):
-            holds = hold(i, laws.flags, laws.parameters, laws.pointer, state.since[i], t + _tau[j] * left, work.volts[i, 0])
-            if not holds - most > state.real[a.EPS_FORCE]:
-                return False
-    return True
-
-
-@inner
-def glide(modes, tables, signals, laws, state, work, q, m, nb, ni, nk, t, left):
-    """Where nothing can happen until the drives change: the longest step that fits, with its flow alone.
-
-    Returns its class, or -1 where something can happen or the rest is short enough to be cut from a landing step.
-    """
-    k = 0
-    while k < nk and tables.terms[q, k] == 0 and tables.lengths[k] > left:
-        k += 1
-    if k == nk or tables.terms[q, k] > 0:
-        return -1
-    drive(signals, laws, state, work, m, ni - 2 * m - 1, t, tables.lengths[k])
-    if not quiet(modes, laws, state, work, q, m, nb, ni, t, left):
-        return -1
-    for i in range(2 * m):
-        work.active[i] = False
-    flow_state(
-        tables.exponential, tables.state_constant, tables.state_input, q, k, nb, ni, state.w, work.values,
-        work.constant, work.active, work.state,
-    )  # fmt: skip
-    return k
-
-
 @fused
 def step(
-    modes, tables, signals, laws, state, work, verdict, r_modes, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
+    modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
 ):
     """Advance to the end of one step or to the event inside it. Returns (code or -1, foot with an event or -1)."""
     count, real = state.count, state.real
@@ -298,7 +229,7 @@ def step(
     goal = min(real[a.END], real[a.MARK])
     left = min(kink, goal - t)
     if reach == math.inf and modes.mask[q] == (1 << m) - 1 and count[a.LAUNCHING] == 0:
-        far = glide(modes, tables, signals, laws, state, work, q, m, nb, ni, nk, t, left)
+        far = glide(r_modes, r_tables, r_signals, r_laws, r_state, r_work, q, m, nb, ni, nk, t, left)
         if far >= 0:
             h = tables.lengths[far]
             if count[a.RECORD] != 0:
@@ -329,8 +260,10 @@ def step(
         for i in range(m):
             if verdict[i, 1] > 0:
                 far = max(far, _tau[verdict[i, 1]])
-        terms = landing_terms(tables.lengths, tables.terms, q, k, nk, min(far, limit))
-        if terms == 0:
+        terms = 0
+        if far > 0.0:
+            terms = landing_terms(tables.lengths, tables.terms, q, k, nk, min(far, limit))
+        if far > 0.0 and terms == 0:
             count[a.REJECTED] += 1
             k = shorter(tables, q, k, nk, max(_tau[interval - 1] if interval < N else 0.0, 0.125))
             continue
@@ -454,7 +387,7 @@ def make_advance(sources: str):
             return -1
         # what is called seldom takes references
         r_modes, r_signals, r_laws, r_batch = refer(modes), refer(signals), refer(laws), refer(batch)
-        r_state, r_work, r_output = refer(state), refer(work), refer(output)
+        r_tables, r_state, r_work, r_output = refer(tables), refer(state), refer(work), refer(output)
         count, real = state.count, state.real
         m = laws.flags.shape[0]
         nc = signals.loop.shape[0]
@@ -504,7 +437,7 @@ def make_advance(sources: str):
                 finish(r_batch, r_state, a.STEP_LIMIT)
                 continue
             code, foot = step(
-                modes, tables, signals, laws, state, work, verdict, r_modes, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
+                modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
             )
             if code >= 0:
                 finish(r_batch, r_state, code)

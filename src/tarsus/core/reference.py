@@ -10,7 +10,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, config
-from numba.core.datamodel import models, register_default
+from numba.core.datamodel import models
+from numba.core.datamodel.registry import register_default
 from numba.core.types import Array, Type
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import intrinsic, lower_getattr_generic

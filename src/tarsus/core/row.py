@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.core.datamodel import models, register_default
+from numba.core import cgutils, config, types
+from numba.core.datamodel import models
+from numba.core.datamodel.registry import register_default
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, overload
+from numba.extending import intrinsic, lower_builtin
 
-from tarsus.core.jit import PART
 from tarsus.core.nodes import N
 
 _VECTOR = ir.VectorType(ir.DoubleType(), N)
@@ -54,7 +54,7 @@ def _arithmetic(function: Any, instruction: str) -> None:
     class Template(ConcreteTemplate):
         cases = [signature(row_type, *pair) for pair in pairs]
 
-    infer_global(function)(Template)
+    infer_global(function)(Template)  # type: ignore[reportOptionalCall]
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         both = (_spread(context, builder, *pair) for pair in zip(args, sig.args, strict=True))
@@ -65,12 +65,12 @@ def _arithmetic(function: Any, instruction: str) -> None:
 
 
 for _function, _instruction in (
-    (operator.add, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv"),
+    (operator.add, "fadd"), (operator.iadd, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"), (operator.truediv, "fdiv"),
 ):  # fmt: skip
     _arithmetic(_function, _instruction)
 
 
-@infer_global(operator.neg)
+@infer_global(operator.neg)  # type: ignore[reportOptionalCall]
 class _Negative(ConcreteTemplate):
     cases = [signature(row_type, row_type)]
 
@@ -133,43 +133,19 @@ def _magnitude(typingctx, row):
     return row_type(row_type), generate
 
 
-_sum, _highest, _lowest = _reduction("fadd", -0.0), _reduction("fmax"), _reduction("fmin")
+def _plain(intrinsic_: Any, function: Any) -> Any:
+    return function if config.DISABLE_JIT else intrinsic_
 
 
-def load(array, index):
-    """Row of an array at a tuple of all indices but the last."""
-    return np.array(array[index])
-
-
-def store(array, index, row):
-    """Write a row into an array at a tuple of all indices but the last."""
+def _put(array: Any, index: Any, row: Any) -> None:
     array[index] = row
 
 
-def total(row):
-    """Sum of a row."""
-    return row.sum()
-
-
-def highest(row):
-    """Largest number of a row."""
-    return row.max()
-
-
-def lowest(row):
-    """Smallest number of a row."""
-    return row.min()
-
-
-def magnitude(row):
-    """Row of absolute values."""
-    return np.abs(row)
-
-
-_INLINE = {**PART, "forceinline": True}
-overload(load, jit_options=_INLINE)(lambda array, index: lambda array, index: _load(array, index))
-overload(store, jit_options=_INLINE)(lambda array, index, row: lambda array, index, row: _store(array, index, row))
-overload(total, jit_options=_INLINE)(lambda row: lambda row: _sum(row))
-overload(highest, jit_options=_INLINE)(lambda row: lambda row: _highest(row))
-overload(lowest, jit_options=_INLINE)(lambda row: lambda row: _lowest(row))
-overload(magnitude, jit_options=_INLINE)(lambda row: lambda row: _magnitude(row))
+# Row of an array at a tuple of all indices but the last, and writing one there.
+load = _plain(_load, lambda array, index: np.array(array[index]))
+store = _plain(_store, _put)
+# Sum of a row, its largest and its smallest number, and the row of its absolute values.
+total = _plain(_reduction("fadd", -0.0), np.sum)
+highest = _plain(_reduction("fmax"), np.max)
+lowest = _plain(_reduction("fmin"), np.min)
+magnitude = _plain(_magnitude, np.abs)
