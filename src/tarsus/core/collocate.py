@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 
 from tarsus.core import hooks
-from tarsus.core.flow import add_constant, add_nodal
+from tarsus.core.flow import add_constant, add_nodal, nodal
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import fused
-from tarsus.core.nodes import N
+from tarsus.core.nodes import TAU, N
+from tarsus.core.row import load, lowest, magnitude, store, total
 
 SWEEPS = 14
 STIFF = -2
+DEEP = 0.9  # share of a foot's room to the ground (or the film's own singularity) that no step may use up
 
 
 @fused
@@ -21,8 +23,7 @@ def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, valu
         if mask >> i & 1:
             continue
         if flags[i] & HAS_MOMENTUM:
-            for j in range(N):
-                values[i, j] = hooks.momentum(par, pointer, i, nodes[i, j])
+            hooks.momenta(par, pointer, i, nodes, values)
         if flags[i] & HAS_FORCE:
             for j in range(N):
                 values[m + i, j] = hooks.force(
@@ -34,7 +35,7 @@ def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, valu
 def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
     """nodes = linear + effect of the smooth forces, for gaps and (where a law uses them) rates of free feet.
 
-    Returns the largest change of a nodal gap [m].
+    Returns twice the mean change of a foot's nodal gaps [m].
     """
     change = 0.0
     for i in range(m):
@@ -44,38 +45,28 @@ def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
             if half == 1 and not flags[i] & USES_RATE:
                 continue
             o = i + half * m
-            r = 2 * m  # scratch row
-            for j in range(N):
-                nodes[r, j] = linear[o, j]
+            row = load(linear, (o,))
             for f in range(m):
                 if flags[f] & HAS_MOMENTUM and not mask >> f & 1:
-                    add_nodal_row(node_input, q, k, o, f, values, nodes, r)
+                    row += nodal(node_input, q, k, o, f, values)
                 if flags[f] & HAS_FORCE and not mask >> f & 1:
-                    add_nodal_row(node_input, q, k, o, m + f, values, nodes, r)
-            for j in range(N):
-                if half == 0:
-                    change = max(change, abs(nodes[r, j] - nodes[o, j]))
-                nodes[o, j] = nodes[r, j]
-    return change
-
-
-@fused
-def add_nodal_row(node_input, q, k, o, i, values, out, row):
-    for a in range(N):
-        x = values[i, a]
-        for j in range(N):
-            out[row, j] += node_input[q, k, o, i, a, j] * x
+                    row += nodal(node_input, q, k, o, m + f, values)
+            if half == 0:
+                change += total(magnitude(row - load(nodes, (o,))))
+            store(nodes, (o,), row)
+    return change * (2.0 / N)
 
 
 @fused
 def solve(
     q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance,
-    probe,
+    probe, room,
 ):
     """Picard sweeps for the smooth forces of the free feet; ``linear`` holds the outputs without them.
 
     Returns the number of sweeps, -1 where they do not settle (the step is too long), or STIFF where they cannot:
-    the film changes the gap by more than a fraction of what changes the film.
+    the film changes the gap by more than a fraction of what changes the film. A step that would
+    use up most of a foot's room is not tried: room[i] becomes the part of it that may be, less one (negative).
     """
     any_law = False
     for i in range(m):
@@ -83,9 +74,9 @@ def solve(
             continue
         if flags[i] & (HAS_MOMENTUM | HAS_FORCE):
             any_law = True
-        for j in range(N):
-            nodes[i, j] = linear[i, j]
-            nodes[m + i, j] = linear[m + i, j]
+        room[i] = 0.0
+        store(nodes, (i,), load(linear, (i,)))
+        store(nodes, (m + i,), load(linear, (m + i,)))
     if not any_law:
         return 0
     # Start from the forces of the first node, held constant.
@@ -97,6 +88,7 @@ def solve(
             slope = (hooks.momentum(par, pointer, i, linear[i, 0] + probe) - p) / probe
             if abs(slope * node_constant[q, k, i, i, N - 1]) > 0.5:
                 return STIFF
+            room[i] = 2.0 * p / -slope if slope < 0.0 else 0.0
             for o in range(m):
                 if not mask >> o & 1:
                     add_constant(node_constant, q, k, o, i, p, nodes)
@@ -105,6 +97,9 @@ def solve(
             for o in range(m):
                 if not mask >> o & 1:
                     add_constant(node_constant, q, k, o, m + i, f, nodes)
+    for i in range(m):
+        if not mask >> i & 1 and room[i] > 0.0 and runs_deep(i, nodes, room):
+            return -1
     before = math.inf
     for n in range(SWEEPS):
         evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, values)
@@ -122,9 +117,26 @@ def solve(
 
 
 @fused
+def runs_deep(i, nodes, room):
+    """Whether foot i would come close to where its film is infinite: a film P ~ 1/(g + g0)^2 is -2 P/P' away from it.
+
+    Then room[i] = s - 1, with s the scaled time at which 0.8 of that way is used up.
+    """
+    if not lowest(load(nodes, (i,))) < nodes[i, 0] - DEEP * room[i]:
+        return False
+    level = nodes[i, 0] - 0.8 * room[i]
+    j = 1
+    while nodes[i, j] >= level:
+        j += 1
+    s = TAU[j - 1] + (TAU[j] - TAU[j - 1]) * (nodes[i, j - 1] - level) / (nodes[i, j - 1] - nodes[i, j])
+    room[i] = s - 1.0
+    return True
+
+
+@fused
 def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, constant, span):
     """Estimated error of a free foot's gap at the end of the step [m], of the drives relative to their span, and
-    the growth of the smooth forces over the step (1 where they shrink or do not matter)."""
+    the growth of the smooth forces over the step (1 where they do not matter)."""
     gap_error = 0.0
     growth = 1.0
     for i in range(2 * m):
@@ -132,9 +144,7 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
         wanted = HAS_MOMENTUM if i < m else HAS_FORCE
         if mask >> foot & 1 or not flags[foot] & wanted:
             continue
-        a = 0.0
-        for j in range(N):
-            a += tail_row[j] * values[i, j]
+        a = total(load(values, (i,)) * load(tail_row, ()))
         reach = abs(node_constant[q, k, foot, i, N - 1])
         swing = abs(nodes[foot, N - 1] - nodes[foot, 0])
         # a stiff film holds the gap: an error of its momentum moves it by no more than the film's own slope lets it
@@ -144,15 +154,13 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
             gap_error = error
             before = abs(values[i, 0])
             after = abs(values[i, N - 1])
-            growth = after / before if after > before > 0.0 else 1.0
+            growth = after / before if after > 0.0 and before > 0.0 else 1.0
     drive_error = 0.0
     for d in range(nd):
         i = 2 * m + d
         if constant[i] or span[d] == 0.0:
             continue
-        a = 0.0
-        for j in range(N):
-            a += tail_row[j] * values[i, j]
+        a = total(load(values, (i,)) * load(tail_row, ()))
         drive_error = max(drive_error, abs(a) / span[d])
     return gap_error, drive_error, growth
 

@@ -32,13 +32,13 @@ from tarsus.core.arrays import (
 )  # fmt: skip
 from tarsus.core.flow import dot
 from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, MAP_AS_IS
-from tarsus.core.jit import inner
+from tarsus.core.jit import rare
 from tarsus.core.signals import value
 
 DUE = -1  # order of a foot at the ground whose blow waits for another foot to be let go
 
 
-@inner
+@rare
 def log(events, count, t, foot, kind, before, after, pull, strength, energy, adhesion, apex):
     n = count[EVENTS]
     events[n, E_TIME] = t
@@ -55,7 +55,7 @@ def log(events, count, t, foot, kind, before, after, pull, strength, energy, adh
     count[EVENTS] = n + 1
 
 
-@inner
+@rare
 def film_momenta(modes, laws, q, m, mask, size, w, gaps):
     """Gaps [m] of the free feet; y = w + sum beta_i P_i is added into w in place (flowing to modal state)."""
     ni = modes.feed.shape[2]
@@ -70,7 +70,7 @@ def film_momenta(modes, laws, q, m, mask, size, w, gaps):
                 w[r] += modes.beta[q, i, r] * p
 
 
-@inner
+@rare
 def remove_momenta(modes, laws, q, m, mask, size, y, gaps):
     """Modal state back to the flowing state, in place."""
     for i in range(m):
@@ -80,7 +80,7 @@ def remove_momenta(modes, laws, q, m, mask, size, y, gaps):
                 y[r] -= modes.beta[q, i, r] * p
 
 
-@inner
+@rare
 def foot_volts(signals, cursor, laws, i, t):
     c = laws.volts[i]
     if c < 0:
@@ -90,7 +90,7 @@ def foot_volts(signals, cursor, laws, i, t):
     )
 
 
-@inner
+@rare
 def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot, t, probe):
     """Structure's pull on free foot ``foot`` if it were stopped on the ground now, smooth force at contact included."""
     ni = modes.feed.shape[2]
@@ -117,7 +117,7 @@ def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot,
     return pull
 
 
-@inner
+@rare
 def leave_mode(modes, q, size, y, physical, count, mask):
     """Keep the physical state and ask for the contact mode ``mask``."""
     for r in range(modes.to_physical.shape[1]):
@@ -125,7 +125,7 @@ def leave_mode(modes, q, size, y, physical, count, mask):
     count[PENDING] = mask
 
 
-@inner
+@rare
 def enter_mode(modes, laws, q, m, physical, w, scratch, gaps):
     """Project the physical state on contact mode q (mass-weighted: new contacts are plastic)."""
     size = 2 * modes.nb[q]
@@ -144,7 +144,7 @@ def enter_mode(modes, laws, q, m, physical, w, scratch, gaps):
     remove_momenta(modes, laws, q, m, modes.mask[q], size, w, gaps)
 
 
-@inner
+@rare
 def follow(modes, q, foot, size, w, speed, after, as_is):
     """How the structure follows a blow beyond the mass-weighted map: the velocity b across the normal becomes
     alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; passive: see
@@ -167,7 +167,7 @@ def follow(modes, q, foot, size, w, speed, after, as_is):
     return 0.5 * (before * before - then * then)
 
 
-@inner
+@rare
 def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, minimum):
     """Foot ``foot`` is at the ground and approaches: bounce, capture or rest. False if it does not approach."""
     count, real, w = state.count, state.real, state.w
@@ -221,7 +221,7 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
     return True
 
 
-@inner
+@rare
 def hold(modes, state, q, size, mask, foot, t):
     """Put ``foot`` on the ground; ``state.w`` holds the modal state (film momenta added)."""
     state.since[foot] = t
@@ -231,7 +231,7 @@ def hold(modes, state, q, size, mask, foot, t):
     leave_mode(modes, q, size, state.w, state.physical, state.count, mask | (1 << foot))
 
 
-@inner
+@rare
 def release(modes, laws, state, events, q, m, size, foot, gaps):
     """A held foot's pull has outgrown the strength of its contact."""
     count, w, t = state.count, state.w, state.real[TIME]
@@ -246,7 +246,7 @@ def release(modes, laws, state, events, q, m, size, foot, gaps):
     leave_mode(modes, q, size, w, state.physical, count, mask & ~(1 << foot))
 
 
-@inner
+@rare
 def reorder(modes, laws, state, q, m, size, gaps):
     """How each foot that has just left the ground departs, after blows on the others changed its rate: rising
     (order 1), from rest (order 2), or coming back at once (0: an impact is due)."""
@@ -265,7 +265,7 @@ def reorder(modes, laws, state, q, m, size, gaps):
     remove_momenta(modes, laws, q, m, mask, size, state.w, gaps)
 
 
-@inner
+@rare
 def settle(modes, laws, signals, state, events, q, m, nd, size, gaps):
     """Contacts that are due at this very moment: feet on the ground that approach, or rest there and are held."""
     count, real, w = state.count, state.real, state.w

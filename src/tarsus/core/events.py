@@ -14,6 +14,7 @@ from tarsus.core.flow import horner, horner_slope, input_at
 from tarsus.core.hooks import HAS_FORCE
 from tarsus.core.jit import fused, inner
 from tarsus.core.nodes import N
+from tarsus.core.row import load, lowest, store
 
 
 @fused
@@ -24,8 +25,7 @@ def margins(m, mask, flags, par, pointer, since, t, h, tau, nodes, volts, margin
             for j in range(N):
                 margin[i, j] = hold(i, flags, par, pointer, since[i], t + tau[j] * h, volts[i, j]) - nodes[i, j]
         else:
-            for j in range(N):
-                margin[i, j] = nodes[i, j]
+            store(margin, (i,), load(nodes, (i,)))
 
 
 @inner
@@ -54,6 +54,9 @@ def scan(i, order, margin, bound, limit, epsilon, tau, doubt, short):
     """
     doubt[i, 0] = N
     doubt[i, 1] = 0
+    row = load(margin, (i,))
+    if order == 0 and lowest(row) > bound:
+        return False
     # A foot on its way up from the ground is not turned back and up again between two nodes of a step that is short
     # enough to land in: no mode turns that fast.
     rising = order > 0 and short
@@ -67,6 +70,8 @@ def scan(i, order, margin, bound, limit, epsilon, tau, doubt, short):
         if j == 1 and order > 0:
             # it starts at zero and rises: the chord must beat the steepest parabola of that bulge
             unsure = margin[i, 1] <= (4.0 if order == 1 else 8.0) * local
+            # s (s - r)^2, which comes back to the ground at r, has risen by less than 4/3 of its bulge at s = 1
+            rising = rising and margin[i, 1] > 1.4 * local
         else:
             unsure = margin[i, j - 1] <= local or margin[i, j] <= local
         unsure = unsure and not rising
@@ -117,9 +122,9 @@ def root(i, held, first, a, b, fa, fb, series, terms, flags, par, pointer, since
 
 
 @inner
-def poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower):
-    """Slope of the event function in scaled time; by a central difference what holds a held foot."""
-    slope = horner_slope(series, 0, terms, s)
+def poly_slope(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower):
+    """Slope of the event function over s^first in scaled time; by a central difference what holds a held foot."""
+    slope = horner_slope(series, first, terms, s)
     if not held:
         return slope
     d = 1e-5
@@ -129,10 +134,10 @@ def poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpow
 
 
 @inner
-def dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower):
-    """Scaled time and value of the minimum inside [a, b] of the event function, or (b, inf) if it has none."""
-    fa = poly_slope(i, held, series, terms, a, flags, par, pointer, since, t, h, vpower)
-    fb = poly_slope(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
+def dip(i, held, first, a, b, series, terms, flags, par, pointer, since, t, h, vpower):
+    """Scaled time and value of the minimum inside [a, b] of the event function over s^first, or (b, inf)."""
+    fa = poly_slope(i, held, first, series, terms, a, flags, par, pointer, since, t, h, vpower)
+    fb = poly_slope(i, held, first, series, terms, b, flags, par, pointer, since, t, h, vpower)
     if not fa < 0.0 < fb:
         return b, math.inf
     s = b
@@ -140,7 +145,7 @@ def dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower):
         s = b - fb * (b - a) / (fb - fa)
         if n % 3 == 2 or not a < s < b:
             s = 0.5 * (a + b)
-        f = poly_slope(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower)
+        f = poly_slope(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower)
         if f == 0.0 or b - a < 1e-12:
             break
         if f < 0.0:
@@ -149,13 +154,13 @@ def dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower):
         else:
             b = s
             fb = f
-    return s, poly_margin(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower)
+    return s, poly_margin(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower)
 
 
 @inner
-def poly_margin(i, held, series, terms, s, flags, par, pointer, since, t, h, vpower):
-    """Event function of foot i at scaled time s from its Taylor series."""
-    f = horner(series, 0, terms, s)
+def poly_margin(i, held, first, series, terms, s, flags, par, pointer, since, t, h, vpower):
+    """Event function of foot i over s^first at scaled time s from its Taylor series."""
+    f = horner(series, first, terms, s)
     if held:
         return hold(i, flags, par, pointer, since, t + s * h, input_at(vpower, i, s)) - f
     return f
@@ -196,15 +201,17 @@ def first_root(
         fb = margin[i, j]
         if b > limit:
             b = limit
-            fb = poly_margin(i, held, series, terms, b, flags, par, pointer, since, t, h, vpower)
-        if fb >= -epsilon and (order == 0 or j > 1):
-            b, fb = dip(i, held, a, b, series, terms, flags, par, pointer, since, t, h, vpower)
+            fb = poly_margin(i, held, 0, series, terms, b, flags, par, pointer, since, t, h, vpower)
+        # a foot that left the ground at s = 0 comes back at the first zero of f(s) / s^first
+        first = order if j == 1 and not held else 0
+        if first == 2:
+            first = lowest_power(series, first, terms, b)
+        if fb >= -epsilon:
+            b, fb = dip(i, held, first, a, b, series, terms, flags, par, pointer, since, t, h, vpower)
+            fb *= b**first
         if fb < -epsilon:
-            first = 0
-            if j == 1 and order > 0 and not held:
-                # it left at s = 0: its return is the zero of f(s) / s^order, and s = 0 if it never rises
-                first = order if order == 1 else lowest_power(series, order, terms, b)
-                fa = series[first]
+            if first > 0:
+                fa = series[first]  # it never rises where that is negative
                 fb = horner(series, first, terms, b)
                 if fb >= 0.0:
                     return b

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tarsus.core.jit import fused, inner
 from tarsus.core.nodes import N
+from tarsus.core.row import load, store, total
 
 TERMS = 40  # most Taylor terms kept for landing inside a step
 
@@ -11,27 +12,32 @@ TERMS = 40  # most Taylor terms kept for landing inside a step
 @fused
 def outputs_from_state(node_state, q, k, o, size, w, out):
     """out[o, :] = outputs at the nodes caused by the state w."""
-    for j in range(N):
-        out[o, j] = 0.0
-    for r in range(size):
-        x = w[r]
-        for j in range(N):
-            out[o, j] += node_state[q, k, o, r, j] * x
+    sum_ = load(node_state, (q, k, o, 0)) * w[0]
+    for r in range(1, size):
+        sum_ += load(node_state, (q, k, o, r)) * w[r]
+    store(out, (o,), sum_)
 
 
 @fused
 def add_constant(node_constant, q, k, o, i, value, out):
-    for j in range(N):
-        out[o, j] += node_constant[q, k, o, i, j] * value
+    store(out, (o,), load(out, (o,)) + load(node_constant, (q, k, o, i)) * value)
+
+
+@fused
+def nodal(node_input, q, k, o, i, values):
+    """Output o at the nodes caused by the input row values[i, :]."""
+    even = load(node_input, (q, k, o, i, 0)) * values[i, 0]
+    odd = load(node_input, (q, k, o, i, 1)) * values[i, 1]
+    for a in range(2, N, 2):
+        even += load(node_input, (q, k, o, i, a)) * values[i, a]
+        odd += load(node_input, (q, k, o, i, a + 1)) * values[i, a + 1]
+    return even + odd
 
 
 @fused
 def add_nodal(node_input, q, k, o, i, values, out):
     """out[o, :] += effect of the input row values[i, :]."""
-    for a in range(N):
-        x = values[i, a]
-        for j in range(N):
-            out[o, j] += node_input[q, k, o, i, a, j] * x
+    store(out, (o,), load(out, (o,)) + nodal(node_input, q, k, o, i, values))
 
 
 @fused
@@ -50,10 +56,9 @@ def flow_state(exponential, state_constant, state_input, q, k, nb, ni, w, values
             for r in range(2 * nb):
                 out[r] += state_constant[q, k, i, r] * v
         else:
-            for j in range(N):
-                v = values[i, j]
-                for r in range(2 * nb):
-                    out[r] += state_input[q, k, i, j, r] * v
+            row = load(values, (i,))
+            for r in range(2 * nb):
+                out[r] += total(load(state_input, (q, k, i, r)) * row)
 
 
 @fused

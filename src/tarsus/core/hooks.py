@@ -17,6 +17,8 @@ from numba import types
 from numba.extending import intrinsic, overload
 
 from tarsus.core.jit import PART, inner
+from tarsus.core.nodes import N
+from tarsus.core.row import load, store
 
 # Pointer columns of a foot: addresses of a user's functions, 0 where there is none.
 MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
@@ -55,6 +57,7 @@ def bind(laws: dict[str, list[BoundLaw]]) -> None:
     _bound.update(laws)
     for name in _ARGUMENTS:
         _plain[name] = _assemble(name, compiled=False)
+    _plain["momenta"] = _assemble_row(compiled=False)
 
 
 def bind_angle(function: Callable[..., float]) -> None:
@@ -89,6 +92,27 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
     return scope[name]  # type: ignore[return-value]
 
 
+def _assemble_row(compiled: bool) -> Callable[..., None]:
+    """``momenta``: all nodes at once. A built-in resistive law is plain arithmetic of its gap."""
+    scope: dict[str, object] = {"momentum": momentum, "load": load, "store": store}
+    terms, lines = [], []
+    for n, law in enumerate(_bound["momentum"]):
+        scope[f"law{n}"] = inner(law.function) if compiled else law.function
+        lines += [f"    p{n}_{c} = par[foot, {law.first + c}]\n" for c in range(law.count)]
+        terms.append(f"law{n}({', '.join(['row', *(f'p{n}_{c}' for c in range(law.count))])})")
+    body = (
+        "def momenta(par, pointer, foot, gaps, values):\n"
+        f"    if pointer[foot, {MOMENTUM}] != 0:\n"
+        f"        for j in range({N}):\n"
+        "            values[foot, j] = momentum(par, pointer, foot, gaps[foot, j])\n"
+        f"        return\n{''.join(lines)}"
+        "    row = load(gaps, (foot,))\n"
+        f"    store(values, (foot,), {' + '.join(terms) or 'row * 0.0'})\n"
+    )
+    exec(body, scope)
+    return scope["momenta"]  # type: ignore[return-value]
+
+
 def momentum(par, pointer, foot, gap):
     """Momentum potential P [N s] of the resistive laws at ``gap`` [m]; the force is dP/dt."""
     return _plain["momentum"](par, pointer, foot, gap)
@@ -97,6 +121,11 @@ def momentum(par, pointer, foot, gap):
 def force(par, pointer, foot, gap, rate, volts, time):
     """Smooth force [N] on the foot along its normal."""
     return _plain["force"](par, pointer, foot, gap, rate, volts, time)
+
+
+def momenta(par, pointer, foot, gaps, values):
+    """values[foot, :] = momentum potential at the nodal gaps[foot, :]."""
+    _plain["momenta"](par, pointer, foot, gaps, values)
 
 
 def rebound(par, pointer, foot, speed):
@@ -138,6 +167,11 @@ for _name, _stub in (("momentum", momentum), ("force", force), ("rebound", rebou
         overload(stub, jit_options=PART)(scope["implementation"])  # type: ignore[arg-type]
 
     _implementation(_name, _stub)
+
+
+@overload(momenta, jit_options={**PART, "forceinline": True})
+def _momenta(par, pointer, foot, gaps, values):
+    return _assemble_row(compiled=True)
 
 
 @intrinsic

@@ -10,11 +10,13 @@ from __future__ import annotations
 import gc
 from typing import Any
 
+from llvmlite import ir
 from numba import njit
 from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase
 from numba.core.compiler_machinery import PassManager, register_pass
+from numba.core.lowering import Lower
 from numba.core.typed_passes import (
     IRLegalization,
     NativeLowering,
@@ -22,7 +24,8 @@ from numba.core.typed_passes import (
     NopythonTypeInference,
     PreLowerStripPhis,
 )
-from numba.core.types import BoundFunction, Function, unliteral
+from numba.core.types import unliteral
+from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import (
     FixupArgs,
     GenericRewrites,
@@ -36,12 +39,7 @@ _MATH = {"contract", "reassoc", "nsz", "arcp"}
 
 
 class _Typing:
-    """A typing context that resolves each operator or function only once for the same types of arguments.
-
-    Literal arguments count as plain integers, so that a part is not compiled anew for each of them.
-    """
-
-    _signatures: dict[Any, Any] = {}
+    """A typing context in which literal arguments count as plain integers: a part is not compiled anew for each."""
 
     def __init__(self, context: Any) -> None:
         self._context = context
@@ -50,15 +48,24 @@ class _Typing:
         return getattr(self._context, name)
 
     def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
-        args = tuple(unliteral(argument) for argument in args)
-        if kws or not isinstance(function, (Function, BoundFunction)):
-            return self._context.resolve_function_type(function, args, kws)
-        signature = self._signatures.get((function, args))
-        if signature is None:
-            signature = self._context.resolve_function_type(function, args, kws)
-            if signature is not None:
-                self._signatures[function, args] = signature
-        return signature
+        return self._context.resolve_function_type(function, tuple(unliteral(argument) for argument in args), kws)
+
+
+_resolve = BaseFunction.get_call_type
+_resolved: dict[Any, Any] = {}
+
+
+def _remember(function: Any, context: Any, args: Any, kws: Any) -> Any:
+    """Signature of an operator or function, found once for the same types of arguments.
+
+    Numba looks for it in typing and in code generation, each time among all overloads.
+    """
+    if kws:
+        return _resolve(function, context, args, kws)
+    key = (function, tuple(args))
+    if key not in _resolved:
+        _resolved[key] = _resolve(function, context, args, kws)
+    return _resolved[key]
 
 
 class _PartLibrary(JITCodeLibrary):
@@ -72,11 +79,33 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
 
+class _PartLower(Lower):
+    def setup_function(self, fndesc: Any) -> None:
+        super().setup_function(fndesc)
+        arguments = self.call_conv.get_arguments(self.function)
+        for argument in arguments:
+            if isinstance(argument.type, ir.PointerType) and isinstance(argument.type.pointee, ir.LiteralStructType):
+                set.add(argument.attributes, "readonly")  # a reference; llvmlite does not list that attribute
+
+
+class _RareLower(_PartLower):
+    def setup_function(self, fndesc: Any) -> None:
+        super().setup_function(fndesc)
+        self.function.attributes.add("noinline")
+        self.function.attributes.add("optsize")
+
+
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _PartLowering(NativeLowering):
     """Numba's code generation into a part library."""
 
     _name = "tarsus_part_lowering"
+
+    _lower: type = _PartLower
+
+    @property
+    def lowering_class(self) -> type:
+        return self._lower
 
     def run_pass(self, state: Any) -> bool:
         name = state.func_id.func_qualname
@@ -91,6 +120,12 @@ class _PartLowering(NativeLowering):
         return True
 
 
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _RareLowering(_PartLowering):
+    _name = "tarsus_rare_lowering"
+    _lower = _RareLower
+
+
 class _EntryCompiler(CompilerBase):
     _lowering: type = NativeLowering
 
@@ -102,9 +137,11 @@ class _EntryCompiler(CompilerBase):
     def compile_extra(self, func: Any) -> Any:
         collecting = gc.isenabled()
         gc.disable()  # the millions of small objects made here all live until the end
+        usual, BaseFunction.get_call_type = BaseFunction.get_call_type, _remember
         try:
             return super().compile_extra(func)
         finally:
+            BaseFunction.get_call_type = usual
             if collecting:
                 gc.enable()
 
@@ -123,6 +160,10 @@ class _PartCompiler(_EntryCompiler):
     _lowering = _PartLowering
 
 
+class _RareCompiler(_EntryCompiler):
+    _lowering = _RareLowering
+
+
 # No two array arguments of a kernel function may share memory that it writes (see ``noalias`` above).
 PART: dict[str, Any] = {
     "fastmath": _MATH, "error_model": "numpy", "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
@@ -130,7 +171,9 @@ PART: dict[str, Any] = {
 }  # fmt: skip
 
 # Called now and then (at events): LLVM decides whether to inline it.
-inner = njit(**PART)
+inner = njit(**PART, forceinline=False)
+# At few events, or where a step is out of the ordinary: short code, made once.
+rare = njit(**{**PART, "forceinline": False, "pipeline_class": _RareCompiler})
 # On the path of every step: melted into its caller, so that no argument is copied.
 fused = njit(forceinline=True, **PART)
 

@@ -17,13 +17,16 @@ from tarsus.core.flow import (
     state_at,
     taylor,
 )
+from tarsus.core.glide import drive, glide
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
-from tarsus.core.jit import entry, fused, inner
+from tarsus.core.jit import entry, fused, rare
 from tarsus.core.newton import newton
 from tarsus.core.nodes import MONOMIAL, TAIL, TAU, N
 from tarsus.core.pace import landing_terms, launch_class, next_class, reject, shorter
 from tarsus.core.peak import hides_peak, raise_apex
-from tarsus.core.signals import fill, seek
+from tarsus.core.reference import refer
+from tarsus.core.row import highest, load, lowest, store
+from tarsus.core.signals import seek
 
 _tau, _monomial, _tail = TAU, MONOMIAL, TAIL
 
@@ -48,20 +51,10 @@ def next_kink(signals, cursor, nc, t):
 @fused
 def prepare(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h):
     """Nodal drive forces and volts of a step, and the outputs without smooth forces of free feet."""
-    first, start, end, coef = signals.first, signals.start, signals.end, signals.coef
-    flat, sharp, loop, period = signals.flat, signals.sharp, signals.loop, signals.period
+    drive(signals, laws, state, work, m, nd, t, h)
     mask = modes.mask[q]
     values, linear = work.values, work.linear
     last = 2 * m + nd
-    for d in range(nd):
-        i = 2 * m + d
-        work.constant[i] = fill(
-            first, start, end, coef, flat, sharp, loop, period, state.cursor, d, t, h, _tau, values, i
-        )
-    for i in range(m):
-        c = laws.volts[i]
-        if c >= 0:
-            fill(first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i)
     for i in range(m):
         for half in range(2):
             if half == 1 and (mask >> i & 1 or not laws.flags[i] & USES_RATE):
@@ -85,6 +78,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     sweeps = solve(
         q, k, m, mask, flags, laws.parameters, laws.pointer, t, h, _tau, tables.node_input, tables.node_constant,
         work.linear, work.volts, work.values, work.nodes, 0.05 * state.real[a.TOL_GAP], state.real[a.PROBE],
+        work.other,
     )  # fmt: skip
     if sweeps == STIFF:
         sweeps = newton(
@@ -95,8 +89,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
         return -1.0
     for i in range(m):
         if mask >> i & 1 or (not flags[i] & (HAS_MOMENTUM | HAS_FORCE) and sweeps == 0):
-            for j in range(N):
-                work.nodes[i, j] = work.linear[i, j]
+            store(work.nodes, (i,), load(work.linear, (i,)))
     if mask != 0:
         add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
     gap_error, drive_error, growth = tail(
@@ -127,19 +120,15 @@ def block_speeds(blocks, inputs, input_norm, values, constant, active, w, q, nb,
             speed[r] += inputs[q, i, r] * v
         if constant[i]:
             continue
-        low = v
-        high = v
-        for j in range(1, N):
-            v = values[i, j]
-            low = v if v < low else low
-            high = v if v > high else high
+        row = load(values, (i,))
+        span = highest(row) - lowest(row)
         for b in range(nb):
-            speed[2 * nb + b] += (high - low) * input_norm[q, i, b]
+            speed[2 * nb + b] += span * input_norm[q, i, b]
     for b in range(nb):
         speed[b] = math.sqrt(speed[b] * speed[b] + speed[nb + b] * speed[nb + b]) + speed[2 * nb + b]
 
 
-@fused
+@rare
 def record(state, output, work, q, k, ni, size, t, h, fraction):
     row = state.count[a.ROWS]
     trace = output.trace
@@ -158,7 +147,7 @@ def record(state, output, work, q, k, ni, size, t, h, fraction):
     state.count[a.ROWS] = row + 1
 
 
-@fused
+@rare
 def find_mode(mask_of, wanted):
     for q in range(mask_of.shape[0]):
         if mask_of[q] == wanted:
@@ -166,7 +155,7 @@ def find_mode(mask_of, wanted):
     return -1
 
 
-@fused
+@rare
 def locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, terms):
     """Taylor polynomial of the step and its first event: (foot or -1, scaled time)."""
     mask = modes.mask[q]
@@ -227,7 +216,9 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
 
 
 @fused
-def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk):
+def step(
+    modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
+):
     """Advance to the end of one step or to the event inside it. Returns (code or -1, foot with an event or -1)."""
     count, real = state.count, state.real
     q, k = count[a.MODE], count[a.CLASS]
@@ -237,6 +228,16 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     kink, reach = next_kink(signals, state.cursor, nc, t)
     goal = min(real[a.END], real[a.MARK])
     left = min(kink, goal - t)
+    if reach == math.inf and modes.mask[q] == (1 << m) - 1 and count[a.LAUNCHING] == 0:
+        far = glide(r_modes, r_tables, r_signals, r_laws, r_state, r_work, q, m, nb, ni, nk, t, left)
+        if far >= 0:
+            h = tables.lengths[far]
+            if count[a.RECORD] != 0:
+                record(r_state, r_output, r_work, q, far, ni, size, t, h, 1.0)
+            for r in range(size):
+                state.w[r] = work.state[r]
+            real[a.TIME] = t + h
+            return -1, -1
     wanted = k
     while True:
         if k >= nk:
@@ -248,7 +249,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         error = attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t, h)
         if not 0.0 <= error <= 1.0:
             count[a.REJECTED] += 1
-            k += reject(m, modes.mask[q], work.linear, error)
+            k += reject(m, modes.mask[q], work.linear, work.other, error)
             wanted = max(wanted, k)
             continue
         limit = min(1.0, left / h)
@@ -259,8 +260,10 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
         for i in range(m):
             if verdict[i, 1] > 0:
                 far = max(far, _tau[verdict[i, 1]])
-        terms = landing_terms(tables.lengths, tables.terms, q, k, nk, min(far, limit))
-        if terms == 0:
+        terms = 0
+        if far > 0.0:
+            terms = landing_terms(tables.lengths, tables.terms, q, k, nk, min(far, limit))
+        if far > 0.0 and terms == 0:
             count[a.REJECTED] += 1
             k = shorter(tables, q, k, nk, max(_tau[interval - 1] if interval < N else 0.0, 0.125))
             continue
@@ -271,7 +274,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
     foot = -1
     fraction = limit
     if doubt or h > left:
-        foot, s = locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, terms)
+        foot, s = locate(r_modes, r_laws, r_state, r_work, q, m, nb, ni, size, t, h, limit, verdict, terms)
         if foot >= 0:
             fraction = s
     if count[a.TRACK] != 0:
@@ -279,7 +282,7 @@ def step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, 
             if not modes.mask[q] >> i & 1:
                 raise_apex(i, state.apex, work.nodes, work.line, fraction, _tau, _monomial, t, h)
     if count[a.RECORD] != 0:
-        record(state, output, work, q, k, ni, size, t, h, fraction)
+        record(r_state, r_output, r_work, q, k, ni, size, t, h, fraction)
     if foot < 0 and h <= left:
         flow_state(
             tables.exponential, tables.state_constant, tables.state_input, q, k, nb, ni, state.w, work.values,
@@ -319,7 +322,7 @@ def progressed(state):
     return state.count[a.STALLED] < 2000
 
 
-@inner
+@rare
 def begin(signals, laws, batch, state):
     """Set the state to the start of run count[RUN]."""
     count, real = state.count, state.real
@@ -345,7 +348,7 @@ def begin(signals, laws, batch, state):
     real[a.MARK] = real[a.PERIOD]
 
 
-@inner
+@rare
 def finish(batch, state, code):
     """Note how run count[RUN] ended and go on to the next."""
     count = state.count
@@ -359,7 +362,7 @@ def finish(batch, state, code):
     count[a.FRESH] = 1
 
 
-@inner
+@rare
 def mark(events, state, mask, m):
     """End of a drive period: log the highest gap since the last mark and start anew."""
     count, t = state.count, state.real[a.TIME]
@@ -382,6 +385,9 @@ def make_advance(sources: str):
         """
         if len(sources) == 0:
             return -1
+        # what is called seldom takes references
+        r_modes, r_signals, r_laws, r_batch = refer(modes), refer(signals), refer(laws), refer(batch)
+        r_tables, r_state, r_work, r_output = refer(tables), refer(state), refer(work), refer(output)
         count, real = state.count, state.real
         m = laws.flags.shape[0]
         nc = signals.loop.shape[0]
@@ -392,12 +398,12 @@ def make_advance(sources: str):
         rows = output.trace.shape[0] - 2
         while count[a.RUN] < batch.codes.shape[0]:
             if count[a.FRESH] != 0:
-                begin(signals, laws, batch, state)
+                begin(r_signals, r_laws, r_batch, r_state)
             if count[a.PENDING] >= 0:
                 q = find_mode(modes.mask, count[a.PENDING])
                 if q < 0:
                     return a.NEED_MODE
-                enter_mode(modes, laws, q, m, state.physical, state.w, work.state, work.other)
+                enter_mode(r_modes, r_laws, q, m, state.physical, state.w, work.state, work.other)
                 count[a.MODE] = q
                 count[a.CLASS] = launch_class(tables.terms, laws.flags, modes.mask[q], count[a.LAUNCH], q)
                 count[a.LAUNCHING] = 1
@@ -411,36 +417,38 @@ def make_advance(sources: str):
             if count[a.RECORD] != 0 and count[a.ROWS] > rows:
                 return a.TRACE_FULL
             if real[a.TIME] >= real[a.MARK]:
-                mark(output.events, state, modes.mask[q], m)
+                mark(output.events, r_state, modes.mask[q], m)
                 continue
             if real[a.TIME] >= real[a.END]:
-                finish(batch, state, a.DONE)
+                finish(r_batch, r_state, a.DONE)
                 continue
             if count[a.CHECK] != 0:
                 count[a.CHECK] = 0
                 next_kink(signals, state.cursor, nc, real[a.TIME])
                 if m > 1:
-                    reorder(modes, laws, state, q, m, size, work.other)
-                if m > 0 and settle(modes, laws, signals, state, output.events, q, m, nd, size, work.other):
+                    reorder(r_modes, r_laws, r_state, q, m, size, work.other)
+                if m > 0 and settle(r_modes, r_laws, r_signals, r_state, output.events, q, m, nd, size, work.other):
                     count[a.CHECK] = 1
                     if not progressed(state):
-                        finish(batch, state, a.STALL)
+                        finish(r_batch, r_state, a.STALL)
                     continue
             count[a.STEPS] += 1
             if count[a.STEPS] > count[a.MAX_STEPS]:
-                finish(batch, state, a.STEP_LIMIT)
+                finish(r_batch, r_state, a.STEP_LIMIT)
                 continue
-            code, foot = step(modes, tables, signals, laws, state, output, work, verdict, m, nd, nc, ni, nk)
+            code, foot = step(
+                modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
+            )
             if code >= 0:
-                finish(batch, state, code)
+                finish(r_batch, r_state, code)
             elif foot >= 0:
                 if modes.mask[q] >> foot & 1:
-                    release(modes, laws, state, output.events, q, m, size, foot, work.other)
+                    release(r_modes, r_laws, r_state, output.events, q, m, size, foot, work.other)
                 else:
-                    impact(modes, laws, signals, state, output.events, q, m, nd, size, foot, work.other, -1.0)
+                    impact(r_modes, r_laws, r_signals, r_state, output.events, q, m, nd, size, foot, work.other, -1.0)
                 count[a.CHECK] = 1 if m > 1 else 0
                 if not progressed(state):
-                    finish(batch, state, a.STALL)
+                    finish(r_batch, r_state, a.STALL)
         return a.DONE
 
     return entry(advance)

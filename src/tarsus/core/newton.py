@@ -7,13 +7,13 @@ import math
 from tarsus.core import hooks
 from tarsus.core.collocate import evaluate_laws, sweep
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM
-from tarsus.core.jit import inner
+from tarsus.core.jit import rare
 from tarsus.core.nodes import N
 
 ITERATIONS = 40
 
 
-@inner
+@rare
 def assemble(q, k, m, mask, flags, par, pointer, t, h, tau, node_input, volts, nodes, matrix, probe):
     """matrix[:, :-1] = I - d(effect of the smooth forces)/d(nodal gaps), rows and columns foot * N + node."""
     size = m * N
@@ -44,7 +44,7 @@ def assemble(q, k, m, mask, flags, par, pointer, t, h, tau, node_input, volts, n
                     )
 
 
-@inner
+@rare
 def eliminate(matrix, size):
     """Solve matrix[:, :size] x = matrix[:, size] in place by Gauss elimination with row pivots; x in the last column."""
     for c in range(size):
@@ -71,7 +71,7 @@ def eliminate(matrix, size):
     return True
 
 
-@inner
+@rare
 def newton(
     q, k, m, mask, flags, par, pointer, t, h, tau, node_input, linear, volts, values, nodes, matrix, tolerance, probe
 ):
@@ -120,7 +120,7 @@ def newton(
     return -1
 
 
-@inner
+@rare
 def sweep_misfit(q, k, m, mask, flags, node_input, linear, values, nodes):
     """Largest misfit [m] of the nodal gaps, which stay as they are."""
     misfit = 0.0

@@ -20,11 +20,15 @@ def landing_class(terms, q):
 
 
 @fused
-def reject(m, mask, linear, error):
+def reject(m, mask, linear, room, error):
     """Classes to go down after a step with that error (negative: the smooth forces did not settle).
 
-    A step that runs into the ground fails for what lies below it: one class down often ends above.
+    A step that was not tried for where it leads (negative room) is cut down to what may be used of it. One that runs
+    into the ground fails for what lies below it: one class down often ends above.
     """
+    for i in range(m):
+        if not mask >> i & 1 and room[i] < 0.0:
+            return 1 + int(-math.log2(1.0 + room[i]))
     for i in range(m):
         if not mask >> i & 1 and linear[i, N - 1] < 0.0:
             return 1
@@ -64,19 +68,25 @@ def landing_terms(lengths, terms, q, k, nk, fraction):
 @fused
 def next_class(tables, work, real, q, k, wanted, error, m, h, event):
     """Step class to try next: the tail goes with h^9, and with the growth of the forces that caused it."""
-    expected = error * real[a.GROWTH] ** 4
+    expected = error * real[a.GROWTH] ** 2
     if event:
         expected = error
     if expected > 0.5:
         wanted = max(wanted, k + 1)
     elif k <= wanted:
-        wanted = max(k - (int(-math.log2(expected) * 0.1) if expected > 1e-9 else 3), 0)
+        # a class longer for every seven powers of two that are left
+        wanted = max(k - (expected < 8e-3) - (expected < 5e-5) - (expected < 4e-7), 0)
     # An event that linear motion puts inside the next step needs a step to land in.
     ahead = math.inf
     for i in range(m):
         drop = work.margin[i, N - 2] - work.margin[i, N - 1]
         if drop > 0.0:
             ahead = min(ahead, work.margin[i, N - 1] * (TAU[N - 1] - TAU[N - 2]) * h / drop)
+            film = work.values[i, N - 1] - work.values[i, N - 2]
+            if work.active[i] and film > 0.0:
+                room = 1.8 * work.values[i, N - 1] * (TAU[N - 1] - TAU[N - 2]) * h / film
+                while tables.lengths[wanted] > room and wanted < tables.lengths.shape[0] - 1:
+                    wanted += 1
     if event:
         ahead = 0.0
     while tables.terms[q, wanted] == 0 and tables.lengths[wanted] > ahead:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tarsus.core.flow import horner, horner_slope
-from tarsus.core.jit import fused, inner
+from tarsus.core.jit import fused, rare
 from tarsus.core.nodes import N
 
 
@@ -18,7 +18,7 @@ def hides_peak(i, apex, nodes, bound, limit, tau):
     return bound > 1e-4 * top and top + bound > apex[i, 0]
 
 
-@inner
+@rare
 def raise_apex(i, apex, nodes, line, limit, tau, monomial, t, h):
     """Keep the highest gap [m] of the flight of foot i and its time in apex[i] = (gap, time), up to ``limit``.
 

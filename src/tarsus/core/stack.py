@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from tarsus.core.arrays import Modes, Tables
+from tarsus.core.blocks import block_exponential
 from tarsus.core.flow import TERMS
 from tarsus.core.modes import ContactMode, StepTables, step_tables
 from tarsus.core.nodes import N
@@ -79,7 +80,10 @@ def _stack_modes(modes: list[ContactMode]) -> Modes:
     def each(name: str) -> np.ndarray:
         return _pad([getattr(mode, name) for mode in modes])
 
+    levels, sways = zip(*(_levels(mode) for mode in modes), strict=True)
     return Modes(
+        level=_pad(list(levels)),
+        sway=_pad(list(sways)),
         mask=np.array([mode.mask for mode in modes], dtype=np.int64),
         nb=np.array([len(mode.blocks) for mode in modes], dtype=np.int64),
         blocks=_pad([block_rows(mode) for mode in modes]),
@@ -94,6 +98,24 @@ def _stack_modes(modes: list[ContactMode]) -> Modes:
     )  # fmt: skip
 
 
+def _levels(mode: ContactMode) -> tuple[np.ndarray, np.ndarray]:
+    """How far outputs can go for ever under constant inputs, from y' = T y + inputs now.
+
+    An output is c y(t) = c y - c T^-1 y' + c T^-1 exp(T t) y': level (m, 2nb) is c T^-1, and sway (m, nb) the largest
+    norm of c T^-1 exp(T t) in each block, infinite for one without a place of rest.
+    """
+    nb, m = len(mode.blocks), len(mode.mobility)
+    level, sway = np.zeros((m, 2, nb)), np.full((m, nb), np.inf)
+    for b, block in enumerate(mode.blocks):
+        if abs(np.linalg.det(block)) <= 1e-9 * np.abs(block).max() ** 2:
+            continue
+        level[:, :, b] = mode.outputs[:m].reshape(m, 2, nb)[:, :, b] @ np.linalg.inv(block)
+        times = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 200)]) / np.abs(block).max()
+        flow = block_exponential(block[None], times)[:, 0]
+        sway[:, b] = 1.1 * np.linalg.norm(level[:, :, b] @ flow, axis=-1).max(axis=0)
+    return level.reshape(m, 2 * nb), sway
+
+
 def _stack_tables(lengths: np.ndarray, modes: list[ContactMode], tables: list[StepTables]) -> Tables:
     def rate(mode: ContactMode) -> float:
         return float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
@@ -103,4 +125,5 @@ def _stack_tables(lengths: np.ndarray, modes: list[ContactMode], tables: list[St
         "exponential", "node_state", "node_input", "node_constant", "state_input", "state_constant", "envelope",
     )  # fmt: skip
     stacked = {name: _pad([getattr(t, name) for t in tables]) for name in names}
+    stacked["state_input"] = np.ascontiguousarray(stacked["state_input"].swapaxes(-1, -2))  # nodes last
     return Tables(lengths=lengths, terms=terms, **stacked)
