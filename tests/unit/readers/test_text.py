@@ -57,6 +57,18 @@ def test_tables(tmp_path, text):
     assert record["tip"] == pytest.approx([1e-3, 3e-3, 5e-3]) and record["volts"].tolist() == [2.0, 4.0, 7.0]
 
 
+def test_a_last_line_without_its_end_is_told(tmp_path):
+    cut = POLYTEC.rstrip()
+    assert "its last line has no line end" in "\n".join(read_measurement(write(tmp_path, cut)).notes)
+    fixed = (
+        POLYTEC.replace("\t0,5\n", "\t0,500\n")
+        .replace("\t1,0\n", "\t1,000\n")
+        .replace("\t0,0\n", "\t0,000\n")
+    )
+    with pytest.raises(ts.InputError, match=r"record.txt is truncated: its last number '-1,0' is cut"):
+        read_measurement(write(tmp_path, fixed.rstrip()))
+
+
 def test_a_table_without_names(tmp_path):
     path = write(tmp_path, "0.0 1.0\n0.1 3.0\n0.2 2.0\n")
     record = read_measurement(path, channels={"column 2": {"unit": "um", "name": "tip"}}, axis="column 1")

@@ -6,10 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from tarsus.errors import InputError
-from tarsus.files.readers.numerals import column_of, column_step, digit_step, number, text_of
+from tarsus.files.readers.numerals import check_ending, column_of, column_step, digit_step, number, text_of
 from tarsus.files.readers.raw import Axis, Declared, Domain, RawFile, RawSeries, read_bytes
 
 __all__ = ["is_lvm", "read_lvm"]
@@ -34,7 +32,8 @@ def read_lvm(path: Path) -> RawFile:
     InputError
         If the file has several blocks, no samples, or a cell that is no number, with its line.
     """
-    lines = text_of(read_bytes(path)).splitlines()
+    text = text_of(read_bytes(path))
+    lines = text.splitlines()
     ends = [i for i, line in enumerate(lines) if line.startswith(_END)]
     if not ends:
         raise InputError(f"{path.name} is truncated: its header does not end")
@@ -57,14 +56,14 @@ def read_lvm(path: Path) -> RawFile:
     if len(rows) < 2:
         raise InputError(f"{path.name} ends after its header: it has no samples")
     own_times = general.get("x_columns", "").lower() == "multi"
-    notes, series, times = [], [], None
+    notes, series, times = check_ending(text, rows, path.name), [], None
     channel = -1
     for column, name in enumerate(names):
         channel += name not in ("", "X_Value", "Comment")
         if not name or name == "Comment":
             notes += [f"{path.name}: not used: comments"] if name else []
             continue
-        values = np.array(column_of(rows, column, name, header + 2, path.name, comma))
+        values = column_of(rows, column, name, header + 2, path.name, comma)
         frequency = _cell(block, "x_dimension", max(channel, 0)).lower().startswith("freq")
         if name == "X_Value":
             step = column_step(rows, column, comma)

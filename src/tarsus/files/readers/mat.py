@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from tarsus.errors import InputError
 from tarsus.files.readers.hdf import is_hdf
-from tarsus.files.readers.raw import RawFile
+from tarsus.files.readers.raw import RawFile, read_bytes
 from tarsus.files.readers.tables import Array, file_of
 
 __all__ = ["is_mat", "read_mat"]
+
+_HEADER = 128
+_TAG = 8
 
 
 def is_mat(head: bytes) -> bool:
@@ -31,8 +34,10 @@ def read_mat(path: Path) -> RawFile:
     InputError
         If the file is damaged or truncated.
     """
-    with path.open("rb") as stream:
-        head = stream.read(1024)
+    data = read_bytes(path)
+    head = data[:1024]
+    if is_mat(head) and not is_hdf(head) and _is_cut(data):
+        raise InputError(f"{path.name} is truncated: its last variable does not end")
     try:
         content = _read_7_3(path) if is_hdf(head) else _read_5(path)
     except Exception as error:  # scipy and h5py raise whatever their parsers ran into
@@ -45,6 +50,15 @@ def read_mat(path: Path) -> RawFile:
         for name, values in _flat(content, "")
     ]
     return file_of(path.name, arrays)
+
+
+def _is_cut(data: bytes) -> bool:
+    """Whether the variables of a version 5 file announce more bytes than there are; scipy may crash on such a file."""
+    order: Literal["little", "big"] = "little" if data[126:128] == b"IM" else "big"
+    place = _HEADER
+    while place + _TAG <= len(data):
+        place += _TAG + int.from_bytes(data[place + 4 : place + _TAG], order)
+    return place > len(data)
 
 
 def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:

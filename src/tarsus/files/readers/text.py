@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.errors import InputError
-from tarsus.files.readers.numerals import column_of, column_step, digit_step, number, text_of
+from tarsus.files.readers.numerals import (
+    check_ending,
+    column_of,
+    column_step,
+    digit_step,
+    number,
+    text_of,
+    whole_table,
+)
 from tarsus.files.readers.raw import Declared, RawFile, RawSeries, Role, read_bytes
 from tarsus.files.readers.unit_names import frequency_factor, ratio_of, scaled, time_factor
 
 __all__ = ["read_text"]
 
 _SEPARATORS = ("\t", ";", ",", None)
+_LONGEST_HEADER = 2000
 _UNIT_IN_NAME = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$")
 _RATE = re.compile(
     r"^\W*(?:sampl\w*[ _]?(?:rate|freq\w*)|abtast(?:rate|frequenz)|fs)\b[^\d+-]*?([\d.,eE+-]+)\s*(\w*)", re.I
@@ -33,15 +43,27 @@ _MAGNITUDE, _PHASE = (
 )
 
 
-class _Table(NamedTuple):
-    """Lines of a text file split into header and cells; first: line number of the first row; comma: decimal comma."""
+@dataclass(frozen=True)
+class _Table:
+    """Lines of a text file split at the first row; first: its line number; comma: decimal comma."""
 
     header: list[str]
     names: list[str]
     units: list[str]
-    rows: list[list[str]]
+    body: list[str]
+    separator: str | None
     first: int
     comma: bool
+
+    @cached_property
+    def rows(self) -> list[list[str]]:
+        """Cells of the rows."""
+        return [_cells(line, self.separator) for line in self.body]
+
+    @property
+    def ends(self) -> list[list[str]]:
+        """Cells of the first and the last rows."""
+        return [_cells(line, self.separator) for line in (*self.body[:-3][:3], *self.body[-3:])]
 
 
 def read_text(path: Path) -> RawFile:
@@ -57,28 +79,40 @@ def read_text(path: Path) -> RawFile:
     InputError
         If there are no numbers, the last line is cut, or a cell is no number, with its line.
     """
-    lines = text_of(read_bytes(path)).splitlines()
-    table = _split(path.name, lines)
+    text = text_of(read_bytes(path))
+    table = _split(path.name, text.splitlines())
     width = len(table.names)
+    numbers = whole_table(table.body, table.separator, table.comma)
+    if numbers is None or numbers.shape[1] != width:
+        numbers = None
+        _check_widths(path.name, table, width)
+    series, notes = [], check_ending(text, table.ends, path.name)
+    for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+        label = name or f"column {column + 1}"
+        if numbers is not None:
+            values = numbers[:, column]
+        elif not name and not any(row[column] for row in table.rows):
+            continue
+        else:
+            values = _values(path.name, table, column, label)
+        step = column_step(table.ends, column, table.comma)
+        series.append(RawSeries(label, values, unit, count=_announced(table.header), resolution=step))
+    declared = _declared(table)
+    return RawFile(path.name, tuple(_pairs(path.name, series)), declared, tuple(notes), ragged=True)
+
+
+def _check_widths(source: str, table: _Table, width: int) -> None:
+    """Raise InputError if rows lack columns; a last row that does was cut."""
     short = [i for i, row in enumerate(table.rows) if len(row) < width]
     if short and short[-1] == len(table.rows) - 1:
         raise InputError(
-            f"{path.name} is truncated: its last line {table.first + short[-1]} has {len(table.rows[-1])} of {width} "
+            f"{source} is truncated: its last line {table.first + short[-1]} has {len(table.rows[-1])} of {width} "
             "columns"
         )
     if short:
         raise InputError(
-            f"{path.name}, line {table.first + short[0]}: {len(table.rows[short[0]])} of {width} columns are there"
+            f"{source}, line {table.first + short[0]}: {len(table.rows[short[0]])} of {width} columns are there"
         )
-    series, notes = [], []
-    for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
-        if not name and not any(row[column].strip() for row in table.rows):
-            continue
-        label = name or f"column {column + 1}"
-        values, step = _values(path.name, table, column, label)
-        series.append(RawSeries(label, values, unit, count=_announced(table.header), resolution=step))
-    declared = _declared(table)
-    return RawFile(path.name, tuple(_pairs(path.name, series)), declared, tuple(notes), ragged=True)
 
 
 def _split(source: str, lines: list[str]) -> _Table:
@@ -93,16 +127,16 @@ def _split(source: str, lines: list[str]) -> _Table:
             width = len(_cells(lines[start], separator))
             if separator is None and width == 1 and "," in lines[start] and not comma:
                 continue
-            rows = [_cells(line, separator) for line in lines[start:] if line.strip()]
+            body = [line for line in lines[start:] if line.strip()]
             names, units = _labels(lines[:start], separator, width)
-            return _Table(lines[:start], names, units, rows, start + 1, comma)
+            return _Table(lines[:start], names, units, body, separator, start + 1, comma)
     raise InputError(f"{source} holds no rows of numbers")
 
 
 def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int | None:
     """The first line of two in a row that are all numbers (of the same count), or None."""
     last = None
-    for i, line in enumerate(lines):
+    for i, line in enumerate(lines[:_LONGEST_HEADER]):
         cells = _cells(line, separator)
         if separator is not None and len(cells) < 2:
             last = None
@@ -122,12 +156,16 @@ def _cells(line: str, separator: str | None) -> list[str]:
     return cells[:-1] if separator in ("\t", ";", ",") and len(cells) > 1 and not cells[-1] else cells
 
 
-def _is_number(text: str, comma: bool) -> bool:
+def _is_real(text: str, comma: bool) -> bool:
     try:
         number(text, comma)
     except ValueError:
-        return _complex(text) is not None
+        return False
     return True
+
+
+def _is_number(text: str, comma: bool) -> bool:
+    return _is_real(text, comma) or _complex(text) is not None
 
 
 def _complex(text: str) -> complex | None:
@@ -137,22 +175,19 @@ def _complex(text: str) -> complex | None:
         return None
 
 
-def _values(source: str, table: _Table, column: int, name: str) -> tuple[NDArray[np.generic], float]:
-    """Numbers of a column and the step of their digits."""
+def _values(source: str, table: _Table, column: int, name: str) -> NDArray[np.generic]:
+    """Numbers of a column, complex if its first one is."""
     written = table.rows[0][column]
-    try:
-        number(written or "nan", table.comma)
-    except ValueError:
-        found = [_complex(row[column]) for row in table.rows]
-        if None in found:
-            line = table.first + found.index(None)
-            cell = table.rows[found.index(None)][column]
-            raise InputError(
-                f"{source}, line {line}: column '{name}' has '{cell}' where a complex number is expected"
-            ) from None
-        return np.array(found, dtype=complex), 0.0
-    values = column_of(table.rows, column, name, table.first, source, table.comma)
-    return np.array(values), column_step(table.rows, column, table.comma)
+    if not written or _is_real(written, table.comma):
+        return column_of(table.rows, column, name, table.first, source, table.comma)
+    found = [_complex(row[column]) for row in table.rows]
+    if None in found:
+        at = found.index(None)
+        raise InputError(
+            f"{source}, line {table.first + at}: column '{name}' has '{table.rows[at][column]}' where a complex number "
+            "is expected"
+        )
+    return np.array(found, dtype=complex)
 
 
 def _labels(header: Sequence[str], separator: str | None, width: int) -> tuple[list[str], list[str]]:
