@@ -15,6 +15,7 @@ from tarsus.report.style import (
     CYCLE,
     GREEN,
     INK,
+    LEGEND_ROW,
     MUTED,
     ORANGE,
     PURPLE,
@@ -47,7 +48,10 @@ def motion(series: Series, window: Window) -> Plate:
     several = len(series.feet) > 1
     driven = bool(series.drives)
     heights = [0.62] * driven + [2.3] + [0.2 * len(series.feet)] * several
-    figure, panels = stack(heights, gap_in=0.28, legend_rows=int(len(series.drives) != 1))
+    entries = len(series.points) + 2  # contact and ground beside the points
+    rows = -(-entries // LEGEND_COLUMNS)
+    gap = 0.09 + LEGEND_ROW * rows if driven else 0.28
+    figure, panels = stack(heights, gap_in=gap, legend_rows=int(len(series.drives) != 1) if driven else rows)
     clock = _clock(window)
     if driven:
         _voltage(panels[0], series, window, clock)
@@ -281,7 +285,12 @@ def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> N
     axes.set_title("contact", loc="left", pad=2.0)
 
 
-def _legend(axes: Axes, *, contact: bool = False, ground: bool = False, columns: int = 6) -> None:
+LEGEND_COLUMNS = 6
+
+
+def _legend(
+    axes: Axes, *, contact: bool = False, ground: bool = False, columns: int = LEGEND_COLUMNS
+) -> None:
     handles, labels = axes.get_legend_handles_labels()
     if contact:
         handles.append(axes.fill_between([], [], color=CONTACT, lw=0))
