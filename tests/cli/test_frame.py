@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-VERBS = ["devices", "show", "check", "simulate", "validate", "bench"]
+VERBS = ["devices", "show", "check", "simulate", "validate", "sweep", "bench"]
 
 
 def test_help_answers_at_once(process):
