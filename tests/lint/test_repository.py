@@ -59,5 +59,5 @@ def test_every_erratum_that_can_be_computed_has_a_test():
     listed = {int(number) for number in re.findall(r"^### E(\d+):", page, re.MULTILINE)}
     tested = {int(number) for number in re.findall(r"def test_e(\d+)_", tests)}
     assert listed == set(range(1, 15))
-    # E1, E12 and E13 are about wording and about studies that do not exist here yet.
-    assert listed - tested == {1, 12, 13}
+    # E1 and E13 are about wording.
+    assert listed - tested == {1, 13}

@@ -1,0 +1,54 @@
+"""Lengths of the millipede's links (4.1)-(4.2), as corrected in E12, and the landscape around them.
+
+python examples/leg_design.py [FIGURE.svg]
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from tarsus.design import Landscape, LinkDesign, design_links, landscape, step_lift
+from tarsus.files.legs import millipede_leg
+from tarsus.spec import with_values
+from tarsus.structure.leg import Leg
+
+SHORTEST, LONGEST = 100e-6, 500e-6
+"""Bounds of every length [m]: the source prints none; 2.5 times shorter and twice as long as its own."""
+
+
+def designed(leg: Leg) -> LinkDesign:
+    """The fastest leg that lifts its own load, within the bounds."""
+    return design_links(leg, SHORTEST, LONGEST)
+
+
+def around(design: LinkDesign, points: int = 25) -> Landscape:
+    """Mean speed over the lengths of hip link and shin, the thigh as designed."""
+    lengths = np.linspace(SHORTEST, LONGEST, points)
+    return landscape(design.leg, "hip.length", lengths, "shin.length", lengths)
+
+
+def report(leg: Leg, loads_mg: tuple[float, ...] = (1.0, 1.3, 1.6, 2.0, 2.2)) -> None:
+    """Print the design for several loads of a leg."""
+    print("load a leg    hip  thigh   shin     speed   printed lengths")
+    for load in loads_mg:
+        one = with_values(leg, {"body_mass": load * 1e-6})
+        found = designed(one)
+        hip, thigh, shin = found.lengths * 1e6
+        print(
+            f"{load:7.1f} mg {hip:6.0f} {thigh:6.0f} {shin:6.0f} um {found.lift.mean_speed * 1e3:6.2f} mm/s "
+            f"{step_lift(one).mean_speed * 1e3:6.2f} mm/s"
+        )
+
+
+if __name__ == "__main__":
+    leg = millipede_leg().leg
+    report(leg)
+    if len(sys.argv) > 1:
+        from tarsus.report.leg_figures import landscape_figure
+
+        found = designed(leg)
+        plate = landscape_figure(around(found), leg, found.load, found)
+        Path(sys.argv[1]).write_text(plate.svg, encoding="utf-8")

@@ -1,0 +1,169 @@
+"""Lengths of a leg's links: the design problem (4.1)-(4.2), as corrected in erratum E12."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize
+
+from tarsus.design.step_lift import StepLift, step_lift
+from tarsus.errors import InputError
+from tarsus.spec import with_values
+from tarsus.structure.base import Array
+from tarsus.structure.leg import Leg
+from tarsus.structure.leg_motion import GRAVITY
+
+__all__ = ["LENGTHS", "Landscape", "LinkDesign", "design_links", "landscape"]
+
+LENGTHS = ("hip.length", "thigh.length", "shin.length")
+"""Paths of the design parameters (4.2)."""
+
+_COARSE = 5
+"""Lengths tried of each link before the optimiser starts from the best of them."""
+
+
+@dataclass(frozen=True)
+class LinkDesign:
+    """The best leg within its bounds.
+
+    leg: with the lengths found, widths and thicknesses kept (`Link.density`); lift: its figures; load [N] that it
+    had to carry; at_bound: paths of lengths that ended at a bound; evaluations: of the optimiser.
+    """
+
+    leg: Leg
+    lift: StepLift
+    load: float
+    at_bound: tuple[str, ...]
+    evaluations: int
+
+    @property
+    def lengths(self) -> Array:
+        """Lengths (3,) of hip link, thigh and shin [m]."""
+        return _lengths(self.leg)
+
+    @property
+    def load_decides(self) -> bool:
+        """Whether the load, and not only bounds, keeps the leg from being faster."""
+        return self.lift.capacity < self.load * (1.0 + 1e-6)
+
+
+@dataclass(frozen=True)
+class Landscape:
+    """Mean speed and load capacity over two floats of a leg, the others as given.
+
+    across, up: paths of the two floats; x (m,), y (n,) their values [SI]; speed (n, m) [m/s], 0 where no
+    peak follows the step; capacity (n, m) [N].
+    """
+
+    across: str
+    up: str
+    x: Array
+    y: Array
+    speed: Array
+    capacity: Array
+
+    def best(self, load: float) -> tuple[float, float, float]:
+        """The two floats and the speed at the fastest point that carries a load [N].
+
+        Raises
+        ------
+        InputError
+            If no point carries it.
+        """
+        speed = np.where(self.capacity >= load, self.speed, -1.0)
+        row, column = np.unravel_index(int(np.argmax(speed)), speed.shape)
+        if speed[row, column] < 0.0:
+            raise InputError(f"no leg of the landscape carries {load:.3g} N")
+        return float(self.x[column]), float(self.y[row]), float(speed[row, column])
+
+
+def landscape(leg: Leg, across: str, x: ArrayLike, up: str, y: ArrayLike) -> Landscape:
+    """Mean speed to the first peak and load capacity over a grid of two floats of a leg.
+
+    Raises
+    ------
+    InputError
+        For an unknown path or a value that the leg refuses.
+    """
+    xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    lifts = [[step_lift(with_values(leg, {across: a, up: b})) for a in xs] for b in ys]
+    speed = np.array([[one.mean_speed for one in row] for row in lifts])
+    return Landscape(across, up, xs, ys, speed, np.array([[one.capacity for one in row] for row in lifts]))
+
+
+def design_links(
+    leg: Leg, shortest: float, longest: float, load: float | None = None, gravity: float = GRAVITY
+) -> LinkDesign:
+    """Lengths of hip link, thigh and shin that raise the body fastest and still carry the load.
+
+    Maximises the mean speed from the step to the first peak, ``y_b(t_f)/t_f``, subject to a load capacity of at
+    least the load (lifted when driven, and carried without folding at 0 V), by sequential quadratic programming
+    (scipy's SLSQP) from the best of a coarse grid.
+    The source's objective, the speed *at* the peak, is zero for every leg (E12).
+
+    Parameters
+    ----------
+    leg
+        Everything but the lengths; its links keep their mass per length.
+    shortest, longest
+        Bounds of every length [m].
+    load
+        Force to be carried [N]; the weight of the leg's body mass when absent.
+    gravity
+        Acceleration of gravity [m/s^2], for that weight.
+
+    Raises
+    ------
+    InputError
+        If the bounds are not in order, or no leg within them carries the load and answers with a peak.
+    """
+    if not 0.0 < shortest < longest:
+        raise InputError(f"lengths must have 0 < shortest < longest, got {shortest:g} m and {longest:g} m")
+    needed = leg.body_mass * gravity if load is None else load
+
+    def lift(parts: Array) -> StepLift:
+        values = np.clip(parts, shortest / longest, 1.0) * longest
+        return step_lift(with_values(leg, dict(zip(LENGTHS, values.tolist(), strict=True))))
+
+    tried = [
+        (parts, lift(np.array(parts)))
+        for parts in product(np.linspace(shortest / longest, 1.0, _COARSE), repeat=3)
+    ]
+    able = [(parts, one) for parts, one in tried if one.capacity >= needed and one.mean_speed > 0.0]
+    if not able:
+        raise InputError(
+            f"no leg with links of {shortest:g} to {longest:g} m carries {needed:.3g} N and peaks after a step"
+        )
+
+    def spare(parts: Array) -> Array:
+        one = lift(parts)
+        return np.array([one.lifted, one.standing]) / needed - 1.0
+
+    start, first = max(able, key=lambda pair: pair[1].mean_speed)
+    found = minimize(
+        lambda parts: -lift(parts).mean_speed / first.mean_speed,
+        np.array(start),
+        method="SLSQP",
+        bounds=[(shortest / longest, 1.0)] * 3,
+        constraints={"type": "ineq", "fun": spare},
+        options={"ftol": 1e-12, "maxiter": 200},
+    )
+    best = lift(found.x)
+    if not found.success or best.capacity < needed * (1.0 - 1e-6):
+        raise InputError(f"the optimiser found no design: {found.message}")
+    lengths = np.clip(found.x, shortest / longest, 1.0) * longest
+    chosen = with_values(leg, dict(zip(LENGTHS, lengths.tolist(), strict=True)))
+    near = 1e-6 * longest
+    at_bound = tuple(
+        path
+        for path, length in zip(LENGTHS, lengths, strict=True)
+        if length < shortest + near or length > longest - near
+    )
+    return LinkDesign(chosen, best, needed, at_bound, int(found.nfev))
+
+
+def _lengths(leg: Leg) -> Array:
+    return np.array([leg.hip.length, leg.thigh.length, leg.shin.length])

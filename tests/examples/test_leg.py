@@ -1,0 +1,57 @@
+"""The examples leg_step.py and leg_design.py, and their figures."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from tarsus.files.legs import millipede_leg
+from tarsus.report.leg_figures import landscape_figure, step_figure
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def load(name: str):
+    """An example as a module."""
+    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def inline(svg: str) -> str:
+    """The text of an inline figure with the name space that its page declares."""
+    return svg.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1)
+
+
+def test_leg_step_py_the_two_models_agree_in_time_and_differ_in_height():
+    found = load("leg_step").compare(millipede_leg().leg, samples=401)
+    mode, motion = found.mode, found.motion
+    root = np.sqrt(1.0 - mode.damping_ratio**2)
+    over = np.exp(-np.pi * mode.damping_ratio / root)
+    assert found.single.max() == pytest.approx(mode.gain * 14.0 / mode.stiffness * (1.0 + over), rel=1e-4)
+    assert motion.lift.max() == pytest.approx(20.65e-6, rel=1e-3)
+    times = motion.time[np.argmax(motion.lift)], motion.time[np.argmax(found.single)]
+    assert times[0] == pytest.approx(times[1], rel=0.15)
+    plate = step_figure(motion, found.single, 14.0)
+    assert "14 V" in plate.caption
+    assert "single mode" in "".join(ElementTree.fromstring(inline(plate.svg)).itertext())
+
+
+def test_leg_design_py_finds_a_longer_hip_for_the_assumed_load():
+    example, leg = load("leg_design"), millipede_leg().leg
+    found = example.designed(leg)
+    assert found.lengths[:2] * 1e6 == pytest.approx([442.0, 100.0], abs=0.5)
+    assert found.lift.mean_speed == pytest.approx(6.35e-3, rel=1e-3)
+    land = example.around(found, points=9)
+    plate = landscape_figure(land, leg, found.load, found)
+    assert "does not carry 12.8 µN" in plate.caption
+    text = "".join(ElementTree.fromstring(inline(plate.svg)).itertext())
+    assert "hip.length (µm)" in text and "mean speed" in text and "design" in text

@@ -1,0 +1,179 @@
+"""The leg: exact kinematics, its linearisation, energies, equilibria and the single mode."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import tarsus as ts
+from tarsus.errors import InputError
+from tarsus.files.legs import millipede_leg
+from tarsus.spec import float_paths
+from tarsus.structure.leg import SingleMode
+from tarsus.structure.leg_motion import equilibrium, free_motion, step_response
+
+BENT = {
+    "hip.angle": 0.3,
+    "thigh.angle": -0.4,
+    "shin.angle": 1.3,
+    "thigh.length": 3.1e-4,
+    "shin.length": 3.9e-4,
+}
+UNDAMPED = {"hip_joint.damping": 0.0, "knee_joint.damping": 0.0}
+HEAVY = {"hip.density": 1e-3, "thigh.density": 2e-3, "shin.density": 1.5e-3}
+
+
+@pytest.fixture(scope="module")
+def leg():
+    return millipede_leg().leg
+
+
+def linear_answer(leg, turns, times):
+    """Body height of the linearised leg, released from small turns."""
+    linear = leg.linearised()
+    m = linear.matrices()
+    flow = np.block(
+        [
+            [np.zeros((2, 2)), np.eye(2)],
+            [-np.linalg.solve(m.mass, m.stiffness), -np.linalg.solve(m.mass, m.damping)],
+        ]
+    )
+    start = np.concatenate([leg.chain().heights(leg.chain().rest) @ turns, np.zeros(2)])
+    return np.array([(expm(flow * t) @ start)[0] for t in times])
+
+
+def test_every_number_of_the_leg_says_where_it_comes_from():
+    known = millipede_leg()
+    assert set(known.provenance) == set(float_paths(known.leg))
+    printed = {path for path, origin in known.provenance.items() if origin.source.value == "printed"}
+    assert len(printed) == 8  # the eight rows of Table 4.1
+    assert all("Table 4.1" in known.provenance[path].note for path in printed)
+
+
+@pytest.mark.parametrize("change", [{}, BENT], ids=["flat", "bent"])
+def test_the_links_close_between_foot_and_guide(leg, change):
+    chain = ts.with_values(leg, change).chain()
+    for q in ([0.2, -0.1], [-0.1, 0.05], [0.0, 0.3]):
+        theta = chain.posture(np.array(q))
+        reach = chain.lengths @ np.cos(theta)
+        assert reach == pytest.approx(chain.lengths @ np.cos(chain.angles), rel=1e-13)
+        hip, knee = theta[2] - theta[1], theta[1] - theta[0]
+        assert hip - (chain.angles[2] - chain.angles[1]) == pytest.approx(q[0], abs=1e-13)
+        assert knee - (chain.angles[1] - chain.angles[0]) == pytest.approx(q[1], abs=1e-13)
+
+
+@pytest.mark.parametrize("change", [{}, BENT], ids=["flat", "bent"])
+def test_slopes_are_derivatives_of_the_posture(leg, change):
+    chain = ts.with_values(leg, change).chain()
+    q, step = np.array([0.1, -0.05]), 1e-6
+    slopes, rises = chain.slopes(chain.posture(q)), chain.heights(chain.posture(q))[0]
+    for i in range(2):
+        d = step * np.eye(2)[i]
+        up, down = chain.posture(q + d), chain.posture(q - d)
+        assert slopes[:, i] == pytest.approx((up - down) / (2 * step), rel=1e-7, abs=1e-8)
+        assert rises[i] == pytest.approx((chain.height(up) - chain.height(down)) / (2 * step), rel=1e-7)
+
+
+def test_the_drawn_posture_lifts_by_the_hip_alone(leg):
+    assert leg.lever() == pytest.approx([250e-6, 500e-6], rel=1e-12)
+    assert leg.torque_load() * leg.hip.length == pytest.approx([1.0, -2.0], rel=1e-12)
+
+
+@pytest.mark.parametrize("change", [{}, BENT], ids=["flat", "bent"])
+def test_static_lift_equals_that_of_the_linearisation(leg, change):
+    one = ts.with_values(leg, {**change, "torque": 5.7e-9 * 1e-6})
+    turns = equilibrium(one, 14.0, gravity=0.0)
+    chain = one.chain()
+    lift = chain.height(chain.posture(turns)) - chain.height(chain.rest)
+    linear = np.linalg.solve(one.linearised().matrices().stiffness, one.torque_load() * one.torque)[0]
+    assert lift == pytest.approx(linear, rel=1e-6)
+
+
+@pytest.mark.parametrize("change", [{}, BENT], ids=["flat", "bent"])
+def test_small_motion_equals_that_of_the_linearisation(leg, change):
+    one = ts.with_values(leg, change)
+    turns, times = np.array([1e-7, 0.0]), np.linspace(0.0, 0.008, 30)
+    motion = free_motion(one, times, turns, np.zeros(2), 0.0, 0.0)
+    lift = linear_answer(one, turns, times)
+    assert motion.lift == pytest.approx(lift - lift[0], abs=1e-6 * np.abs(lift).max())
+
+
+@pytest.mark.parametrize("change", [HEAVY, {**HEAVY, **BENT}], ids=["flat", "bent"])
+def test_small_free_motion_has_the_frequency_of_the_linearisation(leg, change):
+    one = ts.with_values(leg, {**change, **UNDAMPED})
+    m = one.linearised().matrices()
+    squares, shapes = np.linalg.eig(np.linalg.solve(m.mass, m.stiffness))
+    slow = np.argmin(squares)
+    turns = np.linalg.solve(one.chain().heights(one.chain().rest), shapes[:, slow])
+    turns = turns * 1e-7 / np.abs(turns).max()
+    period = 2.0 * np.pi / np.sqrt(squares[slow])
+    times = np.linspace(0.0, 3.5 * period, 1200)
+    motion = free_motion(one, times, turns, np.zeros(2), 0.0, 0.0)
+    height = motion.speed
+    up = np.flatnonzero((height[1:-1] < 0.0) & (height[2:] >= 0.0)) + 1
+    at = [np.interp(0.0, height[i : i + 2], times[i : i + 2]) for i in up]
+    assert np.diff(at).mean() == pytest.approx(period, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "change", [{}, {**HEAVY}, {**HEAVY, **BENT}], ids=["as printed", "heavy", "heavy, bent"]
+)
+def test_without_dampers_energy_is_conserved(leg, change):
+    one = ts.with_values(leg, {**change, **UNDAMPED})
+    times = np.linspace(0.0, 0.02 if change else 0.001, 60)
+    motion = step_response(one, times)
+    assert motion.dissipated.max() == 0.0
+    assert np.abs(motion.work).max() > 1e-11  # it moved, and not a little
+    assert motion.closure < 1e-9
+
+
+def test_with_dampers_the_balance_closes_and_the_leg_settles(leg):
+    motion = step_response(leg, np.linspace(0.0, 0.03, 100))
+    assert motion.complete and motion.closure < 1e-8
+    assert np.all(np.diff(motion.dissipated) >= 0.0)
+    assert motion.turns[-1] == pytest.approx(equilibrium(leg, 14.0), rel=1e-5)
+
+
+def test_the_weight_of_the_linearisation_is_that_of_the_leg(leg):
+    linear = leg.linearised()
+    sag = np.linalg.solve(linear.matrices().stiffness, -1e-4 * linear.matrices().mass @ linear.vertical())
+    chain = leg.chain()
+    turns = equilibrium(leg, 0.0, gravity=1e-4)
+    assert chain.height(chain.posture(turns)) - chain.height(chain.rest) == pytest.approx(sag[0], rel=1e-5)
+
+
+def test_a_single_mode_is_nearly_the_leg(leg):
+    mode, matrices = SingleMode.of(leg), leg.linearised().matrices()
+    exact = np.sqrt(np.linalg.eigvals(np.linalg.solve(matrices.mass, matrices.stiffness)).min()) / (2 * np.pi)
+    assert mode.frequency == pytest.approx(exact, rel=1e-9)
+    static = np.linalg.solve(matrices.stiffness, leg.torque_load() * leg.torque)[0]
+    assert mode.gain * 14.0 / mode.stiffness == pytest.approx(static, rel=1e-4)
+    assert mode.critical_mass == pytest.approx(mode.damping_ratio**2 * mode.mass)
+    assert mode.structure().matrices().stiffness == pytest.approx(mode.stiffness)
+
+
+def test_clamping_the_hip_link_would_hold_the_body(leg):
+    # With the hip link clamped to the body, foot and guide leave one coordinate, and the stiff knee is in it.
+    turn = leg.torque / (leg.hip_joint.stiffness + leg.knee_joint.stiffness)
+    assert leg.thigh.length * turn < 0.01 * equilibrium(leg, 14.0, gravity=0.0)[0] * leg.hip.length
+
+
+def test_bad_legs_are_refused_in_a_sentence(leg):
+    with pytest.raises(InputError, match="must be above it"):
+        ts.with_values(leg, {"shin.angle": -1.0})
+    with pytest.raises(InputError, match="do not determine the joints"):
+        ts.with_values(leg, {"thigh.angle": np.pi / 2}).linearised()
+    with pytest.raises(InputError, match="folds under"):
+        step_response(ts.with_values(leg, {"body_mass": 1e-3}), [0.0, 0.01])
+    with pytest.raises(InputError, match="increases from 0"):
+        step_response(leg, [0.01, 0.02])
+    with pytest.raises(InputError, match="above 0"):
+        ts.with_values(leg, {"hip.length": -1e-4})
+
+
+def test_a_leg_that_comes_down_ends_there(leg):
+    weak = ts.with_values(leg, {"hip_joint.stiffness": 1e-9, "hip_joint.damping": 1e-13})
+    motion = free_motion(weak, np.linspace(0.0, 0.05, 200), np.zeros(2), np.zeros(2), 0.0, 9.81)
+    assert not motion.complete
+    assert motion.time[-1] < 0.05
