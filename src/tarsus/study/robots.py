@@ -14,6 +14,7 @@ from tarsus.files.library import load_scene
 from tarsus.scene import Scene
 from tarsus.spec import with_values
 from tarsus.study.impacts import MapRow, ModeRow, map_rows, mode_rows
+from tarsus.study.relative import relative_error
 from tarsus.study.scenarios import Heights, Scenario, packaged_scenarios, read_scenarios
 from tarsus.study.seeds import Statistics, foot_statistics
 
@@ -204,13 +205,6 @@ def _outcome(found: Statistics) -> Outcome:
         len(found.bounces),
         found.failed,
     )
-
-
-def relative_error(measured: float | None, simulated: float | None) -> float | None:
-    """(measured - simulated)/measured; None where there is none."""
-    if measured is None or simulated is None or measured == 0.0 or not math.isfinite(simulated):
-        return None
-    return (measured - simulated) / measured
 
 
 def _mean_error(measured: Sequence[Heights], simulated: Sequence[Heights], quantity: str) -> float | None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.study.cases import Case, Observation, packaged_cases, read_cases
+from tarsus.study.relative import relative_error
 
 if TYPE_CHECKING:
     from tarsus.scene import Scene
@@ -142,8 +143,8 @@ def errors(reference: Observation, simulated: Observation) -> Errors:
         count = abs(reference.bounces - simulated.bounces)
     return Errors(
         count=count,
-        peak=_relative(reference.peak_um, simulated.peak_um),
-        contact=_relative(reference.contact_ms, simulated.contact_ms),
+        peak=relative_error(reference.peak_um, simulated.peak_um),
+        contact=relative_error(reference.contact_ms, simulated.contact_ms),
     )
 
 
@@ -208,7 +209,7 @@ def _merits(pairs: Sequence[tuple[float | None, float | None]]) -> dict[str, Any
     a measured 0) is a miss: it counts among the cases and is not below 30 %.
     """
     known = [(ref, sim) for ref, sim in pairs if ref is not None and sim is not None]
-    values = [value for value in (_relative(ref, sim) for ref, sim in known) if value is not None]
+    values = [value for value in (relative_error(ref, sim) for ref, sim in known) if value is not None]
     return {
         "cases": len(known),
         "in_means": len(values),
@@ -249,14 +250,6 @@ def _plain(row: Row) -> dict[str, Any]:
         },
         "code": row.code,
     }
-
-
-def _relative(reference: float | None, simulated: float | None) -> float | None:
-    if reference is None or simulated is None or not math.isfinite(simulated):
-        return None
-    if reference == 0.0:
-        return 0.0 if simulated == 0.0 else None
-    return (reference - simulated) / reference
 
 
 def _mean(values: Sequence[float]) -> float | None:
