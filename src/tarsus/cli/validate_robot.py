@@ -88,7 +88,7 @@ def _print(validation: RobotValidation, runs: RobotRuns, result: Mapping[str, An
 
 def _print_rows(rows: list[dict[str, Any]], summary: Mapping[str, Any]) -> None:
     from tarsus.cli import console
-    from tarsus.study.robots import relative_error
+    from tarsus.study.relative import relative_error
 
     print(
         f"source = the source's model, measured = its experiment, ours = mean of {max(row['seeds'] for row in rows)} "
