@@ -273,6 +273,16 @@ def test_chatter_in_a_stiff_film_comes_to_rest():
     assert run.ledger.closure < 1e-8
 
 
+def test_late_edges_of_a_drive_are_passed():
+    # At 8 s the next edge of a drive may be nearer than the spacing of floating-point times: it counts as reached.
+    from printed_robots import hexapod
+
+    drive = ts.Square(amplitude=7.558655866212344, frequency=631.0882186399392)
+    scene = hexapod(signal=drive, gap=1e-4)
+    run = ts.simulate(scene, duration=8.5, accuracy=ts.Accuracy(steps=300_000))
+    assert run.ok and run.end_time == 8.5
+
+
 def test_a_foot_let_go_without_acceleration_rises():
     # A pull that only just outgrows its hold leaves a foot with jerk alone; such releases were once taken back.
     from printed_robots import hexapod

@@ -20,7 +20,8 @@ def seek(first, start, end, loop, period, cursor, channel, t):
     while True:
         p = cursor[channel, 0]
         shift = cursor[channel, 1] * period[channel]
-        if t < shift + end[p] - 1e-12 * (end[p] - start[p]):
+        # within the rounding of the time itself the piece has ended: no step could reach its end
+        if t < shift + end[p] - 1e-12 * (end[p] - start[p]) - 1e-15 * t:
             return
         if p + 1 < first[channel + 1]:
             cursor[channel, 0] = p + 1
