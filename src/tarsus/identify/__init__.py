@@ -1,0 +1,17 @@
+"""From records to a model with error bars: frequency responses, modes."""
+
+from tarsus.identify.circle import CircleFit, fit_mode_circle
+from tarsus.identify.frf import Estimator, Frf, estimate_frf
+from tarsus.identify.modal import IdentifiedMode, ModalFit, Verdict, identify_modes
+
+__all__ = [
+    "CircleFit",
+    "Estimator",
+    "Frf",
+    "IdentifiedMode",
+    "ModalFit",
+    "Verdict",
+    "estimate_frf",
+    "fit_mode_circle",
+    "identify_modes",
+]

@@ -1,0 +1,342 @@
+"""Modes of a structure from its frequency responses: poles, refinement, shapes, intervals and a verdict on each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.identify.bootstrap import Basis, Interval, pole_intervals
+from tarsus.identify.frf import Frf
+from tarsus.identify.lscf import fit_poles, pole_tracks
+from tarsus.identify.lsfd import background_columns, modal_columns, residues_of, synthesise
+from tarsus.identify.refine import LocalFit, refine_pole
+from tarsus.measurement import FrequencyResponse
+from tarsus.structure.modal import Modal
+
+__all__ = ["IdentifiedMode", "ModalFit", "Verdict", "identify_modes"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+_SHARE_OF_ORDERS = 0.15
+_FEWEST_ORDERS = 8
+_HEAVIEST = 0.3
+_SIGNIFICANT = 5.0
+_ROUNDS = 2
+_SAME = 0.1
+_TILTED = np.radians(45.0)
+
+
+class Verdict(Enum):
+    """Whether the responses determine a mode."""
+
+    DETERMINED = "determined"
+    UNDER_RESOLVED = "under-resolved"
+    WRONG_WAY = "turns the wrong way"
+    UNCERTAIN = "damping not determined"
+
+
+@dataclass(frozen=True)
+class IdentifiedMode:
+    """A mode that the responses show.
+
+    frequency [Hz], undamped, and damping [1], the damping ratio, with their 95 % intervals; basis: what these were
+    drawn over; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz; tilt
+    [rad]: angle between the residues and those of a real mode, -pi/2 to pi/2; collinearity: 1 where all residues lie on
+    one line through zero, 0 where they do not at all; orders: how many of the tried model orders have its pole;
+    verdict, and reason: a sentence, empty for a determined mode.
+    """
+
+    frequency: Interval
+    damping: Interval
+    basis: Basis
+    residues: Complexes
+    tilt: float
+    collinearity: float
+    orders: int
+    verdict: Verdict
+    reason: str
+
+    @property
+    def pole(self) -> complex:
+        """Pole [rad/s] above 0 Hz."""
+        ratio = self.damping.value
+        return 2.0 * np.pi * self.frequency.value * complex(-ratio, np.sqrt(1.0 - ratio**2))
+
+
+@dataclass(frozen=True)
+class ModalFit:
+    """Modes identified in a band.
+
+    frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
+    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree.
+    """
+
+    frf: Frf
+    modes: tuple[IdentifiedMode, ...]
+    poles: dict[int, Complexes]
+    synthesis: Complexes
+
+    @property
+    def frequencies(self) -> Floats:
+        """Undamped natural frequencies (nm,) [Hz]."""
+        return np.array([mode.frequency.value for mode in self.modes])
+
+    @property
+    def damping_ratios(self) -> Floats:
+        """Damping ratios (nm,) [1]."""
+        return np.array([mode.damping.value for mode in self.modes])
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """A sentence for every mode that is not determined."""
+        return tuple(mode.reason for mode in self.modes if mode.verdict is not Verdict.DETERMINED)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """A sentence for every mode whose residues are far from those of any real mode."""
+        return tuple(
+            f"the residues of the mode at {mode.frequency.value:g} Hz are turned by {np.degrees(mode.tilt):.0f} "
+            f"degrees from a real mode's: is the response a {self.frf.quantity.name.lower()}, is its delay taken out?"
+            for mode in self.modes
+            if abs(mode.tilt) > _TILTED
+        )
+
+    @property
+    def misfit(self) -> float:
+        """Root mean square of responses less synthesis over that of the responses, over the band."""
+        left, whole = np.abs(self.frf.values - self.synthesis) ** 2, np.abs(self.frf.values) ** 2
+        return float(np.sqrt(left.sum() / whole.sum()))
+
+    def only(self, near: Sequence[float]) -> ModalFit:
+        """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
+        picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
+        return ModalFit(self.frf, tuple(self.modes[k] for k in picked), self.poles, self.synthesis)
+
+    def shapes(self) -> tuple[Floats, Floats]:
+        """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.
+
+        The residues of every mode are turned by its `tilt` first. Modal masses are 1 kg. Where an input has the name of
+        an output, it is taken as a force at that point and the shapes are mass-normalised. Elsewhere the responses do
+        not tell the mass: the largest shape value is 1, and the participation is the modal force on 1 kg per unit of
+        input.
+        """
+        shapes, participations = [], []
+        for mode in self.modes:
+            gain = (2.0j * mode.pole.imag * mode.residues * np.exp(-1.0j * mode.tilt)).real
+            left, size, right = np.linalg.svd(gain, full_matrices=False)
+            shape, pull = left[:, 0], size[0] * right[0]
+            driven = [
+                (self.frf.outputs.index(name), k)
+                for k, name in enumerate(self.frf.inputs)
+                if name in self.frf.outputs
+            ]
+            scale = shape[np.argmax(np.abs(shape))]
+            if driven:
+                o, k = max(driven, key=lambda pair: abs(shape[pair[0]] * pull[pair[1]]))
+                if shape[o] * pull[k] > 0.0:
+                    scale = np.sign(scale) * np.sqrt(shape[o] / pull[k])
+            shapes.append(shape / scale)
+            participations.append(pull * scale)
+        return np.array(shapes), np.array(participations)
+
+    def structure(self) -> Modal:
+        """The modes as a structure with the outputs as its points; modal masses 1 kg, scaled as `shapes` says.
+
+        Raises
+        ------
+        InputError
+            With the reason of every mode that is not determined. `only` leaves modes out.
+        """
+        if self.refused:
+            raise InputError(self.refused)
+        shapes, _ = self.shapes()
+        return Modal(
+            frequencies=tuple(map(float, self.frequencies)),
+            damping_ratios=tuple(map(float, self.damping_ratios)),
+            modal_masses=(1.0,) * len(self.modes),
+            shapes={name: tuple(map(float, shapes[:, o])) for o, name in enumerate(self.frf.outputs)},
+        )
+
+
+def identify_modes(
+    frf: Frf | FrequencyResponse, band: tuple[float, float], order: int = 40, smallest: float = 0.5
+) -> ModalFit:
+    """Modes in a band of frequency responses.
+
+    Poles of models of order 2 to ``order`` (`fit_poles`) that eight of these, or 15 %, have in common (`pole_tracks`)
+    are candidates. Those that make up too little of the response are dropped, weakest first; the others are refined one
+    by one, strongest first and then all once more (`refine_pole`), and kept if they stay within their half-power band
+    and stand out of the noise.
+
+    Parameters
+    ----------
+    frf
+        Responses, as read from a file or estimated from records; with repeats of it, `Frf.of`.
+    band
+        Lowest and highest frequency [Hz]; modes at the very edges are not sought.
+    order
+        Largest order of the models: two or three times the number of modes expected, and more where noise is high.
+    smallest
+        Share of the response that a mode must make up near its own frequency, in at least one channel.
+
+    Returns
+    -------
+    ModalFit
+        With a verdict on every mode.
+
+    Raises
+    ------
+    InputError
+        If no mode is found in the band, or it has too few lines.
+    """
+    part = (Frf.of(frf) if isinstance(frf, FrequencyResponse) else frf).between(*band)
+    count = len(part.frequency)
+    top = min(order, count // 4)
+    if top < 2:
+        raise InputError(f"the band has {count} lines, too few to find a mode: 8 or more are needed")
+    channels = part.values.reshape(-1, count)
+    if not np.any(channels):
+        raise InputError("all responses are zero in the band")
+    orders = range(2, top + 1)
+    poles = fit_poles(part.frequency, part.values, orders)
+    fewest = max(_SHARE_OF_ORDERS * len(orders), min(_FEWEST_ORDERS, len(orders) / 3.0))
+    tracks = [
+        track
+        for track in pole_tracks(poles, part.line)
+        if len(track.orders) >= fewest and _sought(track.pole, part)
+    ]
+    found = np.array([track.pole for track in tracks], dtype=complex)
+    seen = {complex(track.pole): len(track.orders) for track in tracks}
+    found, share = _weighty(part.frequency, channels, found, smallest)
+    kept = _refined(part.frequency, channels, found[np.argsort(-share)])
+    if not kept:
+        raise InputError(
+            f"no mode was found between {band[0]:g} Hz and {band[1]:g} Hz: no pole is common to models of different "
+            "order and stands out of the noise; look at the coherence, or average more"
+        )
+    refined = np.array([fit.pole for fit in kept.values()])
+    residues, background = residues_of(part.frequency, channels, refined)
+    synthesis = (synthesise(part.frequency, refined, residues) + background).reshape(part.values.shape)
+    modes = tuple(_mode(part, fit, seen[pole]) for pole, fit in kept.items())
+    return ModalFit(part, modes, poles, synthesis)
+
+
+def _sought(pole: complex, frf: Frf) -> bool:
+    """Whether a pole lies inside the band and is a mode of it rather than its background."""
+    f = pole.imag / (2.0 * np.pi)
+    inside = frf.frequency[0] + 2.0 * frf.line < f < frf.frequency[-1] - 2.0 * frf.line
+    span = frf.frequency[-1] - frf.frequency[0]
+    return bool(inside and abs(pole.real) < _HEAVIEST * abs(pole) and abs(pole.real) / np.pi < span / 2.0)
+
+
+def _refined(frequency: Floats, channels: Complexes, poles: Complexes) -> dict[complex, LocalFit]:
+    """Local fits by the pole they began at, in order of frequency; poles come strongest first.
+
+    A pole sees those before it as neighbours, then all, except those whose damping is uncertain by half or more and
+    that are not the strongest; where neighbours lead it astray, it stays as it was.
+    """
+    line = float(frequency[1] - frequency[0])
+
+    def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
+        fit = refine_pole(frequency, channels, start, others, residues)
+        if fit is None or abs(fit.pole - start) > max(abs(start.real), np.pi * line):
+            return None
+        return fit if fit.significance >= _SIGNIFICANT else None
+
+    fits: dict[complex, LocalFit] = {}
+    certain: list[complex] = []
+    for pole in map(complex, poles):
+        fit = refined(pole, np.array([fits[p].pole for p in certain], dtype=complex))
+        if fit is None:
+            continue
+        fits[pole] = fit
+        damping = pole_intervals(fit, channels[:, fit.lines], None, line)[1]
+        if not certain or damping.high - damping.low < abs(damping.value):
+            certain.append(pole)
+    for _ in range(_ROUNDS):
+        ends = np.array([fits[pole].pole for pole in certain])
+        residues, _ = residues_of(frequency, channels, ends)
+        for pole, fit in list(fits.items()):
+            others = np.array([p != pole for p in certain])
+            fits[pole] = refined(fit.pole, ends[others], residues[:, others]) or fit
+    apart: dict[complex, LocalFit] = {}
+    for pole, fit in fits.items():
+        if all(abs(fit.pole - other.pole) > _SAME * abs(fit.pole.real) for other in apart.values()):
+            apart[pole] = fit
+    return dict(sorted(apart.items(), key=lambda item: item[1].pole.imag))
+
+
+def _weighty(
+    frequency: Floats, channels: Complexes, poles: Complexes, smallest: float
+) -> tuple[Complexes, Floats]:
+    """The poles that make up at least a share of some response near their own frequency, and their largest peaks in
+    units of the root mean square of a response."""
+    line = frequency[1] - frequency[0]
+    half = np.maximum(np.abs(poles.real), np.pi * line) / (2.0 * np.pi)
+    near = np.abs(frequency - poles.imag[:, None] / (2.0 * np.pi)) <= half[:, None]
+    local = np.sqrt((np.abs(channels) ** 2) @ near.T / near.sum(axis=1))
+    whole = np.sqrt(np.mean(np.abs(channels) ** 2, axis=1))[:, None]
+    own = modal_columns(frequency, poles)
+    columns = np.concatenate([own, background_columns(frequency, 2)], axis=1)
+    design = np.concatenate([columns.real, columns.imag])
+    scale = np.linalg.norm(design, axis=0)
+    basis, triangle = np.linalg.qr(design / scale)
+    target = basis.T @ np.concatenate([channels.real, channels.imag], axis=1).T
+    alive = np.arange(len(poles))
+    strength = np.zeros(0)
+    while len(alive):
+        used = np.concatenate([alive, alive + len(poles), np.arange(2 * len(poles), len(scale))])
+        found = np.linalg.lstsq(triangle[:, used], target, rcond=None)[0] / scale[used, None]
+        size = np.abs(found[: len(alive)] + 1.0j * found[len(alive) : 2 * len(alive)]).T
+        peak = size / np.maximum(np.abs(poles[alive].real), 0.5 * np.pi * line)
+        strength = np.max(_ratio(peak, whole), axis=0)
+        share = np.max(_ratio(peak, local[:, alive]), axis=0)
+        weakest = int(np.argmin(share))
+        if share[weakest] >= smallest:
+            return poles[alive], strength
+        alive = np.delete(alive, weakest)
+    return poles[alive], strength[:0]
+
+
+def _ratio(above: Floats, below: Floats) -> Floats:
+    return np.divide(above, below, out=np.zeros_like(above), where=below > 0.0)
+
+
+def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
+    channels = frf.values.reshape(-1, len(frf.frequency))[:, fit.lines]
+    repeats = frf.repeats
+    if repeats is not None:
+        repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
+    frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
+    residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
+    square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
+    verdict, reason = _judge(frequency, damping, frf.line)
+    tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
+    return IdentifiedMode(frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason)
+
+
+def _judge(frequency: Interval, damping: Interval, line: float) -> tuple[Verdict, str]:
+    name = f"the mode at {frequency.value:.6g} Hz"
+    band = 2.0 * abs(damping.value) * frequency.value
+    if damping.value <= 0.0:
+        return Verdict.WRONG_WAY, (
+            f"{name} turns the wrong way: its Nyquist curve runs anticlockwise, as with a damping ratio of "
+            f"{damping.value:.2g}; look at the sign of the phase and at what else drives the structure"
+        )
+    if band < line:
+        return Verdict.UNDER_RESOLVED, (
+            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; "
+            "its frequency can be used, its damping cannot: measure longer"
+        )
+    if damping.low <= 0.0:
+        return Verdict.UNCERTAIN, (
+            f"{name} has no certain damping: the 95 % interval of its ratio, {damping.low:.2g} to {damping.high:.2g}, "
+            "reaches zero; average more"
+        )
+    return Verdict.DETERMINED, ""

@@ -1,0 +1,22 @@
+"""Figures of a modal fit show what was found and what is left."""
+
+from __future__ import annotations
+
+from identify.test_modal import responses
+
+from tarsus.identify import identify_modes
+from tarsus.measurement import Quantity
+from tarsus.report.modal_figures import nyquist, stabilisation, synthesis
+from tarsus.report.style import figure_style
+
+
+def test_figures_of_a_fit():
+    fit = identify_modes(responses(Quantity.VELOCITY, 0.01), (110.0, 990.0), 12)
+    with figure_style():
+        plates = stabilisation(fit), nyquist(fit), synthesis(fit)
+    for plate in plates:
+        assert plate.svg.startswith("<svg") and plate.caption
+    for text in ("300 Hz, 2 %", "340 Hz, 1.5 %", "700 Hz, 5 %"):
+        assert text in plates[1].svg, "a curve for every mode, with its figures"
+    assert "order of the model" in plates[0].svg
+    assert "3 modes" in plates[2].caption and "1 %" in plates[2].caption, "the noise is what is left"
