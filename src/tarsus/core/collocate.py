@@ -9,7 +9,7 @@ from tarsus.core.flow import add_constant, add_nodal, nodal
 from tarsus.core.hooks import HAS_FORCE, HAS_MOMENTUM, USES_RATE
 from tarsus.core.jit import fused
 from tarsus.core.nodes import TAU, N
-from tarsus.core.row import load, lowest, magnitude, store, total
+from tarsus.core.row import highest, load, lowest, magnitude, store, total
 
 SWEEPS = 14
 STIFF = -2
@@ -35,9 +35,10 @@ def evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, valu
 def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
     """nodes = linear + effect of the smooth forces, for gaps and (where a law uses them) rates of free feet.
 
-    Returns twice the mean change of a foot's nodal gaps [m].
+    Returns the largest change of a nodal gap [m].
     """
     change = 0.0
+    spoilt = False
     for i in range(m):
         if mask >> i & 1:
             continue
@@ -52,9 +53,11 @@ def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
                 if flags[f] & HAS_FORCE and not mask >> f & 1:
                     row += nodal(node_input, q, k, o, m + f, values)
             if half == 0:
-                change += total(magnitude(row - load(nodes, (o,))))
+                moved = magnitude(row - load(nodes, (o,)))
+                change = max(change, highest(moved))
+                spoilt = spoilt or not math.isfinite(total(moved))  # the largest number of a row passes over NaN
             store(nodes, (o,), row)
-    return change * (2.0 / N)
+    return math.nan if spoilt else change
 
 
 @fused

@@ -47,7 +47,7 @@ def bulge(q, k, i, nb, envelope, speed):
 
 
 @fused
-def scan(i, order, margin, bound, limit, epsilon, tau, doubt, short):
+def scan(i, order, margin, bound, limit, epsilon, tau, doubt):
     """doubt[i] = (first, last) node interval in which foot i may have an event before the scaled time ``limit``.
 
     Interval j is (tau[j-1], tau[j]]. Returns whether there is any.
@@ -57,24 +57,20 @@ def scan(i, order, margin, bound, limit, epsilon, tau, doubt, short):
     row = load(margin, (i,))
     if order == 0 and lowest(row) > bound:
         return False
-    # A foot on its way up from the ground is not turned back and up again between two nodes of a step that is short
-    # enough to land in: no mode turns that fast.
-    rising = order > 0 and short
     for j in range(1, N):
         if tau[j - 1] >= limit:
             break
         width = (tau[j] - tau[j - 1]) / 0.2092
         local = bound * width * width
         crossing = margin[i, j] < -epsilon
-        rising = rising and margin[i, j] > margin[i, j - 1]
+        rise = abs(margin[i, j] - margin[i, j - 1])
         if j == 1 and order > 0:
             # it starts at zero and rises: the chord must beat the steepest parabola of that bulge
             unsure = margin[i, 1] <= (4.0 if order == 1 else 8.0) * local
-            # s (s - r)^2, which comes back to the ground at r, has risen by less than 4/3 of its bulge at s = 1
-            rising = rising and margin[i, 1] > 1.4 * local
         else:
-            unsure = margin[i, j - 1] <= local or margin[i, j] <= local
-        unsure = unsure and not rising
+            # a parabola of that bulge b below a chord that rises by r dips (4 b - r)^2 / 16 b below its lower end
+            short = 4.0 * local - rise
+            unsure = short > 0.0 and min(margin[i, j - 1], margin[i, j]) * 16.0 * local <= short * short
         if crossing or unsure:
             if doubt[i, 1] == 0:
                 doubt[i, 0] = j

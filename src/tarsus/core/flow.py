@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tarsus.core.jit import fused, inner
 from tarsus.core.nodes import N
-from tarsus.core.row import load, store, total
+from tarsus.core.row import load, store
 
 TERMS = 40  # most Taylor terms kept for landing inside a step
 
@@ -56,9 +56,10 @@ def flow_state(exponential, state_constant, state_input, q, k, nb, ni, w, values
             for r in range(2 * nb):
                 out[r] += state_constant[q, k, i, r] * v
         else:
-            row = load(values, (i,))
-            for r in range(2 * nb):
-                out[r] += total(load(state_input, (q, k, i, r)) * row)
+            for j in range(N):
+                v = values[i, j]
+                for r in range(2 * nb):
+                    out[r] += state_input[q, k, i, j, r] * v
 
 
 @fused

@@ -92,7 +92,6 @@ class _RareLower(_PartLower):
     def setup_function(self, fndesc: Any) -> None:
         super().setup_function(fndesc)
         self.function.attributes.add("noinline")
-        self.function.attributes.add("optsize")
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -172,7 +171,7 @@ PART: dict[str, Any] = {
 
 # Called now and then (at events): LLVM decides whether to inline it.
 inner = njit(**PART, forceinline=False)
-# At few events, or where a step is out of the ordinary: short code, made once.
+# At few events, or where a step is out of the ordinary: made once and called.
 rare = njit(**{**PART, "forceinline": False, "pipeline_class": _RareCompiler})
 # On the path of every step: melted into its caller, so that no argument is copied.
 fused = njit(forceinline=True, **PART)

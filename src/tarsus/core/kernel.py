@@ -206,8 +206,7 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
         held = mask >> i & 1
         bound = bulge(q, k, i, nb, tables.envelope, work.velocity)
         epsilon = state.real[a.EPS_FORCE] if held else state.real[a.EPS_GAP]
-        short = tables.terms[q, k] > 0
-        if scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau, verdict, short):
+        if scan(i, state.order[i], work.margin, bound, limit, epsilon, _tau, verdict):
             doubt = True
             interval = min(interval, verdict[i, 0])
         if track and not held and hides_peak(i, state.apex, work.nodes, bound, limit, _tau):

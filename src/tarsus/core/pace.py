@@ -74,8 +74,8 @@ def next_class(tables, work, real, q, k, wanted, error, m, h, event):
     if expected > 0.5:
         wanted = max(wanted, k + 1)
     elif k <= wanted:
-        # a class longer for every seven powers of two that are left
-        wanted = max(k - (expected < 8e-3) - (expected < 5e-5) - (expected < 4e-7), 0)
+        # a class longer for every ten powers of two that are left
+        wanted = max(k - (expected < 1e-3) - (expected < 1e-6) - (expected < 1e-9), 0)
     # An event that linear motion puts inside the next step needs a step to land in.
     ahead = math.inf
     for i in range(m):

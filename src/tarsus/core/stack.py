@@ -125,5 +125,4 @@ def _stack_tables(lengths: np.ndarray, modes: list[ContactMode], tables: list[St
         "exponential", "node_state", "node_input", "node_constant", "state_input", "state_constant", "envelope",
     )  # fmt: skip
     stacked = {name: _pad([getattr(t, name) for t in tables]) for name in names}
-    stacked["state_input"] = np.ascontiguousarray(stacked["state_input"].swapaxes(-1, -2))  # nodes last
     return Tables(lengths=lengths, terms=terms, **stacked)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
+NOTHING = 1e-24
+"""Part of the plan's force times length below which the energies of a run are rounding: motion of 1e-12 of its length."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 
 
@@ -214,9 +216,9 @@ def ledger(run: Run) -> Ledger:
     spent = terms["damping"] + terms["film"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
     sizes = [abs(x) for x in (*terms.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
-    largest = max(sizes, default=0.0)
+    largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length)
     return Ledger(
         work_in=terms["work_in"], kinetic=change_k, elastic=change_e, damping=terms["damping"], film=terms["film"],
         electrostatic=terms["electrostatic"], impacts=impacts, adhesion=adhesion, laws=terms["laws"],
-        residual=residual, closure=abs(residual) / largest if largest > 0.0 else 0.0,
+        residual=residual, closure=abs(residual) / largest,
     )  # fmt: skip
