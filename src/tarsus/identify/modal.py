@@ -29,6 +29,7 @@ _HEAVIEST = 0.3
 _SIGNIFICANT = 5.0
 _ROUNDS = 2
 _SAME = 0.1
+_UNEXPLAINED = 0.3
 _TILTED = np.radians(45.0)
 
 
@@ -99,13 +100,19 @@ class ModalFit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for every mode whose residues are far from those of any real mode."""
-        return tuple(
+        """A sentence for responses that the modes leave unexplained, and one for every mode whose residues are far from
+        those of any real mode."""
+        left = [
+            f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
+            "the order or narrow the band"
+        ] * (self.misfit > _UNEXPLAINED)
+        turned = [
             f"the residues of the mode at {mode.frequency.value:g} Hz are turned by {np.degrees(mode.tilt):.0f} "
             f"degrees from a real mode's: is the response a {self.frf.quantity.name.lower()}, is its delay taken out?"
             for mode in self.modes
             if abs(mode.tilt) > _TILTED
-        )
+        ]
+        return (*left, *turned)
 
     @property
     def misfit(self) -> float:

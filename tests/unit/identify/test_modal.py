@@ -95,6 +95,18 @@ def test_a_response_of_another_quantity_is_remarked():
     assert len(fit.remarks) == 3 and "is the response a displacement" in fit.remarks[0]
 
 
+def test_modes_missed_in_a_wide_band_are_remarked_and_come_back_in_a_narrow_one():
+    random = np.random.default_rng(156)
+    truth = modal_recovery.Truth.draw(random)
+    frf = modal_recovery.measured(truth, random, 1)
+    wide = identify_modes(frf, modal_recovery.BAND)
+    assert len(wide.modes) < 4 and "unexplained" in wide.remarks[0]
+    narrow = identify_modes(frf, (100.0, 2000.0))
+    assert narrow.frequencies == pytest.approx(truth.frequencies, rel=5e-4)
+    assert narrow.damping_ratios == pytest.approx(truth.damping, rel=0.03)
+    assert not any("unexplained" in remark for remark in narrow.remarks)
+
+
 def test_noise_alone_has_no_modes():
     random = np.random.default_rng(3)
     noise = random.standard_normal((2, 1, 500)) + 1.0j * random.standard_normal((2, 1, 500))
