@@ -79,18 +79,29 @@ class RobotValidation:
         """True when every run reached its end."""
         return not self.problems
 
-    def summary(self) -> dict[str, Any]:
-        """Mean absolute error [%] of each quantity over the rows with a measured value, for three models."""
+    def summary(self, origin: str | None = None) -> dict[str, Any]:
+        """Mean absolute error [%] of each quantity over the rows with a measured value, for three models.
+
+        ``origin`` keeps the rows from there alone: ``"packaged"``, or the name of a rows file.
+        """
+        rows = [row for row in self.rows if origin in (None, row.scenario.origin)]
         models = {
-            "source": [row.scenario.source for row in self.rows],
-            "ours": [row.ours.heights for row in self.rows],
-            "without_small_forces": [row.without.heights for row in self.rows],
+            "source": [row.scenario.source for row in rows],
+            "ours": [row.ours.heights for row in rows],
+            "without_small_forces": [row.without.heights for row in rows],
         }
-        measured = [row.scenario.measured for row in self.rows]
+        measured = [row.scenario.measured for row in rows]
         return {
-            name: {q: _mean_error(measured, heights, q) for q in QUANTITIES}
-            for name, heights in models.items()
+            name: {q: _mean_error(measured, heights, q) for q in QUANTITIES} for name, heights in models.items()
         }
+
+    def _parts(self) -> dict[str, Any]:
+        """The summary of packaged and of added rows apart, when there are both."""
+        origins = dict.fromkeys(row.scenario.origin for row in self.rows)
+        added = [origin for origin in origins if origin != "packaged"]
+        if "packaged" not in origins or not added:
+            return {}
+        return {"summary_packaged": self.summary("packaged"), "summary_added": self.summary(added[0])}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data: `robot`, `device`, `rows`, `summary`, `modes`, `impact_maps`; lengths in um, rates in 1/s."""
@@ -100,6 +111,7 @@ class RobotValidation:
             "ok": self.ok,
             "rows": [_plain(row) for row in self.rows],
             "summary": self.summary(),
+            **self._parts(),
             "modes": [asdict(mode) for mode in self.modes],
             "impact_maps": [asdict(one) for one in self.maps],
         }

@@ -88,7 +88,18 @@ def test_validation_compares_like_with_like():
     assert [row["role"] for row in plain["rows"]] == ["calibrated on", "calibrated on", "predicted"]
     assert set(plain["rows"][0]["ours"]) == {"bounces_per_s", "peak_um", "mean_um"}
     assert plain["rows"][2]["errors"] == {"bounces_per_s": None, "peak_um": None, "mean_um": None}
-    assert result.ok
+    assert result.ok and "summary_packaged" not in plain
+
+
+def test_added_rows_are_summarised_apart(tmp_path):
+    path = tmp_path / "mine.csv"
+    path.write_text("square,10,5,200,30,12\n")
+    result = robots.validate_robot("hexapod", rows=path, seeds=1).to_dict()
+    ours = result["rows"][-1]["ours"]
+    assert result["rows"][-1]["role"] == "predicted" and result["rows"][-1]["freq_hz"] == 317.1
+    assert result["summary_added"]["ours"]["peak_um"] == pytest.approx(100 * abs(ours["peak_um"] - 30) / 30)
+    assert result["summary_added"]["source"]["peak_um"] is None
+    assert result["summary_packaged"]["source"]["mean_um"] == pytest.approx(13.107, abs=0.001)
 
 
 def test_modes_beside_the_printed_column():
