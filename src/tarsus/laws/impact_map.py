@@ -93,7 +93,7 @@ class MassWeighted(ImpactMap):
 
     def direction(self, foot: str, normal: Array, body: Body) -> Array:
         spread = np.linalg.solve(body.mass, normal)
-        return spread / float(normal @ spread)
+        return np.asarray(spread / float(normal @ spread), dtype=np.float64)
 
 
 class DominantMode(ImpactMap):
@@ -118,7 +118,7 @@ class DominantMode(ImpactMap):
         at_foot = float(normal @ shapes[:, chosen])
         if at_foot**2 <= 1e-12 * shares.sum():
             raise PathErrors([("mode", f"mode {chosen + 1} does not move foot '{foot}'")])
-        return shapes[:, chosen] / at_foot
+        return np.asarray(shapes[:, chosen] / at_foot, dtype=np.float64)
 
 
 class Given(ImpactMap):
@@ -211,7 +211,7 @@ def _modes(body: Body) -> Array:
     inverse = np.linalg.inv(factor)
     stiffness = 0.5 * (body.stiffness + body.stiffness.T)
     _, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
-    return inverse.T @ vectors
+    return np.asarray(inverse.T @ vectors, dtype=np.float64)
 
 
 @dataclass(frozen=True)

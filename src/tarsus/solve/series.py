@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
-"""Part of the plan's force times length below which the energies of a run are rounding: motion of 1e-12 of its length."""
+"""Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 
 

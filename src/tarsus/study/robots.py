@@ -183,7 +183,7 @@ def scenario_scene(device: str, scenario: Scenario, freq_hz: float) -> Scene:
     if not scene.robot.feet:
         raise InputError(f"{device}: a scenario needs a robot with a foot")
     foot = next(iter(scene.robot.feet))
-    changes: dict[str, float] = {f"robot.feet.{foot}.gap": scenario.gap_um * 1e-6}
+    changes: dict[str, Any] = {f"robot.feet.{foot}.gap": scenario.gap_um * 1e-6}
     for name, signal in scene.signals.items():
         if not isinstance(signal, Sine | Square):
             raise InputError(f"{device}: signals.{name}: a scenario needs a sine or square wave to start from")
