@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tarsus as ts
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def load(name: str):
-    """An example as a module."""
-    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+from example_files import EXAMPLES, load
 
 
 @pytest.mark.nojit
@@ -101,7 +88,9 @@ def test_calibrate_cantilever_describes_the_packaged_device():
 def test_calibrate_cantilever_scores_the_packaged_optimum():
     example = load("calibrate_cantilever")
     values = {name: np.array([value]) for name, value in OPTIMUM.items()}
-    worse = {name: np.append(value, value) for name, value in values.items()} | {"static": np.array([16.32, 14.0])}
+    worse = {name: np.append(value, value) for name, value in values.items()} | {
+        "static": np.array([16.32, 14.0])
+    }
     found = example.simulate_cases("cantilever", worse, threads=1)
     assert found.shape[0] == 2 and found.shape[1] >= 12 and np.isfinite(found).all()
     best, off = example.objective(found, "cantilever")
@@ -138,7 +127,9 @@ def test_calibrate_hexapod_describes_the_packaged_device():
     assert scene.robot.drives["pzt"].law.gain == pytest.approx(device.robot.drives["pzt"].law.gain, rel=1e-4)
     assert scene.ground.film.coefficient == pytest.approx(device.ground.film.coefficient, rel=1e-3)
     assert scene.ground.film.thickness == device.ground.film.thickness
-    assert scene.ground.electrostatic.coefficient == pytest.approx(device.ground.electrostatic.coefficient, rel=1e-3)
+    assert scene.ground.electrostatic.coefficient == pytest.approx(
+        device.ground.electrostatic.coefficient, rel=1e-3
+    )
     assert scene.signals == device.signals
 
 
@@ -146,4 +137,6 @@ def test_calibrate_hexapod_scores_the_packaged_optimum():
     example = load("calibrate_hexapod")
     best = example.Unknowns(static=9.51e-6, sine_hz=304.2, square_hz=317.1, scale=0.0469)
     bounces, peak, mean = example.mean_errors(example.evaluate("hexapod", best, 4))
-    assert bounces < 0.20 and peak == pytest.approx(0.134, abs=0.01) and mean == pytest.approx(0.151, abs=0.01)
+    assert (
+        bounces < 0.20 and peak == pytest.approx(0.134, abs=0.01) and mean == pytest.approx(0.151, abs=0.01)
+    )

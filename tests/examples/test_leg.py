@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from example_files import load
 from tarsus.files.legs import millipede_leg
 from tarsus.report.leg_figures import landscape_figure, step_figure
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def load(name: str):
-    """An example as a module."""
-    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def inline(svg: str) -> str:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,19 +9,8 @@ import pytest
 from scipy.special import logit
 
 import tarsus as ts
+from example_files import load
 from tarsus.structure.printed import modal_form, point_matrices, printed_model
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
-
-def load(name: str):
-    """An example as a module."""
-    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,8 @@ Floats = NDArray[np.float64]
 
 # Kinds of events, as in ``tarsus.core.arrays``.
 BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
+IMPACTS = (BOUNCE, CAPTURE, REST)
+"""Kinds of events that are blows."""
 
 
 @dataclass(frozen=True)

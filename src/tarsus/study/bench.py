@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from tarsus.drive.laws import LinearForce
 from tarsus.drive.waveforms import Square
 from tarsus.laws import Adhesion, Film, Restitution
+from tarsus.measure.history import IMPACTS
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
 from tarsus.solve.batch import simulate_batch
@@ -42,8 +43,6 @@ ACCURACY = Accuracy(gap=5e-6)
 """Half of the loosest accuracy at which no event of P1 and P2 is wrong (1e-5 loses one of 4096 runs)."""
 PAIRS_DURATION = 0.2
 """Duration of every member of P2 [s]."""
-IMPACTS = (1, 2, 4)
-"""Kinds of events that are impacts: bounce, capture, rest."""
 
 
 @dataclass(frozen=True)

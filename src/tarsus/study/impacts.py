@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tarsus.laws import DominantMode, Given, ImpactMap, MassWeighted
 from tarsus.laws.impact_map import Body, Directed
+from tarsus.measure.history import IMPACTS
 from tarsus.measure.mac import mac
 from tarsus.scene import Scene
 from tarsus.solve import Run
@@ -16,9 +17,6 @@ from tarsus.structure import Modal
 from tarsus.structure.printed import modal_form, printed_model
 
 Floats = NDArray[np.float64]
-
-IMPACTS = (1, 2, 4)
-"""Kinds of events that are blows: bounce, capture, rest."""
 
 ROUNDING = 1e-9
 """A gain above 1 by no more than this creates no energy."""
