@@ -18,6 +18,7 @@ from tarsus.laws import (
     AnyImpactMap,
     Electrostatic,
     Film,
+    Friction,
     Gravity,
     ImpactMap,
     Law,
@@ -86,6 +87,9 @@ class Drive(Description):
     load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
     law: ForceLaw
     history: tuple[float, ...] = quantity("V", "volts visited before the start, such as poling", default=())
+    capacitance: float | None = quantity(
+        "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
+    )
 
 
 class Foot(Description):
@@ -169,6 +173,9 @@ class Ground(Description):
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
     gravity: Gravity | None = None
+    friction: Friction | None = Field(
+        default=None, description="along the ground, on the feet of a walker; absent: frictionless"
+    )
     laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
 
     @property

@@ -4,6 +4,7 @@ from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
+from tarsus.laws.friction import Friction
 from tarsus.laws.gravity import Gravity
 from tarsus.laws.impact_map import AnyImpactMap, DominantMode, Given, ImpactMap, MassWeighted
 from tarsus.laws.leg_electrostatic import LegElectrostatic
@@ -16,6 +17,7 @@ __all__ = [
     "DominantMode",
     "Electrostatic",
     "Film",
+    "Friction",
     "Given",
     "Gravity",
     "ImpactLaw",
