@@ -1,0 +1,158 @@
+"""What every step of the identification chain returns: numbers by path, draws of them, residuals, what was used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+
+__all__ = ["Curve", "LeftOut", "Panel", "Residual", "StepResult", "Used", "joined_samples"]
+
+Floats = NDArray[np.float64]
+
+LEVEL = 0.95
+"""Probability of every interval."""
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence."""
+
+    file: str
+    channel: str
+    reason: str
+
+    def __str__(self) -> str:
+        where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
+        return f"{where}: {self.reason}"
+
+
+@dataclass(frozen=True)
+class Used:
+    """How many of something a step used, of how many there were, such as 37 of 40 impacts."""
+
+    what: str
+    used: int
+    found: int
+
+    def __str__(self) -> str:
+        return f"{self.used} of {self.found} {self.what}"
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What one record, or one group of data, leaves unexplained.
+
+    label; unit [SI] of rms; rms of measured less fitted; noise: rms that the instrument's noise alone would leave
+    (NaN where it is not known); count of values.
+    """
+
+    label: str
+    unit: str
+    rms: float
+    noise: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line or set of points for a figure: label, x and y (n,) in SI; joined: a line rather than points."""
+
+    label: str
+    x: Floats
+    y: Floats
+    joined: bool = True
+    error: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves that share axes: a title, and what the axes show with their SI units ("m", "V", "N", "1", ...)."""
+
+    title: str
+    x_label: str
+    x_unit: str
+    y_label: str
+    y_unit: str
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """What one step found.
+
+    name: of the step; paths: of the np parameters in the device, such as "ground.film.coefficient"; values (np,) in
+    SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know drawn along (draw i of
+    every step of a chain belongs together); combinations: named functions of the parameters that the data determine
+    better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of the data;
+    panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the other steps
+    found, up to a constant, or None where it is not cheap.
+
+    Raises
+    ------
+    InputError
+        If the shapes do not belong together.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    values: Floats
+    samples: Floats
+    combinations: Mapping[str, tuple[float, Floats, str]] = field(default_factory=dict)
+    residuals: tuple[Residual, ...] = ()
+    used: tuple[Used, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    panels: tuple[Panel, ...] = ()
+    notes: tuple[str, ...] = ()
+    likelihood: Callable[[Floats], float] | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.paths)
+        if np.shape(self.values) != (count,) or np.ndim(self.samples) != 2 or self.samples.shape[1] != count:
+            raise InputError(
+                f"step {self.name}: expected {count} values and draws of shape (draws, {count}), got "
+                f"{np.shape(self.values)} and {np.shape(self.samples)}"
+            )
+
+    def value(self, path: str) -> float:
+        """Estimate of one parameter [SI]."""
+        return float(self.values[self.paths.index(path)])
+
+    def draws(self, path: str) -> Floats:
+        """Draws (ns,) of one parameter [SI]."""
+        return self.samples[:, self.paths.index(path)]
+
+    def interval(self, path: str) -> tuple[float, float]:
+        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws."""
+        drawn = self.draws(path)
+        if not len(drawn):
+            return np.nan, np.nan
+        low, high = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
+        return float(low), float(high)
+
+    @property
+    def std(self) -> Floats:
+        """Standard deviations (np,) of the draws [SI]."""
+        if len(self.samples) < 2:
+            return np.full(len(self.paths), np.nan)
+        return np.std(self.samples, axis=0, ddof=1)
+
+
+def joined_samples(steps: Mapping[str, StepResult]) -> tuple[tuple[str, ...], Floats]:
+    """Paths (np,) and draws (ns, np) of several steps of one chain side by side, in their order.
+
+    Raises
+    ------
+    InputError
+        If two steps have different numbers of draws.
+    """
+    counts = {name: len(step.samples) for name, step in steps.items() if step.paths}
+    if len(set(counts.values())) > 1:
+        raise InputError(f"the steps have different numbers of draws: {counts}")
+    paths = tuple(path for step in steps.values() for path in step.paths)
+    drawn = [step.samples for step in steps.values() if step.paths]
+    return paths, np.concatenate(drawn, axis=1) if drawn else np.zeros((0, 0))
