@@ -121,9 +121,9 @@ def lower_scene(scene: Scene) -> Plan:
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
-    forces, volts = [], []
+    forces, volts, waveforms = [], [], scene.waveforms
     for name, drive in scene.robot.drives.items():
-        waveform = scene.signals.get(name) or Constant(level=0.0)
+        waveform = waveforms.get(name) or Constant(level=0.0)
         force, volt = lower(waveform, drive.law, drive.history)
         forces.append(force)
         volts.append(volt)

@@ -1,15 +1,15 @@
-"""Robot, ground and scene: everything a simulation needs to know, as one frozen description."""
+"""Ground and scene: everything a simulation needs to know, as one frozen description."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from enum import Enum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
-from tarsus.drive.laws import ForceLaw
+from tarsus.drive.gait import AnyGait
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
@@ -23,9 +23,11 @@ from tarsus.laws import (
     ImpactMap,
     Law,
     LegElectrostatic,
+    MassWeighted,
     Restitution,
 )
 from tarsus.laws.impact_map import Body
+from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.spec import (
     Description,
     FrozenDict,
@@ -35,7 +37,7 @@ from tarsus.spec import (
     quantity,
     with_values,
 )
-from tarsus.structure import AnyStructure, Structure
+from tarsus.structure import Walker
 from tarsus.structure.base import Array
 from tarsus.units import format_quantity
 
@@ -54,105 +56,6 @@ __all__ = [
     "provenance_problems",
     "reference_faults",
 ]
-
-
-class PointLoad(Description):
-    """A drive force that acts at points: its generalised force is the sum of weight times the point's row."""
-
-    kind: Literal["point"] = "point"
-    weights: Named[float] = quantity("1", "share of the force at each named point, upward")
-
-    def vector(self, structure: Structure) -> Array:
-        """Generalised force (n,) per newton of drive force."""
-        return np.sum([w * structure.row(point) for point, w in self.weights.items()], axis=0)
-
-
-class ModalLoad(Description):
-    """A drive force given by its participation in each coordinate of the structure."""
-
-    kind: Literal["modal"] = "modal"
-    participation: tuple[float, ...] = quantity("1", "generalised force in each coordinate per drive force")
-
-    def vector(self, structure: Structure) -> Array:
-        """Generalised force (n,) per newton of drive force."""
-        return np.array(self.participation)
-
-
-class Drive(Description):
-    """An actuator: where its force acts, and the law from volts to force with its history.
-
-    The generalised force on the structure is ``load.vector(structure) * law(volts)``.
-    """
-
-    load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
-    law: ForceLaw
-    history: tuple[float, ...] = quantity("V", "volts visited before the start, such as poling", default=())
-    capacitance: float | None = quantity(
-        "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
-    )
-
-
-class Foot(Description):
-    """A point of the structure that can touch the ground.
-
-    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z.
-    """
-
-    point: str = Field(description="name of a point of the structure")
-    gap: float = quantity("m", "clearance of the foot at rest")
-    normal: int = Field(default=1, description="1 above a ground facing up, -1 below one facing down")
-    electrode: str | None = Field(
-        default=None, description="drive whose volts attract the foot to the ground"
-    )
-
-    @field_validator("gap")
-    @classmethod
-    def _above_ground(cls, value: float) -> float:
-        if value < 0.0:
-            shown = format_quantity(value, "m")
-            raise PathErrors(
-                [("", f"foot below ground at rest: expected a clearance of 0 or more, got {shown}")]
-            )
-        return value
-
-    @field_validator("normal")
-    @classmethod
-    def _unit_normal(cls, value: int) -> int:
-        if value not in (1, -1):
-            raise PathErrors([("", f"expected 1 (ground facing up) or -1 (facing down), got {value}")])
-        return value
-
-
-class Robot(Description):
-    """A structure with its drives and feet."""
-
-    structure: AnyStructure
-    drives: Named[Drive] = Field(default=FrozenDict(), description="actuators by name")
-    feet: Named[Foot] = Field(default=FrozenDict(), description="feet by name")
-
-    @model_validator(mode="after")
-    def _check_references(self) -> Robot:
-        faults = reference_faults(
-            self.structure.points,
-            self.drives,
-            {name: (foot.point, foot.electrode) for name, foot in self.feet.items()},
-            {
-                name: tuple(drive.load.weights)
-                for name, drive in self.drives.items()
-                if isinstance(drive.load, PointLoad)
-            },
-        )
-        n = self.structure.size
-        for name, drive in self.drives.items():
-            load = drive.load
-            if isinstance(load, ModalLoad) and len(load.participation) != n:
-                path = f"drives.{name}.load.participation"
-                faults.append((path, f"expected {n} values, one a coordinate, got {len(load.participation)}"))
-            elif isinstance(load, PointLoad) and not load.weights:
-                faults.append((f"drives.{name}.load.weights", "expected at least one point, got none"))
-        if faults:
-            raise PathErrors(faults)
-        return self
 
 
 class Ground(Description):
@@ -262,11 +165,15 @@ class Provenance(Description):
 
 
 class Scene(Description):
-    """A robot above a ground, its drive signals and initial state."""
+    """A robot above a ground, its drive signals and initial state.
+
+    A walker's `gait` gives the volts of the drives that move its legs; `signals` adds to them and prevails over them.
+    """
 
     name: str
     robot: Robot
     ground: Ground = Ground()
+    gait: AnyGait | None = Field(default=None, description="pattern of a walker's legs")
     signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
     initial: Initial = Initial()
     duration: float = quantity("s", "time to simulate unless another is asked for", gt=0)
@@ -293,11 +200,34 @@ class Scene(Description):
                 for name in ("electrostatic", "leg_electrostatic")
                 if getattr(self.ground, name) is not None
             ]
+        faults += self._gait_faults()
+        if isinstance(structure, Walker):
+            faults += _walker_ground_faults(self.ground)
+        elif self.ground.friction is not None:
+            text = f"only the feet of a walker slide; this structure is of kind '{structure.kind}'"
+            faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
         if faults:
             raise PathErrors(faults)
         return self
+
+    @property
+    def waveforms(self) -> Mapping[str, Waveform]:
+        """Volts of each drive: those of the gait, and over them the signals; a drive without any rests at 0 V."""
+        layout = None if self.gait is None else self.robot.layout()
+        if self.gait is None or layout is None:
+            return self.signals
+        return FrozenDict({**self.gait.waveforms(layout), **self.signals})
+
+    def _gait_faults(self) -> list[tuple[str, str]]:
+        if self.gait is None:
+            return []
+        layout = self.robot.layout()
+        if layout is None:
+            kind = self.robot.structure.kind
+            return [("gait", f"needs the legs of a walker; this structure is of kind '{kind}'")]
+        return [(".".join(filter(None, ("gait", path))), text) for path, text in self.gait.faults(layout)]
 
     def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
         structure = self.robot.structure
@@ -343,41 +273,13 @@ class Scene(Description):
         return None
 
 
-def reference_faults(
-    points: Sequence[str] | None,
-    drives: Collection[str],
-    feet: Mapping[str, tuple[str | None, str | None]],
-    weights: Mapping[str, Iterable[str]],
-) -> list[tuple[str, str]]:
-    """Names used in a robot that nothing bears, as (path in the robot, sentence).
-
-    Parameters
-    ----------
-    points
-        Points of the structure; None when they are not known, and then not checked.
-    drives
-        Names of the drives.
-    feet
-        Point and electrode of each foot.
-    weights
-        Points that each drive's load names.
-    """
-    faults: list[tuple[str, str]] = []
-    for name, (point, electrode) in feet.items():
-        if points is not None and point is not None and point not in points:
-            faults.append(
-                (f"feet.{name}.point", f"the structure has no point '{point}'{nearest(point, points)}")
-            )
-        if electrode is not None and electrode not in drives:
-            faults.append(
-                (f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}")
-            )
-    for name, used in weights.items():
-        for point in used:
-            if points is not None and point not in points:
-                path = f"drives.{name}.load.weights.{point}"
-                faults.append((path, f"the structure has no point '{point}'{nearest(point, points)}"))
-    return faults
+def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
+    if ground.impact is None or isinstance(ground.impact, MassWeighted):
+        return []
+    text = (
+        "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
+    )
+    return [("ground.impact", f"{text} '{ground.impact.kind}'")]
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

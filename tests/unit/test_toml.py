@@ -156,6 +156,9 @@ coefficient = nan
 thickness = "0 um"
 
 [ground.friction]
+coefficient = -0.3
+
+[ground.traction]
 coefficient = 0.3
 
 [signals.ptz]
@@ -174,8 +177,8 @@ amplitude = "8 V"
         "(film coefficient C)",
         "ground.film.thickness: expected a length (m) above 0, got 0 um (residual film thickness at contact; "
         "at zero a foot never lands)",
-        "ground.friction: unknown name 'friction'; valid names are 'restitution', 'impact', 'adhesion', "
-        "'film', 'electrostatic', 'leg_electrostatic', 'small_forces', 'gravity', 'laws'",
+        "ground.friction.coefficient: expected a pure number of at least 0, got -0.3 (coefficient of friction mu)",
+        "ground.traction: unknown name 'traction'; did you mean 'friction'?",
         "signals.ptz.frequency: expected a frequency (Hz) above 0 (frequency of repetition), nothing given",
         "duration: expected a time (s) above 0, got 0.0 (time to simulate unless another is asked for)",
         "robot.feet.right.electrode: there is no drive 'ptz'; did you mean 'pzt'?",

@@ -90,7 +90,7 @@ class Vibrometer(Description):
             for name in names
         ]
         volts = []
-        for drive, waveform in run.scene.signals.items():
+        for drive, waveform in run.scene.waveforms.items():
             channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
             volts.append(waveform.volts(times))
         return Measurement(

@@ -78,9 +78,9 @@ def load_scene(
     name
         One of `device_names`, or the path of a TOML file.
     volts
-        Amplitude of the signal [V] (of every signal, if there are several).
+        Amplitude of the signal [V] (of every signal, if there are several), or the upper voltage of the gait.
     hz
-        Frequency of the signal [Hz].
+        Frequency of the signal, or of the gait [Hz].
     wave
         Kind of the signal, such as ``"square"`` or ``"sine"``; amplitude, frequency, phase and offset are
         kept.
@@ -109,17 +109,26 @@ def load_scene(
 _KEPT = ("amplitude", "frequency", "phase", "offset")
 """Fields that mean the same in every waveform that has them."""
 
+_OF_GAIT = {"amplitude": "high", "frequency": "frequency"}
+"""What stands for a wave's fields in a gait."""
+
 
 def _signal_changes(
     scene: Scene, values: Mapping[str, Any], *, volts: Any, hz: Any, wave: str | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Signals that change as a whole (sugar, or a new kind), and the values that are left."""
+    """Signals that change as a whole (sugar, or a new kind), what changes of the gait, and the values left."""
     sugar = {key: value for key, value in (("amplitude", volts), ("frequency", hz)) if value is not None}
-    if (sugar or wave is not None) and not scene.signals:
+    if (sugar or wave is not None) and not scene.signals and scene.gait is None:
         raise InputError("the scene has no signal to change; give signals in its file")
+    if wave is not None and not scene.signals:
+        raise InputError(
+            f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}"
+        )
     others = dict(values)
     problems: list[str] = []
     changes: dict[str, Any] = {}
+    if scene.gait is not None:
+        changes = {f"gait.{_OF_GAIT[key]}": value for key, value in sugar.items()}
     kinds = {str(kind_of(member)): member for member in alternatives(Waveform)}
     for name, signal in scene.signals.items():
         prefix = f"signals.{name}."

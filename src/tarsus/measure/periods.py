@@ -67,7 +67,7 @@ class Judged(Protocol):
 
 def scene_period(scene: Any, duration: float) -> float:
     """Period [s] that statistics refer to: the longest of the drives' periods, or the whole run without one."""
-    periods = [p for p in (waveform.period for waveform in scene.signals.values()) if p is not None]
+    periods = [p for p in (waveform.period for waveform in scene.waveforms.values()) if p is not None]
     return max((p for p in periods if p <= duration), default=duration)
 
 

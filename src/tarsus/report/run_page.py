@@ -134,7 +134,8 @@ def _sections(
 
 def _head(run: RunLike, series: Series) -> str:
     scene = run.scene
-    signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in scene.signals.items())
+    gait = {} if scene.gait is None else {"gait": scene.gait}
+    signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items())
     kind = "verdict" if run.ok else "verdict failed"
     wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) else ""
     lines = [
@@ -149,7 +150,7 @@ def _head(run: RunLike, series: Series) -> str:
 
 
 def _signal(signal: Any) -> str:
-    """A waveform in words: its kind and what its float fields say."""
+    """A waveform or a gait in words: its kind and what its float fields say."""
     name = str(getattr(signal, "kind", type(signal).__name__)).replace("_", " ")
     parts = []
     for path, info in float_paths(signal).items():

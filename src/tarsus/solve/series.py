@@ -88,10 +88,10 @@ def _quadratic(matrix: Floats, z: Floats) -> Floats:
 
 
 def _drive_volts(run: Run, time: Floats) -> Floats:
-    names = list(run.scene.robot.drives)
+    names, waveforms = list(run.scene.robot.drives), run.scene.waveforms
     volts = np.zeros((len(names), len(time)))
     for d, name in enumerate(names):
-        waveform = run.scene.signals.get(name)
+        waveform = waveforms.get(name)
         if waveform is not None:
             volts[d] = waveform.volts(time)
     return volts
@@ -116,7 +116,9 @@ def _electrostatic_force(run: Run) -> Force | None:
         volts = _foot_volts(run, time).T
         total = np.zeros_like(gap)
         for law in laws:
-            total += np.vectorize(law.force, otypes=[float])(gap, rate, volts, time[:, None], *law.parameters())
+            total += np.vectorize(law.force, otypes=[float])(
+                gap, rate, volts, time[:, None], *law.parameters()
+            )
         return total
 
     return force

@@ -123,6 +123,11 @@ class Walker(Structure):
         names = (point.removesuffix(ending) for ending in ("", *_ENDINGS) if point.endswith(ending))
         return next((name for name in names if name in self.legs), None)
 
+    @property
+    def foot_points(self) -> tuple[str, ...]:
+        """Points of the feet in the order of their coordinates: ``L_x`` and ``L`` for every leg ``L``."""
+        return tuple(point for leg in self.legs for point in (f"{leg}_x", leg))
+
     def matrices(self) -> Matrices:
         """Mass, damping and stiffness (n, n): those of (4.4) where the body only surges and heaves."""
         mass = np.diag([*self.body_mass(), *(m for leg in self.legs.values() for m in (leg.mass, leg.mass))])

@@ -1,0 +1,174 @@
+"""Gaits: which drive has its high volts when, and what a gait refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tarsus.drive.gait import Alternating, Free, Gait, Layout, Reach, Ripple, Tripod, Wave
+from tarsus.drive.waveforms import Square
+from tarsus.errors import InputError
+
+PERIOD = 0.02
+COMMON = {"frequency": 1.0 / PERIOD, "high": "14 V"}
+MIDDLES = (np.arange(240) + 0.5) / 240
+"""Instants of a period [periods], none on an edge."""
+
+
+def rows(left: int, right: int, *, dead: tuple[str, ...] = ()) -> Layout:
+    """Legs L1, L2 ... and R1, R2 ... from the front, each with a drive of its own but the dead ones."""
+    hips = {f"L{i + 1}": (-1e-3 * i, 1e-3) for i in range(left)}
+    hips |= {f"R{i + 1}": (-1e-3 * i, -1e-3) for i in range(right)}
+    return Layout(hips, {leg: Reach((leg,)) for leg in hips if leg not in dead})
+
+
+def high(gait: Gait, layout: Layout) -> dict[str, np.ndarray]:
+    """Whether each drive has its high volts, at every one of `MIDDLES`."""
+    assert gait.faults(layout) == []
+    return {drive: wave.volts(MIDDLES * PERIOD) > 7.0 for drive, wave in gait.waveforms(layout).items()}
+
+
+def order(gait: Gait, layout: Layout) -> list[str]:
+    """Drives in the order in which their volts rise within a period."""
+    late = gait.delays(layout)
+    return sorted(layout.drives, key=lambda drive: late[layout.drives[drive].legs[0]] % 1.0)
+
+
+def test_a_leg_with_phase_p_is_p_periods_late() -> None:
+    layout = rows(1, 1)
+    gait = Free(**COMMON, low="-2 V", duty=0.3, phases={"L1": 0.0, "R1": 0.125})
+    first, second = (gait.waveforms(layout)[leg] for leg in ("L1", "R1"))
+    times = np.linspace(0.0, 3.0, 1000) * PERIOD
+    np.testing.assert_array_equal(second.volts(times + 0.125 * PERIOD), first.volts(times))
+    assert first == Square(amplitude=8.0, offset=6.0, frequency=1.0 / PERIOD, duty=0.3)
+    assert first.volts(np.array([0.0, 0.299 * PERIOD, 0.301 * PERIOD])).tolist() == [14.0, 14.0, -2.0]
+
+
+@pytest.mark.parametrize("duty", [0.2, 0.5, 0.7])
+@pytest.mark.parametrize("kind", [Alternating, Wave, Ripple])
+def test_duty_is_the_share_of_high_volts(kind: type[Gait], duty: float) -> None:
+    for on in high(kind(**COMMON, duty=duty), rows(3, 3)).values():
+        assert np.mean(on) == pytest.approx(duty, abs=1.0 / len(MIDDLES))
+
+
+def test_alternating_neighbours_and_legs_across_differ() -> None:
+    on = high(Alternating(**COMMON), rows(4, 4))
+    for side in "LR":
+        for place in range(1, 4):
+            assert np.all(on[f"{side}{place}"] != on[f"{side}{place + 1}"])
+    for place in range(1, 5):
+        assert np.all(on[f"L{place}"] != on[f"R{place}"])
+    assert np.all(sum(row.astype(int) for row in on.values()) == 4)
+    assert on["L1"][0]
+
+
+def test_alternating_groups_of_legs_that_share_a_drive() -> None:
+    hips = {leg: (0.0, 0.0) for leg in ("a", "b", "c", "d")}
+    layout = Layout(
+        hips, {"up": Reach(("a", "b")), "along": Reach(("a", "b"), lateral=True), "rest": Reach(("c", "d"))}
+    )
+    gait = Alternating(**COMMON)
+    assert gait.delays(layout) == {"a": 0.0, "b": 0.0, "c": 0.5, "d": 0.5}
+    on = high(gait, layout)
+    assert np.all(on["up"] != on["rest"])
+    assert np.all(np.roll(on["up"], 60) == on["along"])
+
+
+def test_two_legs_on_a_line_alternate() -> None:
+    layout = Layout({"a": (0.0, 0.0), "b": (0.0, 0.0)}, {"a": Reach(("a",)), "b": Reach(("b",))})
+    assert Alternating(**COMMON).delays(layout) == {"a": 0.0, "b": 0.5}
+
+
+def test_tripod_has_three_feet_high_at_any_time() -> None:
+    on = high(Tripod(**COMMON), rows(3, 3))
+    assert np.all(sum(row.astype(int) for row in on.values()) == 3)
+    for one, other in (("L1", "R2"), ("R2", "L3"), ("R1", "L2"), ("L2", "R3")):
+        assert np.all(on[one] == on[other])
+    assert np.all(on["L1"] != on["R1"])
+
+
+def test_wave_runs_from_back_to_front_on_one_side_then_the_other() -> None:
+    layout, gait = rows(3, 3), Wave(**COMMON, duty=1.0 / 6.0)
+    assert order(gait, layout) == ["L3", "L2", "L1", "R3", "R2", "R1"]
+    on = high(gait, layout)
+    assert np.all(sum(row.astype(int) for row in on.values()) == 1), (
+        "each leg takes over where the last one ends"
+    )
+    assert np.all(np.roll(on["L1"], 120) == on["R1"])
+
+
+def test_ripple_waves_overlap() -> None:
+    layout, gait = rows(3, 3), Ripple(**COMMON, duty=2.0 / 3.0)
+    assert order(gait, layout) == ["L3", "R1", "L2", "R3", "L1", "R2"]
+    on = high(gait, layout)
+    assert np.all(sum(row.astype(int) for row in on.values()) == 4), "two legs swing at any time"
+    assert np.all(np.roll(on["L2"], 80) == on["L1"]) and np.all(np.roll(on["L3"], 120) == on["R3"])
+
+
+def test_one_row_of_legs_shares_the_whole_period() -> None:
+    layout = rows(4, 0)
+    for gait in (Wave(**COMMON), Ripple(**COMMON)):
+        assert gait.delays(layout) == {"L4": 0.0, "L3": 0.25, "L2": 0.5, "L1": 0.75}
+
+
+def test_dead_legs_keep_their_place() -> None:
+    for gait in (Alternating(**COMMON), Tripod(**COMMON), Wave(**COMMON), Ripple(**COMMON)):
+        whole, hurt = rows(3, 3), rows(3, 3, dead=("L2", "R3"))
+        left = gait.waveforms(hurt)
+        assert set(left) == {"L1", "L3", "R1", "R2"}
+        assert left == {leg: wave for leg, wave in gait.waveforms(whole).items() if leg in left}
+
+
+def test_a_lateral_drive_follows_its_leg() -> None:
+    layout = Layout({"a": (0.0, 0.0)}, {"up": Reach(("a",)), "along": Reach(("a",), lateral=True)})
+    on = high(Free(**COMMON, duty=0.4, swing_lag=0.1, phases={"a": 0.3}), layout)
+    assert np.all(np.roll(on["up"], 24) == on["along"])
+    assert np.all(np.roll(MIDDLES < 0.4, 72) == on["up"])
+
+
+def test_a_drive_that_moves_no_leg_gets_no_volts() -> None:
+    layout = Layout({"a": (0.0, 0.0)}, {"leg": Reach(("a",)), "tail": Reach(())})
+    assert set(Alternating(**COMMON).waveforms(layout)) == {"leg"}
+
+
+@pytest.mark.parametrize("duty", [0.0, 1.0, -0.2, 1.5])
+def test_a_duty_outside_of_0_to_1(duty: float) -> None:
+    with pytest.raises(
+        InputError, match=r"Alternating.duty: expected a pure number above 0 and below 1, got"
+    ):
+        Alternating(**COMMON, duty=duty)
+
+
+def test_voltages_in_order() -> None:
+    with pytest.raises(InputError, match=r"^Wave.high: the upper voltage 14 V is below the lower one, 15 V$"):
+        Wave(**COMMON, low=15.0)
+    still = Wave(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
+    assert still.volts(MIDDLES).tolist() == [14.0] * len(MIDDLES)
+
+
+def test_patterns_that_do_not_fit() -> None:
+    assert Tripod(**COMMON).faults(rows(2, 3)) == [
+        (
+            "kind",
+            "a tripod needs six legs, three on each side of the body, got 5 in all, 2 on the left and 3 on the right",
+        )
+    ]
+    assert Free(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1)) == [
+        ("phases.L9", "the robot has no leg 'L9'; valid names are 'L1', 'L2', 'R1'"),
+        ("phases", "leg 'L2' has no phase; give one to every leg"),
+        ("phases", "leg 'R1' has no phase; give one to every leg"),
+    ]
+    nothing = [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
+    assert Alternating(**COMMON).faults(rows(2, 2, dead=("L1", "L2", "R1", "R2"))) == nothing
+
+
+def test_a_group_must_share_one_phase() -> None:
+    hips = rows(2, 2).hips
+    pairs = Layout(hips, {"front": Reach(("L1", "R1")), "hind": Reach(("L2", "R2"))})
+    assert Alternating(**COMMON).faults(pairs) == []
+    assert Wave(**COMMON).faults(pairs) == [
+        ("", "drive 'front' moves legs 'L1' and 'R1' together, but their phases differ"),
+        ("", "drive 'hind' moves legs 'L2' and 'R2' together, but their phases differ"),
+    ]
+    whole = {"L1": 0.25, "R1": -0.75, "L2": 1.0, "R2": 0.0}
+    assert Free(**COMMON, phases=whole).faults(pairs) == []
