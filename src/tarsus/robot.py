@@ -31,7 +31,7 @@ class PointLoad(Description):
 
     def foot_points(self, walker: Walker) -> list[str]:
         """Points of feet that the load names, whatever their weights."""
-        return [point for point in self.weights if point in walker.foot_points]
+        return [point for point in self.weights if point in _foot_points(walker.leg_of(point))]
 
 
 class ModalLoad(Description):
@@ -141,6 +141,10 @@ class Robot(Description):
                 tuple(leg for leg in walker.legs if leg in legs), lateral=legs.isdisjoint(points)
             )
         return Layout({name: (leg.x, leg.y) for name, leg in walker.legs.items()}, drives)
+
+
+def _foot_points(leg: str | None) -> tuple[str, ...]:
+    return () if leg is None else (leg, f"{leg}_x")
 
 
 def _walker_faults(walker: Walker, feet: Mapping[str, Foot]) -> list[tuple[str, str]]:

@@ -177,7 +177,10 @@ class Scene(Description):
     signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
     initial: Initial = Initial()
     duration: float = quantity("s", "time to simulate unless another is asked for", gt=0)
-    provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = FrozenDict()
+    provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = Field(
+        default=FrozenDict(),
+        description="by path; '*' stands for any one name, as in robot.structure.legs.*.mass",
+    )
     citations: tuple[str, ...] = ()
 
     @model_validator(mode="after")
@@ -252,7 +255,10 @@ class Scene(Description):
         return faults
 
     def origin(self, path: str) -> Provenance | None:
-        """Provenance of a value: that of its own path, or of the nearest list or table it is in."""
+        """Provenance of a value: that of its own path, or of the nearest list or table it is in.
+
+        A name goes before a ``*`` that stands for it.
+        """
         found = self._origin(path)
         return None if found is None else found[1]
 
@@ -270,6 +276,9 @@ class Scene(Description):
             whole = ".".join(keys[:count])
             if whole in self.provenance:
                 return whole, self.provenance[whole]
+            for path, origin in self.provenance.items():
+                if "*" in path and _stands_for(path, keys[:count]):
+                    return whole, origin
         return None
 
 
@@ -318,16 +327,35 @@ def provenance_problems(scene: Scene) -> list[str]:
     floats = float_paths(scene) if any(origin.interval for origin in scene.provenance.values()) else {}
     for path, origin in scene.provenance.items():
         try:
-            get_value(scene, path)
+            places = _places(scene, path)
         except InputError as error:
             problems.append(f"provenance.{error}")
             continue
+        if not places:
+            problems.append(f"provenance.{path}: stands for no path of the scene")
         if origin.interval is not None:
-            count = sum(one == path or one.startswith(f"{path}.") for one in floats)
-            if len(origin.interval) != count:
-                text = f"expected {count} (low, high), one for each number, got {len(origin.interval)}"
+            counts = {sum(one == at or one.startswith(f"{at}.") for one in floats) for at in places}
+            wrong = counts - {len(origin.interval)}
+            if wrong:
+                text = f"expected {min(wrong)} (low, high), one for each number, got {len(origin.interval)}"
                 problems.append(f"provenance.{path}.interval: {text}")
     return problems
+
+
+def _places(scene: Scene, path: str) -> list[str]:
+    """Paths that a path of provenance stands for: itself, or, with a ``*``, those it fits; `InputError` for none."""
+    if "*" not in path:
+        get_value(scene, path)
+        return [path]
+    depth = path.count(".") + 1
+    wholes = dict.fromkeys(".".join(one.split(".")[:depth]) for one in float_paths(scene))
+    return [whole for whole in wholes if _stands_for(path, whole.split("."))]
+
+
+def _stands_for(pattern: str, keys: Sequence[str]) -> bool:
+    """Whether a path with ``*`` in place of names fits a path given as its names."""
+    own = pattern.split(".")
+    return len(own) == len(keys) and all(one in ("*", key) for one, key in zip(own, keys, strict=True))
 
 
 def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -> Scene:
@@ -364,6 +392,6 @@ def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -
 
 def _has(scene: Scene, path: str) -> bool:
     try:
-        return get_value(scene, path) is not None
+        return any(get_value(scene, place) is not None for place in _places(scene, path))
     except InputError:
         return False

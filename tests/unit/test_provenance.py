@@ -3,7 +3,7 @@ import pytest
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.scene import Provenance, Source, provenance_problems
+from tarsus.scene import Provenance, Source, override, provenance_problems
 from tarsus.spec import with_values
 
 GAP, RATIOS = "robot.feet.tip.gap", "robot.structure.damping_ratios"
@@ -32,8 +32,6 @@ def test_intervals_survive_the_file_and_leave_with_a_changed_value() -> None:
     again = parse_scene(scene_text(scene))
     assert again == scene
     assert again.interval(GAP) == (60e-6, 80e-6)
-    from tarsus.scene import override
-
     assert override(scene, {GAP: "75 um"}).interval(GAP) is None
 
 
@@ -42,6 +40,33 @@ def test_an_interval_in_a_file_may_be_one_pair() -> None:
     text = scene_text(load_scene("cantilever"))
     old = next(one for one in text.splitlines() if one.startswith(f'"{GAP}"'))
     assert parse_scene(text.replace(old, line)).interval(GAP) == (60e-6, 80e-6)
+
+
+def test_a_star_stands_for_any_one_name() -> None:
+    device = load_scene("cantilever")
+    tip, feet = (Provenance(source=Source.DERIVED, note=note) for note in ("This one.", "Any foot."))
+    scene = with_values(device, {"provenance": {"robot.feet.*.gap": feet, "robot.*.pzt": feet}})
+    assert scene.origin("robot.feet.tip.gap") == feet
+    assert scene.origin("robot.drives.pzt.law.linear") == feet
+    assert scene.origin("robot.structure.length") is None and scene.origin("robot.feet.tip.normal") is None
+    assert provenance_problems(scene) == []
+    assert parse_scene(scene_text(scene)) == scene
+    named = with_values(scene, {"provenance": {**scene.provenance, "robot.feet.tip": tip, GAP: tip}})
+    assert named.origin(GAP) == tip
+    changed = override(scene, {GAP: "75 um"})
+    assert changed.origin(GAP) == Provenance(
+        source=Source.ASSUMED, note="Set by the user; was 70 um (derived)."
+    )
+    assert changed.origin("robot.drives.pzt.law.linear") == feet
+    assert "robot.feet.*.gap" in changed.provenance
+    interval = Provenance(source=Source.DERIVED, note="Any foot.", interval=((6e-5, 8e-5),))
+    within = with_values(device, {"provenance": {"robot.feet.*.gap": interval}})
+    assert within.interval(GAP) == (6e-5, 8e-5) and provenance_problems(within) == []
+    wrong = with_values(device, {"provenance": {"robot.feet.*.gaps": tip, "robot.*.pzt": interval}})
+    assert provenance_problems(wrong) == [
+        "provenance.robot.feet.*.gaps: stands for no path of the scene",
+        "provenance.robot.*.pzt.interval: expected 20 (low, high), one for each number, got 1",
+    ]
 
 
 def test_refused() -> None:
