@@ -22,6 +22,7 @@ from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
+from tarsus.laws.friction import Friction
 from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
@@ -29,7 +30,7 @@ from tarsus.scene import Ground, Scene
 from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, USER = 0, 2, 4, 6, 7, 10
+FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, USER = 0, 2, 4, 6, 7, 10, 11
 
 hooks.bind(
     {
@@ -40,6 +41,7 @@ hooks.bind(
         ],
         "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
         "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
+        "friction": [hooks.BoundLaw(Friction.bound, FRICTION, 1)],
     }
 )
 hooks.bind_angle(passive_angle)
@@ -50,7 +52,7 @@ def source_hash() -> str:
     """Hash of every source compiled into the engine: a changed law or kernel never meets stale machine code."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*(here / "core").glob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
+    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -191,6 +193,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
         (LEG, ground.leg_electrostatic, hooks.HAS_FORCE),
         (ADHESION, ground.adhesion, hooks.HAS_LATCH),
         (RESTITUTION, ground.restitution, 0),
+        (FRICTION, ground.friction, 0),
     ):
         if law is not None:
             values = law.parameters()
@@ -231,6 +234,7 @@ _SLOTS = {
     "leg_electrostatic": LEG,
     "adhesion": ADHESION,
     "restitution": RESTITUTION,
+    "friction": FRICTION,
 }
 
 

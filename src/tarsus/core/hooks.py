@@ -47,6 +47,7 @@ _ARGUMENTS = {
     "force": ("gap", "rate", "volts", "time"),
     "rebound": ("speed",),
     "strength": ("age",),
+    "friction": ("margin",),
 }
 _COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
 
@@ -66,7 +67,7 @@ def bind_angle(function: Callable[..., float]) -> None:
 
 
 def _assemble(name: str, compiled: bool) -> Callable[..., float]:
-    """One function of (par, pointer, foot, *arguments): the sum of the bound laws and of the user's, if any.
+    """One function of (par, pointer, foot, *arguments): the sum of the bound laws and of the user's, if any can be.
 
     For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``.
     """
@@ -77,17 +78,18 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
         scope[f"law{n}"] = inner(law.function) if compiled else law.function
         columns = ", ".join(f"par[foot, {law.first + c}]" for c in range(law.count))
         terms.append(f"law{n}({', '.join(arguments)}, {columns})")
-    padded = ", ".join((*arguments, "0.0", "0.0", "0.0")[:4])
-    column = _COLUMN[name]
-    user = f"call_pointer(pointer[foot, {column}], {padded}, pointer[foot, {column + 4}])"
     built_in = " + ".join(terms) or "0.0"
-    replace = name in ("rebound", "strength")
-    body = (
-        f"def {name}(par, pointer, foot, {', '.join(arguments)}):\n"
-        f"    if pointer[foot, {column}] != 0:\n"
-        f"        return {user if replace else f'{built_in} + {user}'}\n"
-        f"    return {built_in}\n"
-    )
+    body = f"def {name}(par, pointer, foot, {', '.join(arguments)}):\n"
+    if name in _COLUMN:
+        padded = ", ".join((*arguments, "0.0", "0.0", "0.0")[:4])
+        column = _COLUMN[name]
+        user = f"call_pointer(pointer[foot, {column}], {padded}, pointer[foot, {column + 4}])"
+        replace = name in ("rebound", "strength")
+        body += (
+            f"    if pointer[foot, {column}] != 0:\n"
+            f"        return {user if replace else f'{built_in} + {user}'}\n"
+        )
+    body += f"    return {built_in}\n"
     exec(body, scope)
     return scope[name]  # type: ignore[return-value]
 
@@ -138,6 +140,11 @@ def strength(par, pointer, foot, age):
     return _plain["strength"](par, pointer, foot, age)
 
 
+def friction(par, pointer, foot, margin):
+    """Largest friction force [N] of a held foot whose contact holds ``margin`` = N + f_a [N] more than is asked of it."""
+    return _plain["friction"](par, pointer, foot, margin)
+
+
 def passive_angle(restitution, skew):
     """Angle [rad] of the passive projection of an impact map, see laws.impact_map."""
     return _plain["passive_angle"](restitution, skew)
@@ -158,7 +165,9 @@ def call_pointer(address, a, b, c, d, parameters):
     return function(a, b, c, d, row)
 
 
-for _name, _stub in (("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength)):
+for _name, _stub in (
+    ("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength), ("friction", friction),
+):  # fmt: skip
 
     def _implementation(name: str, stub: Callable[..., float]) -> None:
         parameters = ", ".join(inspect.signature(stub).parameters)
