@@ -137,9 +137,8 @@ class Robot(Description):
         for name, drive in self.drives.items():
             points = drive.load.foot_points(walker)
             legs = {leg for point in points if (leg := walker.leg_of(point)) is not None}
-            drives[name] = Reach(
-                tuple(leg for leg in walker.legs if leg in legs), lateral=legs.isdisjoint(points)
-            )
+            lateral = bool(legs) and legs.isdisjoint(points)  # no foot's height among them
+            drives[name] = Reach(tuple(leg for leg in walker.legs if leg in legs), lateral)
         return Layout({name: (leg.x, leg.y) for name, leg in walker.legs.items()}, drives)
 
 

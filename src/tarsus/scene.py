@@ -7,9 +7,17 @@ from enum import Enum
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
-from tarsus.drive.gait import AnyGait
+from tarsus.drive.gait import AnyGait, Gait
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
@@ -35,6 +43,7 @@ from tarsus.spec import (
     float_paths,
     get_value,
     quantity,
+    validate,
     with_values,
 )
 from tarsus.structure import Walker
@@ -192,8 +201,8 @@ class Scene(Description):
             if values is not None and len(values) != structure.size:
                 text = f"expected {structure.size} values, one a coordinate, got {len(values)}"
                 faults.append((f"initial.{name}", text))
-        if not faults and self.initial.displacement is not None:
-            faults += self._start_faults(np.array(self.initial.displacement))
+            elif values is not None and name == "displacement":
+                faults += self._start_faults(np.array(values))
         if self.ground.gravity is not None and structure.vertical() is None:
             text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"
             faults.append(("robot.structure.upward", f"gravity {text}"))
@@ -203,7 +212,8 @@ class Scene(Description):
                 for name in ("electrostatic", "leg_electrostatic")
                 if getattr(self.ground, name) is not None
             ]
-        faults += self._gait_faults()
+        if self.gait is not None:
+            faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
             faults += _walker_ground_faults(self.ground)
         elif self.ground.friction is not None:
@@ -223,15 +233,6 @@ class Scene(Description):
             return self.signals
         return FrozenDict({**self.gait.waveforms(layout), **self.signals})
 
-    def _gait_faults(self) -> list[tuple[str, str]]:
-        if self.gait is None:
-            return []
-        layout = self.robot.layout()
-        if layout is None:
-            kind = self.robot.structure.kind
-            return [("gait", f"needs the legs of a walker; this structure is of kind '{kind}'")]
-        return [(".".join(filter(None, ("gait", path))), text) for path, text in self.gait.faults(layout)]
-
     def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
         structure = self.robot.structure
         matrices = structure.matrices()
@@ -250,8 +251,8 @@ class Scene(Description):
             moved = float(self.robot.structure.row(foot.point) @ start)
             gap = foot.gap + foot.normal * moved
             if gap < -1e-12 * max(foot.gap, abs(moved)):
-                text = f"foot '{name}' would start {format_quantity(-gap, 'm')} below the ground"
-                faults.append(("initial.displacement", text))
+                depth = format_quantity(float(f"{-gap:.6g}"), "m")
+                faults.append(("initial.displacement", f"foot '{name}' would start {depth} below the ground"))
         return faults
 
     def origin(self, path: str) -> Provenance | None:
@@ -280,6 +281,14 @@ class Scene(Description):
                 if "*" in path and _stands_for(path, keys[:count]):
                     return whole, origin
         return None
+
+
+def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
+    layout = robot.layout()
+    if layout is None:
+        kind = robot.structure.kind
+        return [("gait", f"needs the legs of a walker; this structure is of kind '{kind}'")]
+    return [(f"gait.{path}" if path else "gait", text) for path, text in gait.faults(layout)]
 
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
@@ -318,7 +327,12 @@ def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list
         {name: (text(foot, "point"), text(foot, "electrode")) for name, foot in feet.items()},
         {name: tuple(sub(sub(drive, "load"), "weights")) for name, drive in drives.items()},
     )
-    return [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)
+    named = [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)
+    try:
+        whole, gait = validate(Robot, robot), TypeAdapter(AnyGait).validate_python(table.get("gait"))
+    except (InputError, ValidationError):
+        return named
+    return named + _gait_faults(gait, whole)
 
 
 def provenance_problems(scene: Scene) -> list[str]:

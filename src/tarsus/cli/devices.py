@@ -29,7 +29,11 @@ def devices(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
         return 0
     console.table(
         ("device", "title", "feet", "drives"),
-        [(name, title, str(feet), ", ".join(drives)) for name, title, feet, drives in listing],
+        [(name, title, str(feet), _names(drives)) for name, title, feet, drives in listing],
         numbers_from=4,
     )
     return 0
+
+
+def _names(drives: list[str]) -> str:
+    return ", ".join(drives) if len(drives) <= 6 else f"{len(drives)} drives, {drives[0]} to {drives[-1]}"

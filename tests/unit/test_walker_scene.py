@@ -1,0 +1,357 @@
+"""Walkers in scenes: what a gait sends to which drive, and every bad scene refused in a sentence with its path."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import tomlkit
+
+import tarsus as ts
+from tarsus.drive.gait import Reach
+from tarsus.errors import InputError
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.robot import ModalLoad
+from tarsus.scene import Scene
+
+BASE = """
+name = "two legs"
+duration = "0.1 s"
+
+[robot.structure]
+kind = "walker"
+body = { mass = "0.2 mg" }
+
+[robot.structure.legs]
+a = { mass = "1 ug", stiffness_v = 1.2, damping_v = "1 mN s/m", stiffness_l = "1.2 N/m", damping_l = 4e-4 }
+b = { mass = "1 ug", stiffness_v = 1.2, damping_v = "1 mN s/m", stiffness_l = "1.2 N/m", damping_l = 4e-4 }
+
+[robot.drives.a]
+load = { kind = "point", weights = { a = -1.0, a_hip = 1.0, a_x = -1.0, a_hip_x = 1.0 } }
+law = { kind = "linear", gain = "1.5 uN/V" }
+capacitance = "0.4 nF"
+
+[robot.drives.b]
+load = { kind = "point", weights = { b = -1.0, b_hip = 1.0 } }
+law = { kind = "linear", gain = "1.5 uN/V" }
+
+[robot.drives.b_way]
+load = { kind = "point", weights = { b_x = -1.0, b_hip_x = 1.0 } }
+law = { kind = "linear", gain = "1.5 uN/V" }
+
+[robot.feet]
+a = { point = "a", gap = "0 um" }
+b = { point = "b", gap = "1 um" }
+
+[ground]
+gravity = { acceleration = "9.81 m/s^2" }
+friction = { coefficient = 0.4 }
+
+[gait]
+kind = "alternating"
+frequency = "50 Hz"
+high = "14 V"
+"""
+
+
+def table() -> dict[str, Any]:
+    return tomllib.loads(BASE)
+
+
+def put(path: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    """Sets, or with None removes, what stands at a path of the raw tables."""
+
+    def change(tables: dict[str, Any]) -> None:
+        *parents, last = path.split(".")
+        for key in parents:
+            tables = tables.setdefault(key, {})
+        if value is None:
+            del tables[last]
+        else:
+            tables[last] = copy.deepcopy(value)
+
+    return change
+
+
+def refusals(*changes: Callable[[dict[str, Any]], None]) -> list[str]:
+    """Problems of the file, which must be those of the same scene built from Python."""
+    tables = table()
+    for change in changes:
+        change(tables)
+    with pytest.raises(InputError) as from_file:
+        parse_scene(tomlkit.dumps(tables))
+    with pytest.raises(InputError) as from_python:
+        Scene(**tables)
+    assert [f"Scene.{one}" for one in from_file.value.problems] == from_python.value.problems
+    return from_file.value.problems
+
+
+def test_the_scene_and_its_file() -> None:
+    scene = parse_scene(BASE)
+    assert parse_scene(scene_text(scene)) == scene
+    assert scene.robot.drives["a"].capacitance == pytest.approx(4e-10)
+    assert scene.robot.drives["b"].capacitance is None
+    paths = ts.float_paths(scene)
+    assert {"gait.frequency", "gait.duty", "gait.high", "ground.friction.coefficient"} <= set(paths)
+    assert (
+        paths["robot.structure.legs.a.mass"].unit == "kg" and paths["robot.drives.a.capacitance"].unit == "F"
+    )
+    changed = ts.with_values(scene, {"gait.duty": 0.25, "robot.structure.legs.b.stiffness_v": "2 N/m"})
+    assert changed.gait.duty == 0.25 and changed.robot.structure.legs["b"].stiffness_v == 2.0
+    assert changed.robot.structure.legs["a"].stiffness_v == 1.2
+
+
+@pytest.mark.parametrize("kind", ["wave", "ripple", "free", "tripod"])
+def test_every_gait_survives_the_file(kind: str) -> None:
+    tables = table()
+    tables["gait"]["kind"] = kind
+    if kind == "free":
+        tables["gait"]["phases"] = {"a": 0.1, "b": 0.6}
+    if kind == "tripod":
+        legs = tables["robot"]["structure"]["legs"]
+        one = legs.pop("b")
+        places = {f"{side}{i}": (-1e-3 * i, y) for side, y in (("c", 1e-3), ("d", -1e-3)) for i in range(3)}
+        tables["robot"]["structure"]["legs"] = {n: {**one, "x": x, "y": y} for n, (x, y) in places.items()}
+        load = {"kind": "point", "weights": {"c0": -1.0}}
+        tables["robot"]["drives"] = {"c0": {"load": load, "law": {"kind": "linear", "gain": 1e-6}}}
+        tables["robot"]["feet"] = {"c0": {"point": "c0", "gap": 0.0}}
+    scene = Scene(**tables)
+    assert scene.gait.kind == kind
+    assert parse_scene(scene_text(scene)) == scene
+
+
+def test_drives_are_known_by_what_they_move() -> None:
+    scene = parse_scene(BASE)
+    layout = scene.robot.layout()
+    assert layout.hips == {"a": (0.0, 0.0), "b": (0.0, 0.0)}
+    assert layout.drives == {"a": Reach(("a",)), "b": Reach(("b",)), "b_way": Reach(("b",), lateral=True)}
+    volts = {
+        name: wave.volts(np.array([2.5, 7.5, 12.5, 17.5]) * 1e-3) for name, wave in scene.waveforms.items()
+    }
+    assert {name: list(v) for name, v in volts.items()} == {
+        "a": [14.0, 14.0, 0.0, 0.0],
+        "b": [0.0, 0.0, 14.0, 14.0],
+        "b_way": [14.0, 0.0, 0.0, 14.0],
+    }
+
+
+def test_loads_by_coordinate_and_loads_that_move_no_foot() -> None:
+    scene = parse_scene(BASE)
+    law = {"kind": "linear", "gain": 1e-6}
+    drives = {
+        "both": {"load": ModalLoad(participation=[0, 2, 0, -1, 0, -1]), "law": law},
+        "along": {"load": ModalLoad(participation=[1, 0, 0, 0, -1, 0]), "law": law},
+        "hips": {"load": {"kind": "point", "weights": {"body": -1.0, "a_hip": 1.0}}, "law": law},
+        "dead": {"load": {"kind": "point", "weights": {"a": 0.0}}, "law": law},
+    }
+    other = ts.with_values(scene, {"gait": None, "robot.drives": drives})
+    assert other.robot.layout().drives == {
+        "both": Reach(("a", "b")),
+        "along": Reach(("b",), lateral=True),
+        "hips": Reach(()),
+        "dead": Reach(("a",)),
+    }
+
+
+def test_signals_prevail_over_the_gait_and_add_to_it() -> None:
+    scene = parse_scene(BASE)
+    assert scene.signals == {} and set(scene.waveforms) == {"a", "b", "b_way"}
+    held = ts.with_values(scene, {"signals.b": ts.Constant(level=3.0)})
+    assert held.waveforms["b"] == ts.Constant(level=3.0)
+    assert {name: held.waveforms[name] for name in ("a", "b_way")} == {
+        name: scene.waveforms[name] for name in ("a", "b_way")
+    }
+    without = ts.with_values(held, {"gait": None})
+    assert without.waveforms == {"b": ts.Constant(level=3.0)}
+
+
+def test_mass_weighted_impacts_may_be_named() -> None:
+    tables = table()
+    tables["ground"]["impact"] = {"kind": "mass_weighted"}
+    assert parse_scene(tomlkit.dumps(tables)).ground.impact == ts.MassWeighted()
+
+
+LEG = "robot.structure.legs.a"
+BAD = {
+    "a foot below the ground": (
+        [put("robot.feet.a.gap", "-1 um")],
+        ["robot.feet.a.gap: foot below ground at rest: expected a clearance of 0 or more, got -1 um"],
+    ),
+    "a foot that starts below the ground": (
+        [put("initial.displacement", ["0 m", "0 m", "0 m", "0 m", "0 m", "-1.5 um"])],
+        ["initial.displacement: foot 'b' would start 500 nm below the ground"],
+    ),
+    "no feet": (
+        [put("robot.feet", None)],
+        ["robot.feet: a walker needs at least one foot, the foot of one of its legs; got none"],
+    ),
+    "no legs": (
+        [put("robot.structure.legs", {})],
+        ["robot.structure.legs: expected at least one leg, got none"],
+    ),
+    "masses and stiffness": (
+        [
+            put(f"{LEG}.mass", "0 ug"),
+            put("robot.structure.legs.b.mass", "-1 ug"),
+            put(f"{LEG}.stiffness_l", "-2 N/m"),
+        ],
+        [
+            "robot.structure.legs.a.mass: expected a mass (kg) above 0, got 0 ug "
+            "(mass of the foot, what of the leg moves with it)",
+            "robot.structure.legs.a.stiffness_l: expected a stiffness (N/m) of at least 0, got -2 N/m "
+            "(stiffness between hip and foot, along the way)",
+            "robot.structure.legs.b.mass: expected a mass (kg) above 0, got -1 ug "
+            "(mass of the foot, what of the leg moves with it)",
+        ],
+    ),
+    "negative friction": (
+        [put("ground.friction.coefficient", -0.1)],
+        [
+            "ground.friction.coefficient: expected a pure number of at least 0, got -0.1 (coefficient of friction mu)"
+        ],
+    ),
+    "a gait with a missing and an unknown leg": (
+        [put("gait.kind", "free"), put("gait.phases", {"a": 0.0, "c": 0.5})],
+        [
+            "gait.phases.c: the robot has no leg 'c'; valid names are 'a', 'b'",
+            "gait.phases: leg 'b' has no phase; give one to every leg",
+        ],
+    ),
+    "a gait without phases": (
+        [put("gait.kind", "free")],
+        [
+            "gait.phases: expected a pure number (how late each leg is, in periods, by its name), nothing given"
+        ],
+    ),
+    "a tripod on two legs": (
+        [put("gait.kind", "tripod")],
+        [
+            "gait.kind: a tripod needs six legs, three on each side of the body, got 2 in all, 0 on the left and 0 "
+            "on the right"
+        ],
+    ),
+    "a gait that is none": (
+        [put("gait.kind", "waves")],
+        ["gait.kind: unknown kind 'waves'; did you mean 'wave'?"],
+    ),
+    "a duty outside of 0 to 1": (
+        [put("gait.duty", 1.0)],
+        [
+            "gait.duty: expected a pure number above 0 and below 1, got 1.0 (fraction of the period at the upper "
+            "voltage)"
+        ],
+    ),
+    "volts out of order": (
+        [put("gait.low", "20 V")],
+        ["gait.high: the upper voltage 14 V is below the lower one, 20 V"],
+    ),
+    "no driven leg": (
+        [put("robot.drives", None)],
+        ["gait: no drive of the robot moves a leg, so that there is nothing to walk with"],
+    ),
+    "a group out of phase": (
+        [put("robot.drives.a.load.weights.b", -1.0), put("gait.kind", "wave")],
+        ["gait: drive 'a' moves legs 'a' and 'b' together, but their phases differ"],
+    ),
+    "a ground above, a hip, a body and a way as feet": (
+        [
+            put("robot.feet.a.normal", -1),
+            put("robot.feet.b.point", "b_hip"),
+            put("robot.feet.c", {"point": "body", "gap": 0.0}),
+            put("robot.feet.d", {"point": "b_x", "gap": 0.0}),
+            put("robot.feet.e", {"point": "bb", "gap": 0.0}),
+        ],
+        [
+            "robot.feet.e.point: the structure has no point 'bb'; did you mean 'b'?",
+            "robot.feet.a.normal: a walker stands on its ground: expected 1, got -1",
+            "robot.feet.b.point: a walker's foot is that of a leg, named as the leg, got 'b_hip'; did you mean 'b'?",
+            "robot.feet.c.point: a walker's foot is that of a leg, named as the leg, got 'body'; valid names are "
+            "'a', 'b'",
+            "robot.feet.d.point: a walker's foot is that of a leg, named as the leg, got 'b_x'; did you mean 'b'?",
+        ],
+    ),
+    "two feet on one leg": (
+        [put("robot.feet.b.point", "a")],
+        ["robot.feet.b.point: leg 'a' has a foot already, 'a'"],
+    ),
+    "a drive on a point that is not there": (
+        [put("robot.drives.a.load.weights.a_hop", 1.0)],
+        ["robot.drives.a.load.weights.a_hop: the structure has no point 'a_hop'; did you mean 'a_hip'?"],
+    ),
+    "a capacitance of nothing": (
+        [put("robot.drives.a.capacitance", 0.0)],
+        [
+            "robot.drives.a.capacitance: expected a capacitance (F) above 0, got 0.0 (capacitance of the actuator, for "
+            "the energy of a switching, C V^2)"
+        ],
+    ),
+    "another impact map": (
+        [put("ground.impact", {"kind": "dominant_mode"})],
+        [
+            "ground.impact: the feet of a walker are point masses, for which the mass-weighted map is exact: leave it "
+            "out, got 'dominant_mode'"
+        ],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_scenes(name: str) -> None:
+    changes, said = BAD[name]
+    assert refusals(*changes) == said
+
+
+def test_bad_walkers_are_told_all_at_once() -> None:
+    said = refusals(
+        put("gait.kind", "tripod"),
+        put("ground.impact", {"kind": "dominant_mode"}),
+        put("initial.displacement", [0.0, 0.0, 0.0, -1e-6, 0.0, 0.0]),
+        put("signals.c", {"kind": "constant", "level": "1 V"}),
+    )
+    assert [one.split(":")[0] for one in said] == [
+        "signals.c",
+        "initial.displacement",
+        "gait.kind",
+        "ground.impact",
+    ]
+
+
+def test_a_wrong_gait_in_a_file_with_other_faults() -> None:
+    tables = table()
+    put("gait.kind", "free")(tables)
+    put("gait.phases", {"b": 0.0, "d": 0.5})(tables)
+    put("ground.friction.coefficient", -1.0)(tables)
+    put("duration", "0 s")(tables)
+    with pytest.raises(InputError) as caught:
+        parse_scene(tomlkit.dumps(tables))
+    places = [one.split(":")[0] for one in caught.value.problems]
+    assert places == ["ground.friction.coefficient", "duration", "gait.phases.d", "gait.phases"]
+
+
+def test_friction_and_gaits_are_for_walkers() -> None:
+    tables = table()
+    tables["robot"] = {
+        "structure": {"kind": "lumped", "coordinates": ["a"], "mass": ["1 ug"], "stiffness": ["1 N/m"]},
+        "feet": {"a": {"point": "a", "gap": 0.0}},
+    }
+    with pytest.raises(InputError) as caught:
+        parse_scene(tomlkit.dumps(tables))
+    assert caught.value.problems == [
+        "gait: needs the legs of a walker; this structure is of kind 'lumped'",
+        "ground.friction: only the feet of a walker slide; this structure is of kind 'lumped'",
+    ]
+
+
+def test_bad_values_set_later() -> None:
+    scene = parse_scene(BASE)
+    with pytest.raises(InputError) as caught:
+        ts.with_values(
+            scene, {"gait.duty": 1.5, "robot.feet.a.gap": -1e-6, "ground.friction.coefficient": -1.0}
+        )
+    assert len(caught.value.problems) == 3
+    with pytest.raises(InputError, match=r"^gait.kind: a tripod needs six legs"):
+        ts.with_values(scene, {"gait": {"kind": "tripod", "frequency": 50.0, "high": 14.0}})
