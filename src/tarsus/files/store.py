@@ -48,6 +48,8 @@ EVENT_WORDS: dict[int, str] = {
     3: "release",
     4: "rest",
     5: "contact at start",
+    7: "slip begins",
+    8: "stick begins",
 }
 """Kind number of an event -> the word used in `events.csv` and in reports."""
 
@@ -120,6 +122,7 @@ class StoredLedger:
     elastic: float
     damping: float
     film: float
+    friction: float
     electrostatic: float
     impacts: float
     adhesion: float

@@ -53,6 +53,7 @@ LEDGER_LINES = (
     ("elastic", "change of elastic energy"),
     ("damping", "lost to structural damping"),
     ("film", "lost to the film"),
+    ("friction", "lost to friction"),
     ("impacts", "lost in impacts"),
     ("adhesion", "lost to adhesion"),
     ("electrostatic", "electrostatic work"),
@@ -202,7 +203,7 @@ def _ledger(run: RunLike) -> str:
     rows: list[list[Cell]] = [
         [label, number(value / scale.step), number(100.0 * value / largest, 3)]
         for key, label, value in terms
-        if value != 0.0 or key not in ("laws", "electrostatic")
+        if value != 0.0 or key not in ("laws", "electrostatic", "friction")
     ]
     residual = float(run.ledger.residual)
     rows.append(

@@ -11,6 +11,8 @@ from tarsus.files.series import Variable
 if TYPE_CHECKING:
     from tarsus.solve.run import Run
     from tarsus.solve.series import Series
+    from tarsus.solve.walkrun import WalkRun
+    from tarsus.solve.walkseries import WalkSeries
 
 
 def to_variables(run: Run, series: Series) -> dict[str, Variable]:
@@ -49,11 +51,30 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     return variables
 
 
+def to_walk_variables(run: WalkRun, series: WalkSeries) -> dict[str, Variable]:
+    """The same for a walker: with the body's coordinates, and what its feet do along the way."""
+    variables = to_variables(run, series)
+    names = run.walker.body_coordinates
+    turning = ("roll", "pitch")
+    units = ", ".join("rad" if name in turning else "m" for name in names)
+
+    def add(name: str, dims: tuple[str, ...], values: np.ndarray, unit: str, long_name: str) -> None:
+        variables[name] = Variable(dims, values, {"units": unit, "long_name": long_name})
+
+    add("body", ("coordinate", "time"), series.body, units, "coordinates of the body")
+    add("foot_x", ("foot", "time"), series.foot_x, "m", "displacement of a foot along the way")
+    add("slipping", ("foot", "time"), series.slipping, "1", "foot in contact that slides")
+    add("friction_force", ("foot", "time"), series.friction, "N", "friction on a foot, positive forward")
+    variables["coordinate"] = Variable(("coordinate",), np.array(names, dtype=object), {})
+    return variables
+
+
 _CUMULATIVE = {
     "work_in": ("work_in", "work of drives and weight"),
     "damping_loss": ("damping", "energy lost to structural damping"),
     "film_loss": ("film", "energy lost to the squeeze film"),
     "electrostatic_work": ("electrostatic", "work of electrostatic forces on the structure"),
+    "friction_loss": ("friction", "energy lost to friction along the ground"),
     "law_work": ("laws", "work of user laws on the structure"),
     "impact_loss": ("impacts", "energy lost in impacts"),
     "adhesion_loss": ("adhesion", "kinetic energy taken by adhesive capture"),

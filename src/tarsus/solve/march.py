@@ -41,7 +41,7 @@ class RawWalks:
     """What the engine made of nr runs: codes (nr,); event rows and mark rows of run i end at event_end[i], mark_end[i].
 
     finish (nr, 3): end time [s], steps, rejected steps. samples (ns, width), of the last run: see `Columns`. end:
-    the last run's body (2, nb), feet (nl, 2, 2) and energies (5,) at its end.
+    the last run's body (2, nb), feet (nl, 2, 2), contact (m,) of its feet and energies (5,) at its end.
     """
 
     codes: np.ndarray
@@ -51,7 +51,7 @@ class RawWalks:
     mark_end: np.ndarray
     finish: np.ndarray
     samples: np.ndarray
-    end: tuple[np.ndarray, np.ndarray, np.ndarray]
+    end: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
     def of(self, run: int) -> np.ndarray:
         """Event rows of one run."""
@@ -75,7 +75,7 @@ def walk(
     account: bool = False,
     times: np.ndarray | None = None,
 ) -> RawWalks:
-    """Run a walker's plan for ``duration`` [s], once or for many law parameters (nr, m, np) and initial states (nr, 2n).
+    """Run a walker's plan for ``duration`` [s], once or for many law parameters (nr, m, np) and starts (nr, 2n).
 
     period [s]: marks note the way at the end of every drive period; track: find the apex of every flight; account:
     integrate energies; times (ns,) [s], increasing: when to sample motion and contacts (of a single run).
@@ -115,7 +115,7 @@ def walk(
             break
     return RawWalks(
         batch.codes, np.concatenate(events), batch.event_end, np.concatenate(marks), batch.mark_end, batch.finish,
-        output.samples, (state.body, state.foot, state.energy),
+        output.samples, (state.body, state.foot, state.contact, state.energy),
     )  # fmt: skip
 
 

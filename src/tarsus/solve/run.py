@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Ledger:
     """Where the energy of a run went [J]: work_in + electrostatic + laws = kinetic + elastic + damping + film
-    + impacts + adhesion + residual.
+    + friction + impacts + adhesion + residual.
 
     work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
-    impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the kinetic
+    friction, impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the kinetic
     energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the largest
     term; over 1e-24 of the plan's force times length where every term is below that, for then all are rounding.
     """
@@ -39,6 +39,7 @@ class Ledger:
     elastic: float
     damping: float
     film: float
+    friction: float
     electrostatic: float
     impacts: float
     adhesion: float

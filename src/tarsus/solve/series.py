@@ -59,11 +59,11 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     """Replay the recorded steps of a run at ``times`` [s], increasing (an even grid by default)."""
     time = grid(run) if times is None else times
     plan, scene = run.plan, run.scene
-    attraction = _electrostatic_force(run)
+    attraction = electrostatic_force(run)
     state = sample_states(plan.system, run.raw.book.book, run.raw.trace, time)
     force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, len(time))
-    volts = _drive_volts(run, time)
+    volts = drive_volts(run, time)
     electrostatic = np.zeros_like(state.gap)
     if attraction is not None:
         electrostatic = attraction(state.gap.T, state.rate.T, time).T
@@ -77,7 +77,7 @@ def sample(run: Run, times: Floats | None = None) -> Series:
         user = np.zeros_like(user)
     return Series(
         time=time, state=state, force=force, volts=volts, film=film, electrostatic=electrostatic, user=user,
-        contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=_strength(run, time, state.held),
+        contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=strength_of(run, time, state.held),
         kinetic=_quadratic(plan.system.mass, state.v), elastic=_quadratic(plan.system.stiffness, state.x),
         cumulative=_cumulative(run, run.energies, time), ledger=run.ledger,
     )  # fmt: skip
@@ -87,7 +87,7 @@ def _quadratic(matrix: Floats, z: Floats) -> Floats:
     return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
 
 
-def _drive_volts(run: Run, time: Floats) -> Floats:
+def drive_volts(run: Run, time: Floats) -> Floats:
     names, waveforms = list(run.scene.robot.drives), run.scene.waveforms
     volts = np.zeros((len(names), len(time)))
     for d, name in enumerate(names):
@@ -97,7 +97,7 @@ def _drive_volts(run: Run, time: Floats) -> Floats:
     return volts
 
 
-def _foot_volts(run: Run, time: Floats) -> Floats:
+def foot_volts(run: Run, time: Floats) -> Floats:
     volts = np.zeros((run.plan.feet, *np.shape(time)))
     for i, channel in enumerate(run.plan.laws.volts):
         if channel >= 0:
@@ -105,7 +105,7 @@ def _foot_volts(run: Run, time: Floats) -> Floats:
     return volts
 
 
-def _electrostatic_force(run: Run) -> Force | None:
+def electrostatic_force(run: Run) -> Force | None:
     """Force (k, m) at gaps (k, m), rates (k, m), times (k,)."""
     ground = run.scene.ground.acting
     laws = [law for law in (ground.electrostatic, ground.leg_electrostatic) if law is not None]
@@ -113,7 +113,7 @@ def _electrostatic_force(run: Run) -> Force | None:
         return None
 
     def force(gap: Floats, rate: Floats, time: Floats) -> Floats:
-        volts = _foot_volts(run, time).T
+        volts = foot_volts(run, time).T
         total = np.zeros_like(gap)
         for law in laws:
             total += np.vectorize(law.force, otypes=[float])(
@@ -124,19 +124,22 @@ def _electrostatic_force(run: Run) -> Force | None:
     return force
 
 
+def smooth_laws(run: Run) -> list[SmoothLaw]:
+    """Users' smooth laws that act."""
+    return [law for law in run.scene.ground.laws.values() if isinstance(law, SmoothLaw)]
+
+
 def energies(run: Run) -> Integrals:
     """Energy integrals of every recorded step; the smooth forces' work told apart where users' laws act as well."""
-    attraction = _electrostatic_force(run)
-    smooth_laws = [law for law in run.scene.ground.laws.values() if isinstance(law, SmoothLaw)]
-    integrals = integrate(
-        run.plan.system, run.raw.book.book, run.raw.trace, attraction if smooth_laws else None
-    )
-    if attraction is not None and not smooth_laws:
+    attraction = electrostatic_force(run)
+    own = smooth_laws(run)
+    integrals = integrate(run.plan.system, run.raw.book.book, run.raw.trace, attraction if own else None)
+    if attraction is not None and not own:
         return replace(integrals, electrostatic=integrals.smooth)
     return integrals
 
 
-def _strength(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
+def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     """f_a [N] of every held foot: from the contact's age, by the law of adhesion or the user's latch."""
     strength = np.zeros(held.shape)
     laws = [law for law in run.scene.ground.laws.values() if isinstance(law, LatchLaw)]
@@ -161,6 +164,7 @@ def _terms(integrals: Integrals) -> dict[str, Floats]:
         "film": -integrals.film,
         "electrostatic": integrals.electrostatic,
         "laws": integrals.smooth - integrals.electrostatic,
+        "friction": np.zeros_like(integrals.work),
     }
 
 
@@ -193,34 +197,42 @@ def last_state(run: Run) -> Floats:
 
 def _momenta(run: Run, mode: ContactMode, w: Floats) -> Floats:
     """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
-    ground = run.scene.ground.acting
-    laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
     out = np.zeros(run.plan.feet)
     for i in range(len(out)):
         if not mode.mask >> i & 1:
-            gap = float(mode.outputs[i] @ w + mode.feed[i, -1])
-            out[i] = sum(type(law).momentum(gap, *law.parameters()) for law in laws)
+            out[i] = film_momentum(run, float(mode.outputs[i] @ w + mode.feed[i, -1]))
     return out
+
+
+def film_momentum(run: Run, gap: float) -> float:
+    """Momentum potential [N s] of the resistive laws at a gap [m]."""
+    ground = run.scene.ground.acting
+    laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
+    return sum(type(law).momentum(gap, *law.parameters()) for law in laws)
 
 
 def ledger(run: Run) -> Ledger:
     """Where the energy of a whole run went."""
-    system = run.plan.system
     terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(run.energies).items()}
+    return balance(run, terms, last_state(run))
+
+
+def balance(run: Run, terms: dict[str, float], last: Floats) -> Ledger:
+    """The ledger of works and losses by name and of the state (2n,) at the end."""
+    system = run.plan.system
     n = len(system.mass)
-    first, last = run.plan.initial, last_state(run)
+    first = run.plan.initial
     kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
     elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
     adhesion = float(run.events["adhesion_energy"].sum())
     impacts = float(run.events["energy"].sum()) - adhesion
     change_k, change_e = kinetic[1] - kinetic[0], elastic[1] - elastic[0]
     gained = terms["work_in"] + terms["electrostatic"] + terms["laws"]
-    spent = terms["damping"] + terms["film"] + impacts + adhesion
+    spent = terms["damping"] + terms["film"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
     sizes = [abs(x) for x in (*terms.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
     largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length)
     return Ledger(
-        work_in=terms["work_in"], kinetic=change_k, elastic=change_e, damping=terms["damping"], film=terms["film"],
-        electrostatic=terms["electrostatic"], impacts=impacts, adhesion=adhesion, laws=terms["laws"],
-        residual=residual, closure=abs(residual) / largest,
+        **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, residual=residual,
+        closure=abs(residual) / largest,
     )  # fmt: skip

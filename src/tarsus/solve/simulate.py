@@ -12,6 +12,8 @@ from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve.engine import Accuracy, execute, row_bytes
 from tarsus.solve.run import Run
+from tarsus.solve.walkrun import run_walker
+from tarsus.structure.walker import Walker
 
 RECORDED = Accuracy(gap=1e-10)
 """Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
@@ -22,7 +24,7 @@ MEMORY = 2**30
 
 
 def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | None = None) -> Run:
-    """Simulate a scene exactly from event to event.
+    """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
     Parameters
     ----------
@@ -42,6 +44,8 @@ def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | N
     """
     seconds = scene.duration if duration is None else float(duration)
     check_duration(seconds)
+    if isinstance(scene.robot.structure, Walker):
+        return run_walker(scene, seconds, accuracy or RECORDED)
     plan = lower_scene(scene)
     period = scene_period(scene, seconds)
     start = time.perf_counter()

@@ -201,26 +201,7 @@ def accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reac
 
 
 @inner
-def step(
-    body,
-    tables,
-    signals,
-    laws,
-    state,
-    work,
-    output,
-    r_body,
-    r_tables,
-    r_signals,
-    r_laws,
-    r_state,
-    r_work,
-    r_output,
-    nb,
-    nd,
-    nc,
-    nk,
-):
+def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
     """Advance to the end of one step or to the first event inside it. Returns a code, or -1."""
     count, real = state.count, state.real
     t = real[a.TIME]
@@ -246,7 +227,7 @@ def step(
         wanted = max(wanted, k)
     limit = min(1.0, left / h)
     brackets(body, tables, laws, state, work, h, limit)
-    first = first_events(r_body, r_tables, r_laws, r_state, r_work, h, limit)
+    first = first_events(body, tables, laws, state, work, h, limit)
     fraction = min(first, limit)
     reached = t + fraction * h
     if first > limit and h > left:
@@ -254,7 +235,7 @@ def step(
     elif first > limit:
         reached = t + h
     if fraction > 0.0:
-        if not accept(r_body, r_tables, r_laws, r_state, r_work, r_output, nb, nd, t, h, fraction, reached):
+        if not accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reached):
             return NOT_FINITE
         real[a.TIME] = reached
         for f in range(body.leg.shape[0]):
@@ -262,7 +243,7 @@ def step(
     if first <= limit:
         for f in range(body.leg.shape[0]):
             if work.when[f, KIND] != 0.0 and work.when[f, HIGH] <= first * (1.0 + 1e-13):
-                happen(r_body, r_signals, r_laws, r_state, r_work, output.events, f, work.when[f, KIND], nb)
+                happen(body, signals, laws, state, work, output.events, f, work.when[f, KIND], nb)
     if error > 0.5 or sweeps > 12:
         wanted = max(wanted, k + 1)
     elif k <= wanted:
@@ -318,26 +299,7 @@ def make_march(sources: str):
             if count[a.STEPS] > count[a.MAX_STEPS]:
                 finish(r_batch, r_state, STEP_LIMIT)
                 continue
-            code = step(
-                body,
-                tables,
-                signals,
-                laws,
-                state,
-                work,
-                output,
-                r_body,
-                r_tables,
-                r_signals,
-                r_laws,
-                r_state,
-                r_work,
-                r_output,
-                nb,
-                nd,
-                nc,
-                nk,
-            )
+            code = step(r_body, r_tables, r_signals, r_laws, r_state, r_work, r_output, nb, nd, nc, nk)
             if code < 0 and not progressed(state):
                 code = STALL
             if code >= 0:

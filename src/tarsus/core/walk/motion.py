@@ -161,9 +161,26 @@ def integral_at(values, row, s, again):
     return out * s * s if again else out * s
 
 
+@inner
+def end_of_step(body, state, work, nb):
+    """The state at the last node."""
+    for b in range(nb):
+        work.body[0, b] = work.bx[b, N - 1]
+        work.body[1, b] = work.bv[b, N - 1]
+    for i in range(body.mass.shape[0]):
+        f = body.foot[i]
+        for d in range(2):
+            held = f >= 0 and (state.contact[f] == STUCK or (d == 0 and state.contact[f] != AIR))
+            work.foot[i, d, 0] = state.foot[i, d, 0] if held else work.u[i, d, N - 1]
+            work.foot[i, d, 1] = 0.0 if held else work.w[i, d, N - 1]
+
+
 @rare
 def motion_at(body, tables, state, work, nb, h, s):
     """State at scaled time s of the step into work.foot (nl, 2, 2) and work.body (2, nb)."""
+    if s >= 1.0:
+        end_of_step(body, state, work, nb)
+        return
     for b in range(nb):
         work.body[0, b] = integral_at(work.push, b, s, True) * h * h + integral_at(work.drag, b, s, False) * h
         work.body[1, b] = integral_at(work.push, b, s, False) * h + polynomial_at(work.drag, b, s)
@@ -176,9 +193,7 @@ def motion_at(body, tables, state, work, nb, h, s):
             work.foot[i, d, 1] = 0.0
             if held:
                 continue
-            u, w = work.u[i, d, N - 1], work.w[i, d, N - 1]
-            if s < 1.0:
-                u, w = leg_at(body, tables, state, work, i, d, h, s)
+            u, w = leg_at(body, tables, state, work, i, d, h, s)
             work.foot[i, d, 0] = u
             work.foot[i, d, 1] = w
             momentum = m * (w - w0)

@@ -172,7 +172,7 @@ def refine(body, tables, laws, state, work, f, h):
     if high <= 0.0:
         return 0.0
     sign = state.sense[f]
-    if low == 0.0 and state.order[f] != 0 and (kind == TOUCH or kind == STOP):
+    if low == 0.0 and state.order[f] != 0 and kind in (TOUCH, STOP):
         low = high  # it starts from an exact zero: find a place after it where nothing has happened yet
         for _ in range(50):
             low *= 0.5

@@ -88,7 +88,7 @@ def drives(body, signals, laws, state, work, nd, t, h):
         store(work.load, (i, 1), along)
 
 
-@inner
+@fused
 def held_margin(body, laws, state, work, i, f, nb, t, h):
     """Of a held foot: margin = f_a - pull - smooth force = N + f_a at the nodes, and the structure's force along."""
     k, c = body.stiffness[i, 0], body.damping[i, 0]
@@ -188,7 +188,7 @@ def carry_held(body, state, work, i, d, at, nb):
             store(work.drag, (b,), load(work.drag, (b,)) + drag * r)
 
 
-@inner
+@fused
 def leg(body, tables, laws, state, work, i, k, nb, t, h):
     """One leg in both directions for the present motion of the body. Returns the largest change of its gap [m]."""
     f = body.foot[i]
@@ -280,7 +280,7 @@ def solvers(body, state, work, nb, h):
             make_solver(work.solver, b, drag, push)
 
 
-@inner
+@fused
 def follow(body, state, work, nb, h):
     """The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m]."""
     change = 0.0

@@ -1,0 +1,136 @@
+"""Series and energy ledger of a walker's run, sampled by the engine itself as it marches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.replay import Sampled
+from tarsus.core.walk import arrays as a
+from tarsus.core.walk.states import AIR, SLIPPING, STUCK
+from tarsus.drive.pieces import evaluate
+from tarsus.laws.friction import Friction
+from tarsus.solve import series as of_any
+from tarsus.solve.run import Ledger
+from tarsus.solve.series import Series
+
+if TYPE_CHECKING:
+    from tarsus.solve.march import RawWalks
+    from tarsus.solve.walkrun import WalkRun
+
+Floats = NDArray[np.float64]
+
+__all__ = ["WalkSeries", "ledger_of", "series_of"]
+
+
+@dataclass(frozen=True)
+class WalkSeries(Series):
+    """A walker's run at nt times: beside every structure's series, the body's coordinates (nb, nt) [m, rad], the
+    feet's places along the way foot_x (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N],
+    positive forward."""
+
+    body: Floats
+    foot_x: Floats
+    slipping: NDArray[np.bool_]
+    friction: Floats
+
+
+def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
+    """Unpack the samples of a run taken at ``times`` [s]."""
+    plan, scene = run.walk.plan, run.scene
+    body, m, nb = run.walk.body, plan.feet, len(run.walk.body.body_mass)
+    rows = raw.samples.T
+    nt, nl = len(times), len(body.mass)
+    place, speed = rows[:nb], rows[nb : 2 * nb]
+    feet = rows[2 * nb : 2 * nb + 4 * nl].reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
+    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
+    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
+    contact, since, sense = rows[2 * nb + 4 * nl : 2 * nb + 4 * nl + 3 * m].reshape(3, m, nt)
+    energy = rows[2 * nb + 4 * nl + 3 * m :]
+    held = np.isin(contact, (STUCK, SLIPPING))
+    gap = body.gap[body.leg, None] + feet[body.leg, 0, 0]
+    rate = feet[body.leg, 0, 1]
+    force = np.array([evaluate(channel, times) for channel in plan.channels[: plan.drives]])
+    force = force.reshape(plan.drives, nt)
+    # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
+    system = plan.system
+    onto = system.loads @ force + system.constant[:, None] - system.stiffness @ x - system.damping @ v
+    upward = onto[nb + 1 :: 2][body.leg]
+    along = onto[nb::2][body.leg]
+    pull = np.where(held, upward, 0.0)
+    electrostatic, film, user, smooth = _smooth(run, gap, rate, held, times)
+    strength = of_any.strength_of(run, times, held)
+    law = scene.ground.friction
+    bound = np.zeros_like(pull)
+    if law is not None:
+        bound = np.vectorize(Friction.bound, otypes=[float])(strength - pull - smooth, *law.parameters())
+    friction = np.where(contact == STUCK, -along, np.where(contact == SLIPPING, -sense * bound, 0.0))
+    state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
+    return WalkSeries(
+        time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
+        electrostatic=electrostatic, user=user, contact=np.where(held, -(pull + smooth), 0.0),
+        strength=strength, kinetic=_quadratic(system.mass, v), elastic=_quadratic(system.stiffness, x),
+        cumulative=_cumulative(run, energy, times), ledger=run.ledger, body=place, foot_x=feet[body.leg, 1, 0],
+        slipping=contact == SLIPPING, friction=friction,
+    )  # fmt: skip
+
+
+def _quadratic(matrix: Floats, z: Floats) -> Floats:
+    return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
+
+
+def _smooth(
+    run: WalkRun, gap: Floats, rate: Floats, held: NDArray[np.bool_], times: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Electrostatic, film and user forces on the feet (m, nt), and the smooth ones together; no film on a held foot."""
+    ground = run.scene.ground.acting
+    attraction = of_any.electrostatic_force(run)
+    electrostatic = np.zeros_like(gap) if attraction is None else attraction(gap.T, rate.T, times).T
+    film = np.zeros_like(gap)
+    if ground.film is not None:
+        c, thickness = ground.film.parameters()
+        film = np.where(held, 0.0, -c * rate / (gap + thickness) ** 3)
+    user = np.zeros_like(gap)
+    volts = of_any.foot_volts(run, times)
+    for law in of_any.smooth_laws(run):
+        user += np.vectorize(type(law).force, otypes=[float])(gap, rate, volts, times, *law.parameters())
+    return electrostatic, film, np.where(held, 0.0, user), electrostatic + user
+
+
+def _terms(run: WalkRun, energy: Floats) -> dict[str, Floats]:
+    """Works and losses by name; the work of smooth forces is the electrostatics' unless only users' laws are smooth."""
+    ground = run.scene.ground.acting
+    attracted = ground.electrostatic is not None or ground.leg_electrostatic is not None
+    smooth, none = energy[a.SMOOTH], 0.0 * energy[a.SMOOTH]
+    return {
+        "work_in": energy[a.WORK],
+        "damping": energy[a.DAMPING],
+        "film": energy[a.FILM],
+        "electrostatic": smooth if attracted else none,
+        "laws": none if attracted else smooth,
+        "friction": energy[a.FRICTION],
+    }
+
+
+def _cumulative(run: WalkRun, energy: Floats, times: Floats) -> dict[str, Floats]:
+    out = _terms(run, energy)
+    events = run.events
+    passed = np.searchsorted(np.maximum.accumulate(events["time"]), times, side="right")
+    adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
+    lost = np.concatenate([[0.0], np.cumsum(events["energy"])])
+    return out | {"adhesion": adhesion[passed], "impacts": lost[passed] - adhesion[passed]}
+
+
+def ledger_of(run: WalkRun, raw: RawWalks) -> Ledger:
+    """Where the energy of a whole run went."""
+    system, body = run.walk.plan.system, run.walk.body
+    n = len(system.mass)
+    place, feet, contact, energy = raw.end
+    last = np.concatenate([place[0], feet[:, ::-1, 0].ravel(), place[1], feet[:, ::-1, 1].ravel()])
+    for i in body.leg[contact == AIR]:
+        at = n + len(body.body_mass) + 2 * i + 1
+        last[at] += of_any.film_momentum(run, feet[i, 0, 0] + body.gap[i]) / body.mass[i]
+    return of_any.balance(run, {name: float(value) for name, value in _terms(run, energy).items()}, last)
