@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
         Constant,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
         DominantMode,
         Electrostatic,
         Film,
+        Friction,
         Given,
         Gravity,
         ImpactLaw,
@@ -40,14 +42,16 @@ if TYPE_CHECKING:
         SmoothLaw,
         load_laws,
     )
-    from tarsus.scene import Drive, Foot, Ground, Initial, ModalLoad, PointLoad, Robot, Scene
+    from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot
+    from tarsus.scene import Ground, Initial, Scene
     from tarsus.solve import Accuracy, Batch, Run, simulate, simulate_batch
     from tarsus.spec import float_paths, get_value, quantity, with_values
-    from tarsus.structure import Beam, Lumped, Modal
+    from tarsus.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
 
 __all__ = [
     "Accuracy",
     "Adhesion",
+    "Alternating",
     "Batch",
     "Beam",
     "Constant",
@@ -57,6 +61,8 @@ __all__ = [
     "Electrostatic",
     "Film",
     "Foot",
+    "Free",
+    "Friction",
     "Given",
     "Gravity",
     "Ground",
@@ -78,6 +84,7 @@ __all__ = [
     "RampedSquare",
     "ResistiveLaw",
     "Restitution",
+    "Ripple",
     "Robot",
     "Run",
     "Sampled",
@@ -86,7 +93,12 @@ __all__ = [
     "SmoothLaw",
     "Square",
     "SweptSine",
+    "Tripod",
     "TwoBranch",
+    "Walker",
+    "WalkerBody",
+    "WalkerLeg",
+    "Wave",
     "device_names",
     "float_paths",
     "get_value",
@@ -101,19 +113,21 @@ __all__ = [
 ]
 
 _HOMES = {
+    "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
     "tarsus.errors": "InputError",
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion DominantMode Electrostatic Film Given Gravity ImpactLaw LatchLaw LegElectrostatic MassWeighted "
-        "ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw LegElectrostatic "
+        "MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
     ),
-    "tarsus.scene": "Drive Foot Ground Initial ModalLoad PointLoad Robot Scene",
+    "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
+    "tarsus.scene": "Ground Initial Scene",
     "tarsus.solve": "Accuracy Batch Run simulate simulate_batch",
     "tarsus.spec": "float_paths get_value quantity with_values",
-    "tarsus.structure": "Beam Lumped Modal",
+    "tarsus.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 

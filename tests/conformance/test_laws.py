@@ -18,6 +18,7 @@ EXAMPLES: list[Law] = [
     ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
     ts.Adhesion(initial=1e-6, rate=1e-3),
     ts.Restitution(coefficient=0.378),
+    ts.Friction(coefficient=0.35),
     OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
     OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
     OWN["own_rebound"](coefficient=0.5),
@@ -54,7 +55,7 @@ def test_passive_where_its_protocol_says_so(law):
         assert np.all(np.diff(values) <= 0.0), "the momentum never grows with the gap: D >= 0"
     elif isinstance(law, ImpactLaw):
         assert np.all(values >= 0.0) and np.all(values <= np.concatenate([[0.0], SPEEDS]))
-    elif isinstance(law, LatchLaw):
+    elif isinstance(law, (LatchLaw, ts.Friction)):
         assert np.all(values >= 0.0)
     elif isinstance(law, SmoothLaw) and law.uses_rate:
         rates = np.array([point[1] for point in arguments(law)])
@@ -63,8 +64,8 @@ def test_passive_where_its_protocol_says_so(law):
 
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
 def test_toml_round_trip(law):
-    base = scene("damped_chain")
-    slots = {"film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
+    base = ts.load_scene("millipede") if isinstance(law, ts.Friction) else scene("damped_chain")
+    slots = {"friction", "film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
     if law.name() in slots and "electrostatic" not in law.name():
         written = ts.with_values(base, {f"ground.{law.name()}": law})
     elif law.name() in slots:

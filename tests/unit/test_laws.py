@@ -9,6 +9,7 @@ from tarsus.laws import (
     Adhesion,
     Electrostatic,
     Film,
+    Friction,
     Gravity,
     ImpactLaw,
     Law,
@@ -54,6 +55,18 @@ def law_file(folder: Path, text: str) -> Path:
     file = folder / "law.py"
     file.write_text(text)
     return file
+
+
+def test_friction_is_borne_by_push_and_adhesion_and_never_pulls() -> None:
+    law = Friction(coefficient="30 %")
+    assert law.parameters() == (0.3,)
+    assert law.function() is Friction.bound
+    assert Friction.bound(2e-6, *law.parameters()) == pytest.approx(0.6e-6)
+    assert Friction.bound(-2e-6, 0.3) == 0.0 == Friction.bound(2e-6, 0.0)
+    with pytest.raises(
+        InputError, match=r"^Friction.coefficient: expected a pure number of at least 0, got -0.1"
+    ):
+        Friction(coefficient=-0.1)
 
 
 def test_film_force_is_the_rate_of_its_momentum() -> None:
