@@ -14,12 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
 from tarsus.measure import Measures, period_statistics, scene_period
-from tarsus.plan import Plan, initial_column, law_column, lower_scene
+from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute
+from tarsus.solve.engine import Accuracy, RawRuns
+from tarsus.solve.engines import Engine, engine_for
+from tarsus.solve.march import RawWalks
 from tarsus.solve.simulate import check_duration
+from tarsus.solve.walkrun import structured_marks
 from tarsus.spec import with_values
+from tarsus.structure.walker import Walker
 from tarsus.units import format_quantity
 
 _CHUNK = 256  # runs handed to the kernel at a time
@@ -27,13 +31,18 @@ _CHUNK = 256  # runs handed to the kernel at a time
 
 @dataclass(frozen=True)
 class BatchRun:
-    """One run of a batch: its events and what measures need."""
+    """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
+
+    scene: the batch's, with the values it had before they were varied.
+    """
 
     all_events: np.ndarray
     foot_names: tuple[str, ...]
     duration: float
     period: float
     code: ResultCode
+    scene: Scene
+    marks: np.ndarray | None = None
 
     @property
     def events(self) -> np.ndarray:
@@ -57,7 +66,7 @@ class Batch:
     vary: Mapping[str, np.ndarray]
     duration: float
     periods: NDArray[np.float64]
-    _parts: Sequence[tuple[RawRuns, int]]
+    _parts: Sequence[tuple[RawRuns | RawWalks, int]]
 
     def __len__(self) -> int:
         return len(self.periods)
@@ -70,12 +79,17 @@ class Batch:
     def run(self, i: int) -> BatchRun:
         """Run number ``i``."""
         raw, k = self._parts[i]
+        feet = tuple(self.scene.robot.feet)
+        marks = None
+        if isinstance(raw, RawWalks):
+            walker = self.scene.robot.structure
+            assert isinstance(walker, Walker)
+            marks = structured_marks(raw.marks_of(k), walker.body_size, len(feet))
         return BatchRun(
-            structured_events(raw.of(k)), tuple(self.scene.robot.feet), self.duration, float(self.periods[i]),
-            self._code(raw, k),
+            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene, marks
         )  # fmt: skip
 
-    def _code(self, raw: RawRuns, k: int) -> ResultCode:
+    def _code(self, raw: RawRuns | RawWalks, k: int) -> ResultCode:
         return ResultCode.of(int(raw.codes[k]), makes_energy=self.scene.ground.makes_energy)
 
     def events(self, i: int) -> np.ndarray:
@@ -143,30 +157,23 @@ def simulate_batch(
     groups: dict[tuple[float, ...], list[int]] = {}
     for i in range(count):
         groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
-    books: dict[Any, SharedBook] = {}
+    shared: dict[Any, Engine] = {}
     periods = np.zeros(count)
-    jobs: list[tuple[Plan, SharedBook, float, np.ndarray, np.ndarray, NDArray[np.int64]]] = []
-    results: list[tuple[RawRuns, int] | None] = [None] * count
+    jobs: list[tuple[Engine, np.ndarray, np.ndarray, float, NDArray[np.int64]]] = []
+    results: list[tuple[RawRuns | RawWalks, int] | None] = [None] * count
 
-    def prepare(item: tuple[tuple[float, ...], list[int]]) -> tuple[Plan, float, NDArray[np.int64], Any]:
-        chosen, members = item
-        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
-        ground = variant.ground
-        key = (variant.robot.structure, variant.robot.feet, ground.gravity, ground.impact, _loads(variant))
-        return lower_scene(variant), scene_period(variant, seconds), np.array(members), key
-
-    def work(job: tuple[Plan, SharedBook, float, np.ndarray, np.ndarray, NDArray[np.int64]]) -> None:
-        plan, book, period, parameters, initial, members = job
-        raw = execute(
-            plan, seconds, parameters=parameters, initial=initial, book=book, accuracy=accuracy, period=period,
-            track=track,
-        )  # fmt: skip
+    def work(job: tuple[Engine, np.ndarray, np.ndarray, float, NDArray[np.int64]]) -> None:
+        engine, parameters, initial, period, members = job
+        raw = engine.run(parameters, initial, period, accuracy, track)
         for k, i in enumerate(members):
             results[i] = (raw, k)
 
-    for plan, period, members, key in map(prepare, groups.items()):
-        if key not in books:
-            books[key] = SharedBook(plan, seconds)
+    for chosen, several in groups.items():
+        members = np.array(several)
+        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
+        engine = engine_for(variant, seconds, shared)
+        plan = engine.plan
+        period = scene_period(variant, seconds)
         periods[members] = period
         parameters = np.repeat(plan.laws.parameters[None], len(members), axis=0)
         for path in own:
@@ -180,7 +187,7 @@ def simulate_batch(
             _check_starts(scene, plan, initial)
         for first in range(0, len(members), _CHUNK):
             part = slice(first, first + _CHUNK)
-            jobs.append((plan, books[key], period, parameters[part], initial[part], members[part]))
+            jobs.append((engine, parameters[part], initial[part], period, members[part]))
     workers = threads or os.cpu_count() or 1
     if workers == 1 or len(jobs) == 1:
         for job in jobs:
@@ -222,7 +229,3 @@ def _check_starts(scene: Scene, plan: Plan, initial: np.ndarray) -> None:
         raise InputError(
             f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
         )
-
-
-def _loads(scene: Scene) -> tuple[Any, ...]:
-    return tuple(drive.load for drive in scene.robot.drives.values())

@@ -14,9 +14,13 @@ class ResultCode(Enum):
 
     DONE = "The run reached its end."
     STALLED = "The run stopped: events crowd one instant (contacts repeat without time passing)."
-    TOO_STIFF = "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
+    TOO_STIFF = (
+        "The run stopped: a ground law changes too fast for the shortest step; its length scale is too small."
+    )
     STEP_LIMIT = "The run stopped: it needed more steps than allowed (Accuracy.steps)."
-    NOT_FINITE = "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
+    NOT_FINITE = (
+        "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
+    )
     DIVERGED = (
         "The run stopped: the motion grew without bound; its impact map creates energy "
         "(ground.impact.passive is false)."

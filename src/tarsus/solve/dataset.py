@@ -38,9 +38,21 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     add("pull", foot, state.pull, "N", "structure's pull on a held foot, away from the ground")
     add("adhesion_strength", foot, series.strength, "N", "pull that the contact would hold")
     add("film_force", foot, series.film, "N", "squeeze-film force on the foot along the normal")
-    add("electrostatic_force", foot, series.electrostatic, "N", "electrostatic force on the foot along the normal")
+    add(
+        "electrostatic_force",
+        foot,
+        series.electrostatic,
+        "N",
+        "electrostatic force on the foot along the normal",
+    )
     add("law_force", foot, series.user, "N", "force of user laws on the foot along the normal")
-    add("contact_force", foot, series.contact, "N", "reaction of the ground on a held foot, below 0 when it holds back")
+    add(
+        "contact_force",
+        foot,
+        series.contact,
+        "N",
+        "reaction of the ground on a held foot, below 0 when it holds back",
+    )
     add("kinetic_energy", ("time",), series.kinetic, "J", "kinetic energy")
     add("elastic_energy", ("time",), series.elastic, "J", "elastic energy")
     for name, (key, text) in _CUMULATIVE.items():

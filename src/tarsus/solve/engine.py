@@ -137,7 +137,8 @@ def execute(
     work = _new_work(n, m, ni)
     size = 1024 if runs == 1 else 65536
     output = a.Output(
-        np.zeros((size + 2 * m, a.EVENT_WIDTH)), np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni))
+        np.zeros((size + 2 * m, a.EVENT_WIDTH)),
+        np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni)),
     )
     verdict = np.zeros((max(m, 1), 2), dtype=np.int64)
     events: list[np.ndarray] = []
@@ -166,7 +167,13 @@ def row_bytes(plan: Plan) -> int:
 
 
 def _new_state(
-    plan: Plan, duration: float, accuracy: Accuracy, lengths: np.ndarray, period: float, track: bool, record: bool
+    plan: Plan,
+    duration: float,
+    accuracy: Accuracy,
+    lengths: np.ndarray,
+    period: float,
+    track: bool,
+    record: bool,
 ) -> a.State:
     m = max(plan.feet, 1)
     size = max(2 * len(plan.system.mass), 2)

@@ -32,7 +32,7 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
         Model time of a run [s].
     """
     empty: Any = BatchRun(
-        np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE
+        np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE, scene
     )  # fmt: skip
     return {name: measure for score in SCORES for name, measure in score(empty).items()}
 
