@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -32,6 +33,35 @@ def test_every_signal_on_the_file_format_page_exists(kind):
     found = next(member for member in alternatives(Waveform) if kind_of(member) == kind)
     for name in re.findall(r"`(\w+)`", row)[1:]:
         assert name in found.model_fields
+
+
+def test_the_walker_on_the_walking_page_is_one():
+    import tarsus as ts
+    from tarsus.design import standing
+    from tarsus.files.toml import parse_scene
+
+    page = (DOCS / "walking.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    scene = parse_scene(text)
+    assert scene.robot.structure.size == 4 + 2 * 4
+    rises = {
+        name: wave.volts(np.array([0.0, 0.005, 0.01, 0.015])).argmax()
+        for name, wave in scene.waveforms.items()
+    }
+    assert rises == {"LF": 0, "hind": 1, "RF": 2}
+    assert min(standing(scene).initial.displacement) < 0.0
+    stopped = ts.with_values(scene, {"signals.LF": ts.Constant(level=0.0)})
+    assert stopped.waveforms["LF"].volts(np.zeros(1))[0] == 0.0
+
+
+@pytest.mark.parametrize("page", ["file-format.md", "walking.md"])
+def test_every_gait_is_on_the_pages(page):
+    from tarsus.drive.gait import AnyGait
+    from tarsus.explain import alternatives, kind_of
+
+    text = (DOCS / page).read_text(encoding="utf-8")
+    for gait in alternatives(AnyGait):
+        assert f"\n| `{kind_of(gait)}` |" in text
 
 
 def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
