@@ -355,3 +355,12 @@ def test_bad_values_set_later() -> None:
     assert len(caught.value.problems) == 3
     with pytest.raises(InputError, match=r"^gait.kind: a tripod needs six legs"):
         ts.with_values(scene, {"gait": {"kind": "tripod", "frequency": 50.0, "high": 14.0}})
+
+
+def test_gaits_vary_in_batches() -> None:
+    vary = {"gait.frequency": [50.0, 100.0, 100.0], "gait.duty": [0.5, 0.5, 0.3]}
+    batch = ts.simulate_batch(parse_scene(BASE), vary, duration=0.02, threads=1)
+    assert [code.name for code in batch.codes] == ["DONE"] * 3
+    assert batch.periods.tolist() == [0.02, 0.01, 0.01]
+    ends = [float(batch.run(i).marks["body"][-1][0]) for i in range(3)]
+    assert len(set(ends)) == 3, "each walks in its own way"
