@@ -1,0 +1,198 @@
+// Plays the walk of a report: reads the data beside it and moves its time; asks nothing of any network.
+
+/** Bytes of base64 text. */
+function bytes(text) {
+  return Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+}
+
+/** Series of a packed channel, an array a row: value = (low + q) step. */
+function unpack(channel, frames) {
+  const raw = bytes(channel.data), whole = channel.bits === 16 ? new Uint16Array(raw.buffer) : raw;
+  const values = Float64Array.from(whole, (q) => (channel.low + q) * channel.step);
+  return Array.from({ length: values.length / frames }, (_, row) => values.subarray(row * frames, (row + 1) * frames));
+}
+
+/** States, four to a byte, an array a leg. */
+function unpackStates(text, legs, frames) {
+  const raw = bytes(text);
+  const flat = Uint8Array.from({ length: legs * frames }, (_, i) => (raw[i >> 2] >> (2 * (i & 3))) & 3);
+  return Array.from({ length: legs }, (_, leg) => flat.subarray(leg * frames, (leg + 1) * frames));
+}
+
+/** The walk as arrays over its frames: coordinates of the body, and of every leg its foot and what acts there. */
+function readWalk(data) {
+  const { frames } = data, body = {};
+  for (const name of ["surge", "heave", "roll", "pitch"]) {
+    body[name] = data.body[name] ? unpack(data.body[name], frames)[0] : new Float64Array(frames);
+  }
+  const time = unpack(data.time, frames)[0];
+  return {
+    frames, body, time, start: time[0], end: time[frames - 1], period: data.period,
+    names: data.legs, hips: data.hips, stage: data.stage,
+    footX: unpack(data.foot_x, frames), footZ: unpack(data.foot_z, frames),
+    normal: unpack(data.normal, frames), friction: unpack(data.friction, frames),
+    state: unpackStates(data.state, data.legs.length, frames),
+    drives: data.drives, volts: data.volts ? unpack(data.volts, frames) : [],
+  };
+}
+
+/** Mean of a series over a drive period about each frame, a twentieth of the walk if none repeats. */
+function smoothed(walk, values) {
+  const { frames } = walk, span = walk.end - walk.start;
+  const half = Math.max(1, Math.round((0.5 * frames * Math.min(walk.period || 0.05 * span, span)) / span));
+  const sums = new Float64Array(frames + 1);
+  values.forEach((value, i) => (sums[i + 1] = sums[i] + value));
+  return values.map((_, i) => {
+    const reach = Math.min(half, i, frames - 1 - i);
+    return (sums[i + reach + 1] - sums[i - reach]) / (2 * reach + 1);
+  });
+}
+
+class Player {
+  constructor(root) {
+    const part = (name) => root.querySelector(`.walk-${name}`);
+    this.root = root;
+    this.walk = readWalk(JSON.parse(part("data").textContent));
+    this.path = smoothed(this.walk, this.walk.body.surge);
+    this.now = this.walk.start;
+    this.playing = false;
+    for (const name of ["play", "icon", "back", "next", "time", "clock", "speed", "up", "along", "forces", "follow",
+      "says"]) this[name] = part(name);
+    this.stage = new Stage(part("stage"), this.walk);
+    this.tracks = new Tracks(part("tracks"), this.walk);
+    this.fillChoices();
+    this.listen();
+    root.classList.add("live");
+    part("live").hidden = false;
+    this.restyle();
+  }
+
+  fillChoices() {
+    const { period, start, end, stage, frames } = this.walk;
+    const usual = roundBelow(period ? period / 2 : (end - start) / 20);
+    for (const speed of ROUND.filter((s) => s >= 0.019 * usual && s <= Math.max(end - start, usual) * ROUNDING)) {
+      const slower = speed < 0.99 ? ` (${Math.round(1 / speed)}× slower)` : "";
+      this.speed.add(new Option(`${amount(speed, "s")} a second${slower}`, speed, speed === usual, speed === usual));
+    }
+    for (const [select, usual] of [[this.up, stage.up], [this.along, stage.along]]) {
+      for (const factor of ROUND.filter((f) => f >= 1 && f >= 0.019 * usual && f <= 51 * usual)) {
+        const chosen = Math.abs(factor / usual - 1) < 1e-6;
+        select.add(new Option(`×${factor}`, factor, chosen, chosen));
+      }
+    }
+    this.time.max = frames - 1;
+  }
+
+  listen() {
+    this.play.addEventListener("click", () => this.toggle());
+    this.back.addEventListener("click", () => this.step(-1));
+    this.next.addEventListener("click", () => this.step(1));
+    this.time.addEventListener("input", () => this.go(this.walk.time[Number(this.time.value)]));
+    this.time.addEventListener("keydown", (event) => {
+      if (event.key !== " ") return;
+      event.preventDefault();
+      this.toggle();
+    });
+    for (const choice of [this.up, this.along, this.forces, this.follow]) {
+      choice.addEventListener("change", () => this.draw());
+    }
+    const { canvas } = this.tracks;
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.go(this.tracks.timeAt(event.clientX));
+    });
+    canvas.addEventListener("pointermove", (event) => event.buttons && this.go(this.tracks.timeAt(event.clientX)));
+    new ResizeObserver(() => this.restyle()).observe(this.stage.canvas);
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.run();
+  }
+
+  run() {
+    if (this.now >= this.walk.end) this.now = this.walk.start;
+    this.playing = true;
+    this.label();
+    let before = null;
+    const turn = (stamp) => {
+      if (!this.playing) return;
+      if (before !== null) this.now += ((stamp - before) / 1000) * Number(this.speed.value);
+      before = stamp;
+      this.now = Math.min(this.now, this.walk.end);
+      this.draw();
+      if (this.now >= this.walk.end) this.pause();
+      else requestAnimationFrame(turn);
+    };
+    requestAnimationFrame(turn);
+  }
+
+  pause() {
+    this.playing = false;
+    this.label();
+  }
+
+  label() {
+    this.play.setAttribute("aria-label", this.playing ? "Pause" : "Play");
+    this.icon.setAttribute("d", this.playing ? "M3 2h3.5v12h-3.5zM9.5 2h3.5v12h-3.5z" : "M3 1.5v13l11-6.5z");
+  }
+
+  step(frames) {
+    this.go(this.walk.time[between(this.moment().frame + frames, 0, this.walk.frames - 1)]);
+  }
+
+  /** Show a time and stay there. */
+  go(time) {
+    this.pause();
+    this.now = time;
+    this.draw();
+  }
+
+  /** Now: the last frame not after it, a reader of series (straight between frames), and the body's coordinates. */
+  moment() {
+    const { time, start, end, frames, body } = this.walk, now = this.now + 1e-9 * (end - start);
+    let low = 0, high = frames - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (time[middle] <= now) low = middle;
+      else high = middle - 1;
+    }
+    const next = Math.min(low + 1, frames - 1);
+    const share = next > low ? between((this.now - time[low]) / (time[next] - time[low]), 0, 1) : 0;
+    const read = (series) => series[low] + share * (series[next] - series[low]);
+    return { frame: low, read, surge: read(body.surge), heave: read(body.heave), roll: read(body.roll), pitch: read(body.pitch) };
+  }
+
+  /** Read the page's colours and font again, and draw. */
+  restyle() {
+    const style = getComputedStyle(this.root), colors = {};
+    const color = (name) => style.getPropertyValue(name).trim();
+    for (const name of ["paper", "ground", "near", "far", "leg", "far-leg", "stuck", "slip", "push", "friction", "muted",
+      "rule"]) colors[name] = color(`--walk-${name}`);
+    this.look = { font: style.fontFamily, ink: style.color, colors };
+    this.draw();
+  }
+
+  draw() {
+    if (!this.stage.canvas.clientWidth) return;
+    const moment = this.moment(), along = Number(this.along.value);
+    const camera = along * (this.follow.checked ? moment.read(this.path) : 0.5 * (this.path[0] + this.path[this.walk.frames - 1]));
+    this.time.value = moment.frame;
+    this.clock.textContent = amount(this.now, "s", 4);
+    this.time.setAttribute("aria-valuetext", this.clock.textContent);
+    this.stage.draw(moment, { up: Number(this.up.value), along, camera, forces: this.forces.checked }, this.look);
+    this.tracks.draw(this.now, this.look);
+    this.say(moment);
+  }
+
+  /** What is seen, in words. */
+  say({ frame, surge, heave }) {
+    const feet = [[STUCK, "stuck"], [SLIPPING, "slipping"]].map(([state, word]) => {
+      const names = this.walk.names.filter((_, leg) => this.walk.state[leg][frame] === state);
+      return names.length ? `, ${names.length > 6 ? `${names.length} feet` : names.join(" ")} ${word}` : "";
+    }).join("");
+    this.says.textContent = `Travel ${amount(surge, "m")}, height ${amount(heave, "m")}${feet || ", no foot on the ground"}.`;
+  }
+}
+
+document.querySelectorAll("figure.walk:not(.live)").forEach((root) => new Player(root));

@@ -1,0 +1,223 @@
+"""Figures of a walk: travel of the body, footfalls, forces under every foot, and moments of it side by side."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+
+from tarsus.report.figures import Plate
+from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
+from tarsus.report.series import Window
+from tarsus.report.stage import Stage, drawn
+from tarsus.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    LEGEND_ROW,
+    MUTED,
+    PURPLE,
+    RULE,
+    VERMILION,
+    WIDTH_IN,
+    Scale,
+    decimate,
+    few_ticks,
+    scale_of,
+    stack,
+    to_svg,
+)
+
+FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
+ARROW = 0.5
+"""Length of the arrow of a large force, of a drawn leg's."""
+
+MOMENTS = 4
+
+_TURNS = (("roll", "about x"), ("pitch", "about y"))
+
+
+def travel(motion: Motion) -> Plate:
+    """Travel and height of the body over the whole run, and its turns where it has them."""
+    turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
+    figure, panels = stack([1.6, 1.1, *(0.8 for _ in turns)])
+    clock = scale_of("s", float(motion.time[-1] - motion.time[0]))
+    for axes, name, label in zip(panels, ("surge", "heave"), ("travel", "height"), strict=False):
+        values = motion.coordinate(name)
+        scale = scale_of("m", values)
+        _line(axes, motion, clock, values / scale.step, color=BLUE)
+        axes.set_ylabel(f"{label}\n({scale.label})")
+        few_ticks(axes, y=4)
+    for axes, (name, _) in zip(panels[2:], turns, strict=True):
+        _line(axes, motion, clock, motion.coordinate(name) * 1e3, color=BLUE)
+        axes.set_ylabel(f"{name}\n(mrad)")
+        few_ticks(axes, y=3)
+    _finish(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
+    more = "".join(f", its {name} {axis}" for name, axis in turns)
+    caption = f"Travel of the body's centre along the way, its height above that at rest{more}."
+    return Plate(to_svg(figure, caption), caption)
+
+
+def footfalls(motion: Motion, window: Window) -> Plate:
+    """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
+    part = _part(motion, window)
+    count = len(motion.legs)
+    figure, (axes,) = stack([max(0.15 * count, 0.5)], legend_rows=1)
+    clock = scale_of("s", window[1] - window[0])
+    for row in range(count):
+        for state, color, height in ((STUCK, INK, 0.72), (SLIPPING, VERMILION, 0.36)):
+            spans = [(a / clock.step, (b - a) / clock.step) for a, b in _spans(part, row, state)]
+            axes.broken_barh(spans, (row - height / 2.0, height), color=color, lw=0)
+    for color, label in ((INK, "stuck"), (VERMILION, "slipping")):
+        axes.broken_barh([], (0.0, 0.0), color=color, label=label)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
+    axes.set_yticks(range(count), motion.legs)
+    axes.tick_params(axis="y", length=0, labelsize=8.0 if count <= 12 else 6.5)
+    axes.set_ylim(count - 0.4, -0.6)
+    _finish(axes, window, clock)
+    caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
+    return Plate(to_svg(figure, caption), caption)
+
+
+def ground_forces(motion: Motion, window: Window) -> Plate:
+    """Force of the ground on every foot, a row each, all on one scale."""
+    part = _part(motion, window)
+    count = len(motion.legs)
+    height = float(np.clip(4.5 / count, 0.2, 0.62))
+    figure, panels = stack([height] * count, gap_in=0.06, legend_rows=1)
+    clock = scale_of("s", window[1] - window[0])
+    scale = scale_of("N", part.normal, part.friction)
+    low = min(float(part.normal.min()), float(part.friction.min()), 0.0) / scale.step
+    high = max(float(part.normal.max()), float(part.friction.max()), 0.0) / scale.step
+    for row, axes in enumerate(panels):
+        axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
+        _line(axes, part, clock, part.normal[row] / scale.step, color=GREEN, lw=0.9, label="upward")
+        _line(
+            axes,
+            part,
+            clock,
+            part.friction[row] / scale.step,
+            color=PURPLE,
+            lw=0.9,
+            label="friction, forward",
+        )
+        axes.set_ylim(low - 0.05 * (high - low) - 1e-12, high + 0.05 * (high - low) + 1e-12)
+        axes.set_ylabel(
+            motion.legs[row], rotation=0, ha="right", va="center", fontsize=8.0 if count <= 12 else 6.5
+        )
+        axes.set_yticks([0.0, high] if row == 0 and high > 0.0 else [])
+        if row == 0 and high > 0.0:
+            axes.set_yticklabels(["0", f"{high:.2g}"], fontsize=6.5)
+            axes.tick_params(axis="y", pad=1.0)
+        axes.yaxis.set_label_coords(-0.045, 0.5)
+    panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.02), ncols=2, borderaxespad=0.0, borderpad=0.15)
+    _finish(panels[-1], window, clock)
+    caption = (
+        f"Force of the ground on every foot, all on one scale ({scale.label}): upward, below zero while adhesion "
+        "holds the foot back, and friction, positive forward."
+    )
+    return Plate(to_svg(figure, caption), caption)
+
+
+def still(motion: Motion, stage: Stage) -> Plate:
+    """Moments of a walk side by side, as the animation draws them: a picture for paper."""
+    frames = _moments(motion)
+    wide, down = 2, -(-len(frames) // 2)
+    left, right, top = _extent(motion, stage, frames)
+    height = WIDTH_IN / wide * (top + 0.1 * stage.length) / (right - left)
+    figure = Figure(figsize=(WIDTH_IN, down * (height + LEGEND_ROW)))
+    grid = figure.subplots(down, wide, squeeze=False)
+    figure.subplots_adjust(
+        left=0.0, right=1.0, bottom=0.0, top=1.0 - LEGEND_ROW / (down * (height + LEGEND_ROW))
+    )
+    figure.subplots_adjust(hspace=0.16, wspace=0.03)
+    clock = scale_of("s", float(motion.time[-1]))
+    for axes, frame in zip(grid.flat, frames, strict=False):
+        _moment(axes, motion, stage, frame)
+        axes.set(xlim=(left, right), ylim=(-0.1 * stage.length, top), aspect="equal")
+        axes.set_title(f"{motion.time[frame] / clock.step:.4g} {clock.label}", loc="left", pad=1.0)
+        axes.set_axis_off()
+    for axes in list(grid.flat)[len(frames) :]:
+        axes.set_axis_off()
+    span = "a drive period" if motion.period is not None else "the run"
+    caption = (
+        f"{len(frames)} moments of {span}. Full feet are stuck, open triangles slip, open circles are in the air. "
+        f"Displacements are drawn {stage.up:g} times larger upward and {stage.along:g} times along the way."
+    )
+    return Plate(to_svg(figure, caption), caption)
+
+
+def _moments(motion: Motion) -> list[int]:
+    """Frames a quarter of the last drive period apart (of the whole motion if none repeats)."""
+    span = float(motion.time[-1] - motion.time[0])
+    span = min(motion.period or span, span)
+    times = motion.time[-1] - span * (1.0 - np.arange(MOMENTS) / MOMENTS)
+    return [int(np.argmin(np.abs(motion.time - time))) for time in times]
+
+
+def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, float, float]:
+    """Left, right and top of all that is drawn [m], with some room."""
+    corners = []
+    for frame in frames:
+        moment = drawn(motion, stage, frame)
+        corners += [moment.hips, moment.feet, moment.near_face, moment.far_face]
+    points = np.concatenate(corners)
+    room = 0.06 * stage.length + ARROW * stage.leg * 0.5
+    return (
+        float(points[:, 0].min()) - room,
+        float(points[:, 0].max()) + room,
+        float(points[:, 1].max()) + 0.02 * stage.length,
+    )
+
+
+def _moment(axes: Axes, motion: Motion, stage: Stage, frame: int) -> None:
+    moment = drawn(motion, stage, frame)
+    axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
+    far = stage.far
+    axes.add_patch(Polygon(moment.far_face, closed=True, fc=FAR_BODY, ec=MUTED, lw=0.5, zorder=1.5))
+    axes.add_patch(Polygon(moment.near_face, closed=True, fc=NEAR_BODY, ec=INK, lw=0.6, zorder=2.5))
+    size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
+    reach = ARROW * stage.leg / stage.force if stage.force > 0.0 else 0.0
+    for leg in range(len(motion.legs)):
+        color, order = (FAR_LEG, 1.0) if far[leg] else (BLUE, 3.0)
+        (x, z), foot = moment.feet[leg], motion.state[leg, frame]
+        axes.plot(*zip(moment.hips[leg], (x, z), strict=True), color=color, lw=0.9, zorder=order)
+        marker, fill, edge = _MARKS[int(foot)]
+        axes.plot([x], [z], marker, ms=size, mfc=fill, mec=edge, mew=0.8, zorder=order + 1.0)
+        if foot != AIR and reach > 0.0:
+            up, along = (
+                float(np.clip(values[leg, frame] * reach, -stage.leg, stage.leg))
+                for values in (motion.normal, motion.friction)
+            )
+            axes.plot([x, x], [z, z + up], color=GREEN, lw=1.2, zorder=order + 0.5)
+            axes.plot([x, x + along], [z, z], color=PURPLE, lw=1.2, zorder=order + 0.5)
+
+
+_MARKS = {AIR: ("o", "white", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "white", VERMILION)}
+"""Marker, filling and edge of a foot in each state."""
+
+
+def _part(motion: Motion, window: Window) -> Motion:
+    """Times within a window, with one more on either side."""
+    first = max(int(np.searchsorted(motion.time, window[0], side="right")) - 1, 0)
+    last = min(int(np.searchsorted(motion.time, window[1], side="left")) + 1, len(motion.time))
+    return motion.taken(slice(first, last)) if last - first >= 2 else motion
+
+
+def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
+    """Stretches of time [s] a foot is in a state, from the first sample in it to the first that is not."""
+    inside = np.concatenate([[False], motion.state[leg] == state, [False]])
+    edges = np.flatnonzero(np.diff(inside))
+    time = np.append(motion.time, motion.time[-1])
+    return [(float(time[a]), float(time[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _line(axes: Axes, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
+    time, thin = decimate(motion.time, values)
+    axes.plot(time / clock.step, thin, **style)  # type: ignore[arg-type]
+
+
+def _finish(axes: Axes, window: Window, clock: Scale) -> None:
+    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
+    axes.set_xlabel(f"time ({clock.label})")

@@ -1,0 +1,163 @@
+"""The animation in a browser without a window; where there is none, nothing is tested."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from tarsus.report.html import amount, page
+from tarsus.report.player import walk_section
+from unit.sample_motion import make_motion
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+
+PROBE = """
+const found = {}, faults = [];
+addEventListener("error", (event) => faults.push(event.message));
+const root = document.querySelector(".walk"), part = (name) => root.querySelector(`.walk-$${name}`);
+const clock = () => part("clock").textContent;
+const ink = (canvas) => {
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  let sum = 0;
+  for (let i = 0; i < data.length; i += 4) sum = (sum * 31 + data[i] + data[i + 1] + data[i + 2] + data[i + 3]) | 0;
+  return sum;
+};
+const turns = [];
+window.requestAnimationFrame = (turn) => turns.push(turn);
+const tick = (ms) => turns.splice(0).forEach((turn) => turn(ms));
+const press = (target, key) =>
+  target.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+const move = (frame) => { part("time").value = frame; part("time").dispatchEvent(new Event("input")); };
+$steps
+found.faults = faults;
+found.requests = performance.getEntriesByType("resource").length;
+document.body.dataset.found = JSON.stringify(found);
+"""
+
+
+@pytest.fixture(scope="module")
+def watch(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, str], dict[str, Any]]:
+    """Open the page of a walk of so many legs, take some steps in it, and return what they found."""
+    folder = tmp_path_factory.mktemp("walk")
+
+    def go(legs: int, steps: str) -> dict[str, Any]:
+        assert BROWSER is not None
+        probe = PROBE.replace("$$", "$").replace("$steps", steps)
+        text = page("walk", walk_section(make_motion(legs))).replace(
+            "</body>", f"<script>{probe}</script></body>"
+        )
+        path = folder / f"walk{legs}.html"
+        path.write_text(text, encoding="utf-8")
+        order = [
+            BROWSER,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--host-resolver-rules=MAP * ~NOTFOUND",
+        ]
+        order += [
+            "--virtual-time-budget=5000",
+            "--dump-dom",
+            f"--user-data-dir={folder / 'profile'}",
+            path.as_uri(),
+        ]
+        done = subprocess.run(order, capture_output=True, text=True, timeout=120)
+        result = re.search(r'data-found="([^"]*)"', done.stdout)
+        assert result, done.stderr[-2000:]
+        return json.loads(html.unescape(result.group(1)))
+
+    return go
+
+
+def test_it_plays_pauses_and_shows_what_the_motion_says(watch: Callable[[int, str], dict[str, Any]]) -> None:
+    found = watch(
+        6,
+        """
+        found.live = root.classList.contains("live") && !part("live").hidden;
+        found.still = getComputedStyle(part("still")).display;
+        found.start = clock();
+        found.frames = Number(part("time").max) + 1;
+        found.speed = Number(part("speed").value);
+        const before = ink(part("stage"));
+        part("play").click();
+        found.label = part("play").getAttribute("aria-label");
+        for (let ms = 300; ms <= 1300; ms += 20) tick(ms);
+        press(part("time"), " ");
+        found.paused = part("play").getAttribute("aria-label");
+        found.played = clock();
+        found.moved = ink(part("stage")) !== before;
+        for (let ms = 1320; ms <= 1600; ms += 20) tick(ms);
+        found.held = clock();
+        move(550);
+        found.at550 = clock();
+        found.spoken = part("time").getAttribute("aria-valuetext");
+        found.says = part("says").textContent;
+        part("next").click();
+        found.next = clock();
+        part("back").click();
+        part("back").click();
+        found.back = clock();
+        """,
+    )
+    motion = make_motion(6).thinned(found["frames"])
+    times = [amount(float(motion.time[i]), "s", 4) for i in range(found["frames"])]
+    assert found["live"] and found["still"] == "none"
+    assert found["start"] == times[0] == "0 s"
+    assert found["speed"] == pytest.approx(0.01), "a drive period of 20 ms in two seconds"
+    assert (found["label"], found["paused"]) == ("Pause", "Play")
+    assert found["played"] == "10 ms", "a second of watching"
+    assert found["moved"] and found["held"] == found["played"]
+    assert (found["back"], found["at550"], found["next"]) == (times[549], times[550], times[551])
+    assert found["spoken"] == found["at550"]
+    surge, heave = (amount(float(motion.body[name][550]), "m", 3) for name in ("surge", "heave"))
+    stuck = " ".join(name for leg, name in enumerate(motion.legs) if motion.state[leg, 550] == 1)
+    assert found["says"] == f"Travel {surge}, height {heave}, {stuck} stuck."
+    assert found["faults"] == [] and found["requests"] == 0
+
+
+def test_choices_change_the_picture_and_a_click_below_moves_the_time(
+    watch: Callable[[int, str], dict[str, Any]],
+) -> None:
+    found = watch(
+        30,
+        """
+        move(321);
+        const pictures = [ink(part("stage"))];
+        const choose = (name, change) => {
+          change(part(name));
+          part(name).dispatchEvent(new Event("change"));
+          pictures.push(ink(part("stage")));
+        };
+        choose("up", (select) => (select.selectedIndex += 1));
+        choose("along", (select) => (select.selectedIndex += 1));
+        choose("forces", (box) => (box.checked = false));
+        choose("follow", (box) => (box.checked = false));
+        found.pictures = pictures;
+        found.factors = [...part("up").options].map((one) => Number(one.value));
+        const before = ink(part("tracks"));
+        const box = part("tracks").getBoundingClientRect();
+        part("tracks").setPointerCapture = () => {};
+        part("tracks").dispatchEvent(new PointerEvent("pointerdown", { clientX: box.right - 1, pointerId: 1 }));
+        found.end = clock();
+        found.cursor = ink(part("tracks")) !== before;
+        part("play").click();
+        for (let ms = 0; ms <= 300; ms += 20) tick(ms);
+        found.again = parseFloat(clock());
+        found.playing = part("play").getAttribute("aria-label");
+        """,
+    )
+    assert len(set(found["pictures"])) == 5
+    assert found["factors"] == sorted(found["factors"]) and found["factors"][0] >= 1
+    assert found["end"] == "200 ms" and found["cursor"]
+    assert found["again"] == pytest.approx(3.0, abs=0.2) and found["playing"] == "Pause", (
+        "from the start again"
+    )
+    assert found["faults"] == [] and found["requests"] == 0
