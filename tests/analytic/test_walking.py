@@ -1,0 +1,300 @@
+"""Closed forms and equivalences of the walking engine."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import tarsus as ts
+from tarsus.laws import Friction
+from tarsus.plan import lower_scene
+from tarsus.scene import Ground
+from tarsus.solve.codes import structured_events
+from tarsus.solve.engine import execute
+from tarsus.solve.simulate import RECORDED
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
+
+BOUNCE, CAPTURE, RELEASE, REST, AT_START, SLIP, STICK = 1, 2, 3, 4, 5, 7, 8
+MASS, MU = 1e-6, 0.3
+
+
+def of_kind(run, *kinds):
+    return run.events[np.isin(run.events["kind"], kinds)]
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+def test_a_sliding_block_stops_where_friction_stops_it():
+    speed = 0.05
+    run = ts.simulate(moving(block(), block_x=speed), duration=0.05)
+    stop = of_kind(run, STICK)
+    assert stop["time"] == pytest.approx([speed / (MU * GRAVITY)], rel=1e-12)
+    assert run.marks["foot_x"][-1, 0] == pytest.approx(speed**2 / (2.0 * MU * GRAVITY), rel=1e-9)
+    assert run.marks["slipped"][-1, 0] == pytest.approx(speed**2 / (2.0 * MU * GRAVITY), rel=1e-9)
+    assert run.ledger.friction == pytest.approx(0.5 * MASS * speed**2, rel=1e-9)
+    assert run.ledger.closure < 1e-12
+
+
+def test_adhesion_brakes_a_sliding_block_as_weight_does():
+    speed, held = 0.05, 2e-5
+    ground = block().ground.model_copy(update={"adhesion": ts.Adhesion(initial=held, rate=0.0)})
+    run = ts.simulate(moving(block(ground=ground), block_x=-speed), duration=0.05)
+    braking = MU * (MASS * GRAVITY + held) / MASS
+    assert run.marks["foot_x"][-1, 0] == pytest.approx(-(speed**2) / (2.0 * braking), rel=1e-9)
+
+
+@pytest.mark.parametrize("above", [0.999, 1.001])
+def test_a_block_on_a_vibrating_plane_slips_when_friction_cannot_carry_it(above):
+    """In the plane's frame the block feels m A w^2 sin(w t)."""
+    frequency = 50.0
+    omega, push = 2.0 * math.pi * frequency, above * MU * MASS * GRAVITY
+    scene = block(signals={"along": ts.Sine(amplitude=push, frequency=frequency)})
+    run = ts.simulate(scene, duration=0.9 / frequency)
+    if above < 1.0:
+        assert not len(of_kind(run, SLIP))
+        assert run.marks["slipped"][-1, 0] == 0.0
+        return
+    begin, end = of_kind(run, SLIP)[0], of_kind(run, STICK)[0]
+    onset = math.asin(1.0 / above) / omega
+    assert begin["time"] == pytest.approx(onset, rel=1e-9)
+
+    def speed(t):
+        swept = push / (MASS * omega) * (math.cos(omega * onset) - math.cos(omega * t))
+        return swept - MU * GRAVITY * (t - onset)
+
+    assert end["time"] == pytest.approx(brentq(speed, onset * 1.01, 0.5 / frequency, xtol=1e-15), rel=1e-7)
+
+
+@pytest.mark.parametrize("drive", [0.6, 0.95])
+def test_a_block_on_a_plane_that_shakes_up_and_along_follows_its_equation(drive):
+    """Friction follows the changing load: dv/dt = (F_x - mu N(t))/m while it slides, N = m g - F_z(t)."""
+    omega = 2.0 * math.pi * 80.0
+    weight = MASS * GRAVITY
+    signals = {
+        "along": ts.Sine(amplitude=2.0 * MU * weight, frequency=80.0),
+        "upward": ts.Sine(amplitude=drive * weight, frequency=80.0),
+    }
+    run = ts.simulate(block(signals=signals), duration=0.02)
+    begin, end = of_kind(run, SLIP)[0]["time"], of_kind(run, STICK, SLIP)[1]["time"]
+
+    def excess(t):
+        return 2.0 * math.sin(omega * t) - (1.0 - drive * math.sin(omega * t))
+
+    assert begin == pytest.approx(brentq(excess, 0.0, 0.25 / 80.0, xtol=1e-15), rel=1e-9)
+
+    def speed(t):
+        swept = (2.0 + drive) / omega * (math.cos(omega * begin) - math.cos(omega * t))
+        return MU * GRAVITY * (swept - (t - begin))
+
+    assert end == pytest.approx(brentq(speed, 1.5 * begin, 1.2 / 80.0, xtol=1e-15), rel=1e-8)
+
+
+def test_a_blow_brakes_the_way_along_by_mu_times_its_own():
+    """Coulomb's law between impulses: m (1 + e) v normal, mu times that along."""
+    scene = moving(block(), block=0.1, block_x=0.5)
+    run = ts.simulate(scene, duration=0.03)
+    fall = 0.1
+    first = of_kind(run, BOUNCE)[0]
+    assert first["speed_before"] == pytest.approx(fall, rel=1e-12)
+    after = run.at(np.array([np.nextafter(first["time"], 1.0)])).state.v
+    along = run.walker.row("block_x") @ after[:, 0]
+    assert along == pytest.approx(0.5 - MU * 1.5 * fall, rel=1e-12)
+    assert run.ledger.closure < 1e-12
+
+
+def test_ball_on_a_vibrating_table():
+    """Oracle 4 by the walking engine: period one doubles at 1.5268237005."""
+    for factor, flights in ((0.998, [1.0, 1.0]), (1.002, [0.97375, 1.02625])):
+        gamma = 1.5268237005 * factor
+        phase = math.acos(math.pi / 3.0 / gamma)
+        speed = GRAVITY * (0.5 - gamma * math.cos(phase) / (2.0 * math.pi))
+        signals = {"upward": ts.Sine(amplitude=gamma * MASS * GRAVITY, frequency=1.0, phase=phase)}
+        scene = moving(block(friction=None, signals=signals), block=1.0001 * speed)
+        run = ts.simulate(scene, duration=4000.0)
+        found = np.sort(np.diff(of_kind(run, BOUNCE)["time"])[-20:])[::10]
+        np.testing.assert_allclose(found, flights, atol=1e-5)
+
+
+GROUNDS = {
+    "bare": Ground(gravity=ts.Gravity(), restitution=ts.Restitution(coefficient=0.5)),
+    "sticky": sticky(friction=None),
+    "film": sticky(friction=None, adhesion=None, film=ts.Film(coefficient=1e-23, thickness=1e-6)),
+    "all": sticky(
+        friction=None,
+        film=ts.Film(coefficient=1e-23, thickness=1e-6),
+        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
+    ),
+}
+
+
+@pytest.mark.parametrize("damping", [2e-6, 1e-3])
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_without_friction_the_engine_of_contact_modes_agrees(ground, damping):
+    """Two engines that share no solver: every event of bodies that roll and pitch on three scattered legs.
+
+    Where the legs are overdamped the modes of general damping are nearly parallel and lose digits: moving the body's
+    mass by 1e-12 moves that engine's events by 2e-10 s, and those of the walking engine by 4e-15 s.
+    """
+    time, speed = (1e-12, 1e-9) if damping < 1e-5 else (1e-9, 1e-7)
+    scene = trotter(ground=GROUNDS[ground], damping=damping)
+    run = ts.simulate(scene)
+    other = structured_events(execute(lower_scene(scene), scene.duration, accuracy=RECORDED).events)
+    assert run.ok
+    assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()
+    np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=time)
+    np.testing.assert_allclose(run.events["speed_before"], other["speed_before"], rtol=0.0, atol=speed)
+    np.testing.assert_allclose(run.events["pull"], other["pull"], rtol=1e-6, atol=1e-12)
+    assert run.ledger.closure < 1e-10
+
+
+@pytest.mark.parametrize("legs", [2, 3, 6])
+@pytest.mark.parametrize("damping", [2e-6, 1e-3])
+@pytest.mark.parametrize("friction", [0.05, 0.5])
+def test_the_ledger_with_friction_closes(legs, damping, friction):
+    ground = sticky(
+        friction=Friction(coefficient=friction),
+        film=ts.Film(coefficient=1e-23, thickness=1e-6),
+        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
+    )
+    run = ts.simulate(trotter(legs=legs, damping=damping, ground=ground, seed=legs))
+    assert run.ok
+    assert run.ledger.friction > 0.0
+    assert run.ledger.damping > 0.0
+    assert run.ledger.impacts > 0.0
+    assert run.ledger.closure < 1e-8
+
+
+def test_no_foot_goes_below_the_ground_and_no_stuck_foot_drifts():
+    run = ts.simulate(trotter(legs=6, ground=sticky(friction=Friction(coefficient=0.2))), duration=0.04)
+    series = run.at(np.linspace(0.0, 0.04, 20001))
+    gap, held = series.state.gap, series.state.held
+    assert gap.min() > -1e-12
+    assert held.any() and not held.all()
+    assert np.all(gap[held] == 0.0)
+    stuck = held & ~series.slipping
+    both = stuck[:, 1:] & stuck[:, :-1]
+    for foot in range(6):
+        events = run.events[run.events["foot"] == foot]["time"]
+        apart = np.searchsorted(events, series.time[1:]) != np.searchsorted(events, series.time[:-1])
+        still = both[foot] & ~apart
+        assert still.any()
+        assert np.all(np.diff(series.foot_x[foot])[still] == 0.0)
+    assert series.slipping.any()
+    bound = 0.2 * np.maximum(series.contact + series.strength, 0.0)
+    assert np.all(np.abs(series.friction[held]) <= bound[held] * (1.0 + 1e-9) + 1e-15)
+
+
+def alike(legs: int, ground: Ground, turning: bool = False):
+    """A body on legs at one place that all do the same."""
+    scene = trotter(legs=1, ground=ground, turning=turning)
+    robot = scene.robot
+    leg, drive, foot = robot.structure.legs["leg0"], robot.drives["leg0"], robot.feet["leg0"]
+    names = [f"leg{i}" for i in range(legs)]
+    weights = {"leg0_hip": float(legs), "leg0_hip_x": 0.7 * legs}
+    for name in names:
+        weights |= {name: -1.0, f"{name}_x": -0.7}
+    pushed = drive.model_copy(update={"load": drive.load.model_copy(update={"weights": weights})})
+    structure = robot.structure.model_copy(update={"legs": dict.fromkeys(names, leg)})
+    body = structure.body.model_copy(update={"mass": 3e-7})
+    return scene.model_copy(
+        update={
+            "robot": robot.model_copy(
+                update={
+                    "structure": structure.model_copy(update={"body": body}),
+                    "drives": {"leg0": pushed},
+                    "feet": {name: foot.model_copy(update={"point": name}) for name in names},
+                }
+            )
+        }
+    )  # fmt: skip
+
+
+def test_legs_in_phase_are_one_leg_of_as_many_fold_parameters():
+    count = 5
+    ground = sticky(
+        film=ts.Film(coefficient=1e-23, thickness=1e-6),
+        electrostatic=ts.Electrostatic(coefficient=1e-19, offset=1e-6),
+    )
+    many = ts.simulate(alike(count, ground), duration=0.05)
+    fold = {
+        "ground.adhesion.initial": count * 2e-7,
+        "ground.adhesion.rate": count * 1e-5,
+        "ground.film.coefficient": count * 1e-23,
+        "ground.electrostatic.coefficient": count * 1e-19,
+        "robot.drives.leg0.law.gain": count * 2e-6,
+    }
+    one_scene = alike(1, ground)
+    for name in ("mass", "stiffness_v", "damping_v", "stiffness_l", "damping_l"):
+        path = f"robot.structure.legs.leg0.{name}"
+        fold[path] = count * ts.get_value(one_scene, path)
+    one = ts.simulate(ts.with_values(one_scene, fold), duration=0.05)
+    first = many.events[many.events["foot"] == 0]
+    assert len(one.events) > 20
+    assert len(many.events) == count * len(one.events)
+    assert first["kind"].tolist() == one.events["kind"].tolist()
+    np.testing.assert_allclose(first["time"], one.events["time"], rtol=1e-9)
+    way = one.marks["body"][:, 0]
+    np.testing.assert_allclose(many.marks["body"][:, 0], way, rtol=1e-9, atol=1e-9 * np.abs(way).max())
+
+
+def test_mirrored_robots_walk_mirrored_paths():
+    scene = trotter(legs=5, ground=sticky())
+    walker = scene.robot.structure
+    legs = {name: leg.model_copy(update={"y": -leg.y}) for name, leg in walker.legs.items()}
+    structure = walker.model_copy(update={"legs": legs})
+    mirror = scene.model_copy(update={"robot": scene.robot.model_copy(update={"structure": structure})})
+    left, right = (ts.simulate(one, duration=0.04) for one in (scene, mirror))
+    assert np.abs(left.marks["body"][:, 2]).max() > 1e-6, "it rolls"
+    np.testing.assert_allclose(
+        left.marks["body"][:, [0, 1, 3]], right.marks["body"][:, [0, 1, 3]], rtol=1e-9, atol=1e-15
+    )
+    np.testing.assert_allclose(left.marks["body"][:, 2], -right.marks["body"][:, 2], rtol=1e-9, atol=1e-12)
+    assert left.events[["kind", "foot"]].tolist() == right.events[["kind", "foot"]].tolist()
+
+
+def test_a_robot_turned_round_walks_backwards():
+    """Front and rear exchanged, volts pulling the other way: the same walk in the other direction."""
+    scene = trotter(legs=4, ground=sticky())
+    walker = scene.robot.structure
+    legs = {name: leg.model_copy(update={"x": -leg.x}) for name, leg in walker.legs.items()}
+    drives = {}
+    for name, drive in scene.robot.drives.items():
+        weights = {p: -w if p.endswith("_x") else w for p, w in drive.load.weights.items()}
+        drives[name] = drive.model_copy(update={"load": drive.load.model_copy(update={"weights": weights})})
+    structure = walker.model_copy(update={"legs": legs})
+    robot = scene.robot.model_copy(update={"structure": structure, "drives": drives})
+    there, back = (
+        ts.simulate(one, duration=0.04) for one in (scene, scene.model_copy(update={"robot": robot}))
+    )
+    assert abs(there.marks["body"][-1, 0]) > 1e-7
+    np.testing.assert_allclose(there.marks["body"][:, 0], -back.marks["body"][:, 0], rtol=1e-9, atol=1e-15)
+
+
+def test_simultaneous_touchdowns_do_not_know_of_each_other():
+    """Feet that land at one moment land as each would beside it, whatever their order of naming."""
+    ground = sticky(adhesion=None)
+    run = ts.simulate(alike(4, ground), duration=0.02)
+    blows = of_kind(run, BOUNCE, CAPTURE, REST)
+    times, counts = np.unique(blows["time"], return_counts=True)
+    assert len(times) > 3
+    assert np.all(counts == 4)
+    for t in times:
+        assert len(set(blows["speed_before"][blows["time"] == t])) == 1
+
+
+def test_one_foot_lets_go_while_others_hold():
+    """Only the driven foot is pulled off; the rest of them stay where they stick."""
+    scene = trotter(legs=3, ground=sticky(adhesion=ts.Adhesion(initial=2e-6, rate=0.0)), turning=False)
+    feet = {name: foot.model_copy(update={"gap": 0.0}) for name, foot in scene.robot.feet.items()}
+    signals = {"leg1": ts.Sine(amplitude=14.0, frequency=100.0, phase=math.pi)}
+    robot = scene.robot.model_copy(update={"feet": feet})
+    lifted = scene.model_copy(update={"signals": signals, "robot": robot})
+    run = ts.simulate(lifted, duration=5e-3)
+    gone = of_kind(run, RELEASE)
+    assert gone["foot"][0] == 1
+    assert gone["pull"][0] == pytest.approx(2e-6, rel=1e-9)
+    held = run.at(np.array([gone["time"][0] * (1.0 + 1e-6)])).state.held[:, 0]
+    assert held.tolist() == [True, False, True]
