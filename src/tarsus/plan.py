@@ -134,7 +134,9 @@ def lower_scene(scene: Scene) -> Plan:
     if scene.ground.makes_energy:
         laws.flags[:] |= hooks.MAP_AS_IS
     acts = (laws.flags & hooks.HAS_FORCE) != 0
-    wired = [f.electrode if f.electrode is not None else (names[0] if names else None) for f in feet]
+    # where no foot has an electrode, users' laws see the volts of the first drive
+    rest = names[0] if names and not any(f.electrode for f in feet) else None
+    wired = [f.electrode if f.electrode is not None else rest for f in feet]
     used = sorted({names.index(w) for w, a in zip(wired, acts, strict=True) if a and w is not None})
     for i, w in enumerate(wired):
         if acts[i] and w is not None:

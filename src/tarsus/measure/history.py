@@ -40,19 +40,33 @@ class FootHistory:
         """Times [s] of the bounces: rebounds from contact whose apex clears ``resolution`` [m]."""
         return self.flight_start[self.rebound & (self.apex > resolution)]
 
+    def contacts(self, resolution: float) -> tuple[Floats, Floats]:
+        """Start and end [s] of every stay on the ground, held or in chatter below ``resolution`` [m]; stays that
+        touch are one."""
+        start, end = self._spans(resolution)
+        if start.size == 0:
+            return start, end
+        begins = np.append(True, start[1:] > np.maximum.accumulate(end)[:-1])
+        return start[begins], np.maximum.reduceat(end, np.flatnonzero(begins))
+
     def contact_until(self, times: Floats, resolution: float) -> Floats:
         """Total time in contact [s] from 0 to each of ``times``: held, or in chatter below ``resolution`` [m]."""
-        chatter = self.rebound & (self.apex <= resolution)
-        start = np.concatenate([self.hold_start, self.flight_start[chatter]])
-        end = np.concatenate([self.hold_end, self.flight_end[chatter]])
+        start, end = self._spans(resolution)
         if start.size == 0:
             return np.zeros(len(times))
-        order = np.argsort(start, kind="stable")
-        start, end = start[order], np.maximum(end[order], start[order])
         knots = np.column_stack([start, end]).ravel()
         total = np.cumsum(end - start)
         values = np.column_stack([np.concatenate([[0.0], total[:-1]]), total]).ravel()
         return np.interp(times, knots, values)
+
+    def _spans(self, resolution: float) -> tuple[Floats, Floats]:
+        """Start and end [s] of holds and of flights below ``resolution`` [m], in time order."""
+        chatter = self.rebound & (self.apex <= resolution)
+        start = np.concatenate([self.hold_start, self.flight_start[chatter]])
+        end = np.concatenate([self.hold_end, self.flight_end[chatter]])
+        order = np.argsort(start, kind="stable")
+        start = start[order]
+        return start, np.maximum(end[order], start)
 
 
 def foot_history(events: np.ndarray, foot: int, duration: float) -> FootHistory:

@@ -71,6 +71,13 @@ def scene_period(scene: Any, duration: float) -> float:
     return max((p for p in periods if p <= duration), default=duration)
 
 
+def periods_used(duration: float, period: float, skip: int | None) -> tuple[int, int]:
+    """Number of the first drive period of the statistics, and of whole periods in all (at least one); see
+    `period_statistics`."""
+    count = max(int(np.floor(duration / period * (1.0 + 1e-9))), 1)
+    return ((count + 2) // 3 if skip is None and count > 1 else min(skip or 0, count - 1)), count
+
+
 def period_statistics(
     run: Judged, period: float | None = None, skip: int | None = None, resolution: float = RESOLUTION
 ) -> Measures:
@@ -86,8 +93,7 @@ def period_statistics(
         Height [m] a rebound must clear to count as a bounce.
     """
     span = run.period if period is None else period
-    count = max(int(np.floor(run.duration / span * (1.0 + 1e-9))), 1)
-    dropped = (count + 2) // 3 if skip is None and count > 1 else min(skip or 0, count - 1)
+    dropped, count = periods_used(run.duration, span, skip)
     edges = np.arange(dropped, count + 1) * span
     if count == 1:
         edges = np.array([0.0, run.duration])

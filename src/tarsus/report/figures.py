@@ -20,6 +20,7 @@ from tarsus.report.style import (
     ORANGE,
     PURPLE,
     RULE,
+    SKY,
     VERMILION,
     Scale,
     decimate,
@@ -208,6 +209,7 @@ LEDGER_CURVES = (
     ("film_loss", "film", GREEN, "-"),
     ("impact_loss", "impacts", PURPLE, "-"),
     ("adhesion_loss", "adhesion", ORANGE, "-"),
+    ("friction_loss", "friction", SKY, "-"),
     ("electrostatic_work", "electrostatic work", MUTED, (0, (4, 1.5))),
 )
 

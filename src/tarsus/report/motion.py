@@ -127,22 +127,20 @@ def whole_motion(run: RunLike) -> Motion:
     return _motion(run.scene, run.foot_names, run.variables(), drive_period(run.scene))
 
 
-def motion_of(run: RunLike, most: int = MOST_FRAMES) -> Motion:
+def motion_of(run: RunLike, most: int = MOST_FRAMES, whole: Motion | None = None) -> Motion:
     """The motion of a walker's run, or of its last drive periods where it has too many for `most` frames.
 
-    `run.scene.robot.structure` is a `Walker`. A leg without a foot swings at the height its springs give it, over
-    ground as far below as under the other feet at rest. A run that can tell its state at any time is asked for more
-    of them where its series are too coarse.
+    `run.scene.robot.structure` is a `Walker`; `whole` its `whole_motion`, if at hand. A leg without a foot swings at
+    the height its springs give it, over ground as far below as under the other feet at rest. A run that can tell its
+    state at any time is asked for more of them where its series are too coarse.
     """
-    variables = run.variables()
-    time = np.asarray(variables["time"].values, dtype=float)
-    period = drive_period(run.scene)
-    first, last = _stretch(time, period, most)
-    inside = (time >= first * (1.0 - 1e-12)) & (time <= last * (1.0 + 1e-12))
-    again = cast("Callable[[np.ndarray], Variables] | None", run.variables if hasattr(run, "at") else None)
-    if again is None or int(inside.sum()) >= min(most, len(time)):
-        return _motion(run.scene, run.foot_names, variables, period).taken(inside).thinned(most)
-    return _motion(run.scene, run.foot_names, again(np.linspace(first, last, most)), period)
+    whole = whole_motion(run) if whole is None else whole
+    first, last = _stretch(whole.time, whole.period, most)
+    inside = (whole.time >= first * (1.0 - 1e-12)) & (whole.time <= last * (1.0 + 1e-12))
+    if not hasattr(run, "at") or int(inside.sum()) >= min(most, len(whole.time)):
+        return whole.taken(inside).thinned(most)
+    again = cast("Callable[[np.ndarray], Variables]", run.variables)
+    return _motion(run.scene, run.foot_names, again(np.linspace(first, last, most)), whole.period)
 
 
 def _stretch(time: np.ndarray, period: float | None, most: int) -> tuple[float, float]:

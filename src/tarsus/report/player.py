@@ -28,8 +28,10 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(motion: Motion) -> str:
+def walk_section(motion: Motion, index: int | None = None) -> str:
     """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
+
+    `index` numbers it among a page's figures.
 
     It holds at most 2000 frames, fewer where there are many legs, so that it stays below 400 kB. Where no script
     runs, and in print, it is a still of four moments.
@@ -43,6 +45,7 @@ def walk_section(motion: Motion) -> str:
         style=_part("player.css"),
         still=picture.svg,
         moments=escape(picture.caption),
+        number="" if index is None else f"<b>Figure {index}.</b> ",
         caption=escape(_caption(thin, stage)),
         data=_script_text(payload(thin, stage, drives)),
         draw=_part("player_draw.js"),

@@ -31,11 +31,16 @@ from tarsus.report.html import (
 from tarsus.report.series import Series, joined, series_of
 from tarsus.report.style import figure_style, scale_of
 from tarsus.report.values import value_rows
+from tarsus.report.walk_page import walk_sections
 from tarsus.spec import float_paths
+from tarsus.structure import Walker
 from tarsus.study.impacts import creation_warning
 
 MOST_EVENTS = 500
 """Rows of the event table in the page; all events are in `events.csv`."""
+
+MOST_FEET_LISTED = 8
+"""Feet of which each measure is listed; of more, the least and the largest."""
 
 ROUNDING = 1e-9
 """A spread smaller than this part of its value says nothing: runs are computed to about as much."""
@@ -43,8 +48,12 @@ ROUNDING = 1e-9
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail."""
 
+SLIDING = (7, 8)
+"""Kinds of events along the ground: slip begins, stick begins."""
+
 _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
-EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: ("pull", "strength"), 4: _LANDING, 5: ("pull", "strength")}
+_HOLDING = ("pull", "strength")
+EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: _HOLDING, 4: _LANDING, 5: _HOLDING, 7: _HOLDING, 8: _HOLDING}
 """What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
 
 LEDGER_LINES = (
@@ -96,23 +105,10 @@ def _sections(
     detail = series.last_periods(CLOSE_UP)
     yield _head(run, series)
 
-    yield "<h2>Motion</h2>\n"
-    yield figure(figures.motion(series, series.whole), next(numbers))
-    if detail != series.whole:
-        plate = figures.motion(series, detail)
-        close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
-        yield figure(close, next(numbers))
-    turns = circular(series)
-    if turns is not None:
-        yield figure(turns, next(numbers))
-
-    yield "<h2>Measures</h2>\n"
-    yield _measures(run)
-
-    if series.feet:
-        yield "<h2>Forces</h2>\n"
-    for foot in range(min(len(series.feet), figures.MOST_FEET)):
-        yield figure(figures.forces(series, detail, foot), next(numbers))
+    if isinstance(run.scene.robot.structure, Walker):
+        yield from walk_sections(run, numbers, detail, _measures(run))
+    else:
+        yield from _motion_sections(run, series, numbers)
 
     yield "<h2>Energy</h2>\n"
     yield figure(figures.energies(series, other, detail), next(numbers))
@@ -131,6 +127,28 @@ def _sections(
     yield "<h2>Values of this run</h2>\n"
     yield _values(run)
     yield _foot(run)
+
+
+def _motion_sections(run: RunLike, series: Series, numbers: Iterator[int]) -> Iterator[str]:
+    """Motion of the points, measures, and forces on the first feet."""
+    detail = series.last_periods(CLOSE_UP)
+    yield "<h2>Motion</h2>\n"
+    yield figure(figures.motion(series, series.whole), next(numbers))
+    if detail != series.whole:
+        plate = figures.motion(series, detail)
+        close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
+        yield figure(close, next(numbers))
+    turns = circular(series)
+    if turns is not None:
+        yield figure(turns, next(numbers))
+
+    yield "<h2>Measures</h2>\n"
+    yield _measures(run)
+
+    if series.feet:
+        yield "<h2>Forces</h2>\n"
+    for foot in range(min(len(series.feet), figures.MOST_FEET)):
+        yield figure(figures.forces(series, detail, foot), next(numbers))
 
 
 def _head(run: RunLike, series: Series) -> str:
@@ -184,11 +202,27 @@ def _measures(run: RunLike) -> str:
     rows: list[list[Cell]] = []
     for name, m in run.measures.items():
         rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), m.definition])
-        if len(m.per_foot) > 1:
-            for foot, value in m.per_foot.items():
-                rows.append([f"   foot {foot}", amount(value, m.unit), "", "", ""])
+        rows += [[name, amount(value, m.unit), "", "", ""] for name, value in _feet(m.per_foot)]
     note = "<p>Spread is the standard deviation over the n values the measure was taken from.</p>\n"
     return table(columns, rows) + note
+
+
+def _feet(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    """What to say of every foot: its value, or of many feet the least and the largest."""
+    if len(values) < 2:
+        return []
+    if len(values) <= MOST_FEET_LISTED:
+        return [(f"   foot {foot}", value) for foot, value in values.items()]
+    known = {foot: value for foot, value in values.items() if math.isfinite(value)}
+    if not known or min(known.values()) == max(known.values()):
+        return []
+    return [
+        (f"   {word}: foot {foot}", known[foot])
+        for word, foot in (
+            ("least", min(known, key=known.__getitem__)),
+            ("largest", max(known, key=known.__getitem__)),
+        )
+    ]
 
 
 def _ledger(run: RunLike) -> str:
@@ -269,6 +303,8 @@ def _events(run: RunLike) -> str:
         "on the foot away from it, strength what adhesion could hold at that moment, apex the highest point "
         "of the flight before."
     )
+    if np.isin(SLIDING, kinds).any():
+        note += " Where slip or stick begins, pull is the force along the ground and strength the most friction can bear."
     return f"<p>{escape(joined(tally))}.{escape(more)} {note}</p>\n" + table(columns, rows, tall=True)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,7 +12,7 @@ from matplotlib.patches import Polygon
 from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.series import Window
-from tarsus.report.stage import Stage, drawn
+from tarsus.report.stage import Stage, drawn, round_above
 from tarsus.report.style import (
     BLUE,
     GREEN,
@@ -72,9 +74,8 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     for color, label in ((INK, "stuck"), (VERMILION, "slipping")):
         axes.broken_barh([], (0.0, 0.0), color=color, label=label)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
-    axes.set_yticks(range(count), motion.legs)
-    axes.tick_params(axis="y", length=0, labelsize=8.0 if count <= 12 else 6.5)
-    axes.set_ylim(count - 0.4, -0.6)
+    _name_rows(axes, range(count), motion.legs)
+    axes.set_ylim(count - 0.4, -0.8)
     _finish(axes, window, clock)
     caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
     return Plate(to_svg(figure, caption), caption)
@@ -84,40 +85,33 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    height = float(np.clip(4.5 / count, 0.2, 0.62))
-    figure, panels = stack([height] * count, gap_in=0.06, legend_rows=1)
+    figure, (axes,) = stack([max(min(0.6 * count, 0.6 + 0.15 * count), 0.6)], legend_rows=1)
     clock = scale_of("s", window[1] - window[0])
-    scale = scale_of("N", part.normal, part.friction)
-    low = min(float(part.normal.min()), float(part.friction.min()), 0.0) / scale.step
-    high = max(float(part.normal.max()), float(part.friction.max()), 0.0) / scale.step
-    for row, axes in enumerate(panels):
-        axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
-        _line(axes, part, clock, part.normal[row] / scale.step, color=GREEN, lw=0.9, label="upward")
-        _line(
-            axes,
-            part,
-            clock,
-            part.friction[row] / scale.step,
-            color=PURPLE,
-            lw=0.9,
-            label="friction, forward",
-        )
-        axes.set_ylim(low - 0.05 * (high - low) - 1e-12, high + 0.05 * (high - low) + 1e-12)
-        axes.set_ylabel(
-            motion.legs[row], rotation=0, ha="right", va="center", fontsize=8.0 if count <= 12 else 6.5
-        )
-        axes.set_yticks([0.0, high] if row == 0 and high > 0.0 else [])
-        if row == 0 and high > 0.0:
-            axes.set_yticklabels(["0", f"{high:.2g}"], fontsize=6.5)
-            axes.tick_params(axis="y", pad=1.0)
-        axes.yaxis.set_label_coords(-0.045, 0.5)
-    panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.02), ncols=2, borderaxespad=0.0, borderpad=0.15)
-    _finish(panels[-1], window, clock)
+    forces = np.stack([part.normal, part.friction])
+    scale = scale_of("N", forces)
+    low, high = min(float(forces.min()), 0.0), max(float(forces.max()), 0.0)
+    step = round_above(max(high - low, 1e-15))
+    for row in range(count):
+        axes.axhline(-row, color=RULE, lw=0.6, zorder=0)
+        for values, color, label in zip(
+            forces, (GREEN, PURPLE), ("upward", "friction, forward"), strict=True
+        ):
+            name = label if row == 0 else "_"
+            _line(axes, part, clock, values[row] / step - row, color=color, lw=0.9, label=name)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
+    _name_rows(axes, -np.arange(count), motion.legs)
+    axes.set_ylim(low / step - count + 0.9, high / step + 0.1)
+    _finish(axes, window, clock)
     caption = (
-        f"Force of the ground on every foot, all on one scale ({scale.label}): upward, below zero while adhesion "
-        "holds the foot back, and friction, positive forward."
+        f"Force of the ground on every foot; from one line to the next is {step / scale.step:g} {scale.label}. Upward, "
+        "below its line while adhesion holds the foot back, and friction, positive forward."
     )
     return Plate(to_svg(figure, caption), caption)
+
+
+def _name_rows(axes: Axes, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
+    axes.set_yticks(places, legs)
+    axes.tick_params(axis="y", length=0, labelsize=8.0 if len(legs) <= 12 else 6.5)
 
 
 def still(motion: Motion, stage: Stage) -> Plate:

@@ -77,6 +77,8 @@ def to_walk_variables(run: WalkRun, series: WalkSeries) -> dict[str, Variable]:
     add("foot_x", ("foot", "time"), series.foot_x, "m", "displacement of a foot along the way")
     add("slipping", ("foot", "time"), series.slipping, "1", "foot in contact that slides")
     add("friction_force", ("foot", "time"), series.friction, "N", "friction on a foot, positive forward")
+    lost = series.cumulative["friction"]
+    add("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start")
     variables["coordinate"] = Variable(("coordinate",), np.array(names, dtype=object), {})
     return variables
 
@@ -86,7 +88,6 @@ _CUMULATIVE = {
     "damping_loss": ("damping", "energy lost to structural damping"),
     "film_loss": ("film", "energy lost to the squeeze film"),
     "electrostatic_work": ("electrostatic", "work of electrostatic forces on the structure"),
-    "friction_loss": ("friction", "energy lost to friction along the ground"),
     "law_work": ("laws", "work of user laws on the structure"),
     "impact_loss": ("impacts", "energy lost in impacts"),
     "adhesion_loss": ("adhesion", "kinetic energy taken by adhesive capture"),

@@ -99,7 +99,7 @@ def walk(
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
     output = a.Output(
         np.zeros((65536 + 3 * m, events_of.EVENT_WIDTH)), np.zeros((4096, 3 + nb + 2 * m)), when,
-        np.full((len(when), 2 * nb + 4 * nl + 3 * m + a.ENERGIES), np.nan),
+        np.full((len(when), 2 * nb + 4 * nl + 2 * m + a.ENERGIES), np.nan),
     )  # fmt: skip
     events: list[np.ndarray] = []
     marks: list[np.ndarray] = []
@@ -121,7 +121,8 @@ def walk(
 
 def tables_of(plan: WalkPlan, duration: float) -> a.Tables:
     """Step tables of a plan's legs for runs of one duration."""
-    return step_tables(*plan.blocks.T, step_lengths(duration))
+    mass, stiffness, damping = plan.blocks.T
+    return step_tables(mass, stiffness, damping, step_lengths(duration))
 
 
 def _new_state(

@@ -28,7 +28,7 @@ __all__ = ["WalkRun", "run_walker", "structured_marks"]
 
 def structured_marks(rows: np.ndarray, body: int, feet: int) -> np.ndarray:
     """Rows of marks (nm, 3 + nb + 2 m) as a structured array: time [s]; body (nb,) coordinates [m, rad]; foot_x and
-    slipped (m,) place along the way and path slid in contact so far [m]; lowest, highest: heave since the last mark [m].
+    slipped (m,) place along the way and path slid in contact so far [m]; lowest, highest: heave since the last mark.
     """
     kind = np.dtype(
         [("time", "f8"), ("body", "f8", (body,)), ("foot_x", "f8", (feet,)), ("slipped", "f8", (feet,)),

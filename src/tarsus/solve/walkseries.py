@@ -48,8 +48,8 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     feet = rows[2 * nb : 2 * nb + 4 * nl].reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
     x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
     v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
-    contact, since, sense = rows[2 * nb + 4 * nl : 2 * nb + 4 * nl + 3 * m].reshape(3, m, nt)
-    energy = rows[2 * nb + 4 * nl + 3 * m :]
+    contact, sense = rows[2 * nb + 4 * nl : 2 * nb + 4 * nl + 2 * m].reshape(2, m, nt)
+    energy = rows[2 * nb + 4 * nl + 2 * m :]
     held = np.isin(contact, (STUCK, SLIPPING))
     gap = body.gap[body.leg, None] + feet[body.leg, 0, 0]
     rate = feet[body.leg, 0, 1]

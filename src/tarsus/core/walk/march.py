@@ -152,10 +152,9 @@ def write_samples(body, tables, laws, state, work, output, before, nb, t, h, fra
                 row += 2
         for f in range(m):
             output.samples[n, row] = state.contact[f]
-            output.samples[n, row + m] = state.since[f]
-            output.samples[n, row + 2 * m] = state.sense[f]
+            output.samples[n, row + m] = state.sense[f]
             row += 1
-        row += 2 * m
+        row += m
         share = s / fraction if fraction > 0.0 else 1.0
         for e in range(a.ENERGIES):
             output.samples[n, row + e] = before[e] + (state.energy[e] - before[e]) * share

@@ -12,7 +12,6 @@ import numpy as np
 
 from tarsus.core.jit import inner, rare
 from tarsus.core.nodes import MONOMIAL, TAU, N
-from tarsus.core.walk import arrays as a
 from tarsus.core.walk.states import AIR, STUCK
 
 TERMS = 40
