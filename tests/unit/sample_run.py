@@ -50,6 +50,7 @@ class Ledger:
     elastic: float
     damping: float
     film: float
+    friction: float
     electrostatic: float
     impacts: float
     adhesion: float
@@ -179,6 +180,7 @@ def make_run(
         elastic=end["elastic_energy"],
         damping=end["damping_loss"],
         film=end["film_loss"],
+        friction=0.0,
         electrostatic=0.0,
         impacts=end["impact_loss"],
         adhesion=end["adhesion_loss"],

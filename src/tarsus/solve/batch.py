@@ -86,7 +86,8 @@ class Batch:
             assert isinstance(walker, Walker)
             marks = structured_marks(raw.marks_of(k), walker.body_size, len(feet))
         return BatchRun(
-            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene, marks
+            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene,
+            marks,
         )  # fmt: skip
 
     def _code(self, raw: RawRuns | RawWalks, k: int) -> ResultCode:
