@@ -1,0 +1,87 @@
+"""Drive signals that could be recorded next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+
+from pydantic import Field
+
+from tarsus.drive.waveforms import RampedSquare, Waveform
+from tarsus.errors import InputError
+from tarsus.explain import nearest
+from tarsus.scene import Scene
+from tarsus.spec import Description, quantity, with_values
+from tarsus.units import format_quantity
+
+__all__ = ["Candidate", "candidate_grid"]
+
+
+class Candidate(Description):
+    """A drive signal that could be recorded.
+
+    Raises
+    ------
+    InputError
+        As any description; also if the record is shorter than two periods of the signal.
+    """
+
+    name: str = Field(min_length=1, description="what it is called in tables")
+    signal: Waveform
+    drive: str | None = Field(
+        default=None, description="drive that it is for; absent: every drive with a signal"
+    )
+    gap: float | None = quantity(
+        "m", "clearance of every foot at rest; the scene's own when absent", default=None, ge=0
+    )
+    record: float = quantity("s", "length of one record", gt=0)
+
+    def on(self, scene: Scene) -> Scene:
+        """The scene with this signal and gap.
+
+        Raises
+        ------
+        InputError
+            If the scene has no such drive, or no signal to replace.
+        """
+        drives = [self.drive] if self.drive is not None else list(scene.signals) or list(scene.robot.drives)
+        if not drives:
+            raise InputError(f"candidate '{self.name}': the scene has no drive for a signal")
+        wrong = [d for d in drives if d not in scene.robot.drives]
+        if wrong:
+            hint = nearest(wrong[0], scene.robot.drives)
+            raise InputError(f"candidate '{self.name}': the robot has no drive '{wrong[0]}'{hint}")
+        values: dict[str, object] = {f"signals.{drive}": self.signal for drive in drives}
+        if self.gap is not None:
+            values |= {f"robot.feet.{foot}.gap": self.gap for foot in scene.robot.feet}
+        return with_values(scene, values)
+
+
+def candidate_grid(
+    hz: Sequence[float],
+    volts: Sequence[float],
+    ramps: Sequence[float] = (0.0,),
+    gaps: Sequence[float | None] = (None,),
+    *,
+    periods: int = 8,
+) -> list[Candidate]:
+    """Ramped squares of every combination, each recorded over some periods.
+
+    Parameters
+    ----------
+    hz, volts
+        Frequencies [Hz] and amplitudes [V].
+    ramps
+        Lambda, the share of half a period that each ramp takes (`tarsus.RampedSquare.duty`): 0 a square, 1 a triangle.
+    gaps
+        Clearances [m]; None is the scene's own.
+    periods
+        Of one record, of which a third is dropped as transient.
+    """
+    out = []
+    for f, v, ramp, gap in product(hz, volts, ramps, gaps):
+        words = [format_quantity(float(f), "Hz"), format_quantity(float(v), "V"), f"lambda {ramp:g}"]
+        words += [] if gap is None else [f"gap {format_quantity(gap, 'm')}"]
+        signal = RampedSquare(amplitude=float(v), frequency=float(f), duty=float(ramp))
+        out.append(Candidate(name=", ".join(words), signal=signal, gap=gap, record=periods / f))
+    return out

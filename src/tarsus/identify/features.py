@@ -1,0 +1,179 @@
+"""Features of a record instead of its trajectory: durations, peaks and counts by drive period, with their errors.
+
+Motion with impacts forgets its start: two records of one device soon differ sample by sample, and so do a record and
+its simulation. What stays are statistics over drive periods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tarsus.errors import InputError
+from tarsus.explain import nearest
+from tarsus.measure import FootHistory, foot_history, period_statistics
+from tarsus.measure.periods import Judged
+from tarsus.scene import Scene
+from tarsus.solve import Accuracy, simulate_batch
+from tarsus.spec import Description, quantity
+
+__all__ = [
+    "FEATURES",
+    "Batched",
+    "Features",
+    "Instrument",
+    "features_of",
+    "simulated",
+]
+
+Floats = NDArray[np.float64]
+
+FEATURES = ("contact_duration", "peak", "bounces", "impact_speed", "rebound")
+"""Features that are taken unless others are asked for: those measures by drive period that a vibrometer sees, and
+``rebound``, the highest flight of a period that began by a bounce."""
+
+_UNITS = {"rebound": "m"}
+
+
+class Instrument(Description):
+    """What one drive period of a record resolves, and how far the model itself is trusted."""
+
+    time: float = quantity("s", "standard error of a duration", default=5e-5, gt=0)
+    length: float = quantity("m", "standard error of a height", default=1e-7, gt=0)
+    speed: float = quantity("m/s", "standard error of a speed", default=1e-4, gt=0)
+    count: float = quantity("1", "standard error of a count", default=0.5, gt=0)
+    share: float = quantity(
+        "1",
+        "error of calibration and model as a share of any feature, which no repeat averages out",
+        default=0.03,
+        ge=0,
+    )
+    rebound: float = quantity("m", "height that a rebound must clear to be seen", default=1e-7, gt=0)
+
+    def resolution(self, unit: str) -> float:
+        """Standard error of a feature of a unit in one period."""
+        return {"s": self.time, "m": self.length, "m/s": self.speed, "1": self.count}[unit]
+
+
+@dataclass(frozen=True)
+class Features:
+    """Features of one record, nf of them.
+
+    names; units [SI]; values (nf,): means over drive periods, NaN where there is none, such as an impact speed without
+    impacts; spread (nf,): standard deviation from period to period; periods: how many were seen, in all repeats.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Floats
+    spread: Floats
+    periods: int
+
+    def error(self, instrument: Instrument) -> Floats:
+        """Standard error (nf,) of the values: spread and resolution over the periods, and what does not average out."""
+        resolved = np.array([instrument.resolution(unit) for unit in self.units])
+        random = (np.nan_to_num(self.spread) ** 2 + resolved**2) / self.periods
+        return np.sqrt(random + (instrument.share * np.nan_to_num(self.values)) ** 2)
+
+
+@dataclass(frozen=True)
+class Batched:
+    """Features of nr runs: values, spread (nr, nf), rows of NaN for runs that did not reach their end."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Floats
+    spread: Floats
+    periods: int
+
+    def of(self, i: int) -> Features:
+        """Features of run number i."""
+        return Features(self.names, self.units, self.values[i], self.spread[i], self.periods)
+
+
+def features_of(
+    run: Judged, kinds: Sequence[str] = FEATURES, *, skip: int | None = None, resolution: float = 1e-7
+) -> Features:
+    """Features of one run, or of one run of a batch.
+
+    Parameters
+    ----------
+    kinds
+        Names of measures (see `tarsus.measure`), or ``rebound``. With several feet each foot has its own, such as
+        ``peak.left``.
+    skip
+        Drive periods dropped as transient; by default a third.
+    resolution
+        Height [m] that a rebound must clear to be seen.
+
+    Raises
+    ------
+    InputError
+        For an unknown kind, with the nearest valid one.
+    """
+    measures = period_statistics(run, skip=skip, resolution=resolution)
+    offered = [*measures, *_UNITS]
+    wrong = [f"there is no feature '{kind}'{nearest(kind, offered)}" for kind in kinds if kind not in offered]
+    if wrong:
+        raise InputError(wrong)
+    edges = _edges(run, skip)
+    feet = run.foot_names
+    names, units, values, spread = [], [], [], []
+    for i, foot in enumerate(feet):
+        history: FootHistory | None = None
+        for kind in kinds:
+            names.append(kind if len(feet) == 1 else f"{kind}.{foot}")
+            if kind in measures:
+                units.append(measures[kind].unit)
+                values.append(measures[kind].per_foot[foot])
+                spread.append(measures[kind].spread)
+                continue
+            history = history or foot_history(run.all_events, i, run.duration)
+            rows = _highest_rebound(history, edges, resolution)
+            seen = rows[np.isfinite(rows)]
+            units.append(_UNITS[kind])
+            values.append(float(seen.mean()) if seen.size else np.nan)
+            spread.append(float(seen.std(ddof=1)) if seen.size > 1 else np.nan)
+    return Features(tuple(names), tuple(units), np.array(values), np.array(spread), len(edges) - 1)
+
+
+def simulated(
+    scene: Scene,
+    vary: Mapping[str, ArrayLike],
+    duration: float,
+    kinds: Sequence[str] = FEATURES,
+    *,
+    skip: int | None = None,
+    resolution: float = 1e-7,
+    threads: int | None = None,
+    accuracy: Accuracy | None = None,
+) -> Batched:
+    """Features of many runs of a scene; arguments as for `tarsus.simulate_batch` and `features_of`."""
+    batch = simulate_batch(scene, vary, duration, threads=threads, accuracy=accuracy)
+    rows = [features_of(batch.run(i), kinds, skip=skip, resolution=resolution) for i in range(len(batch))]
+    done = np.array([code.name == "DONE" for code in batch.codes])
+    values = np.where(done[:, None], [row.values for row in rows], np.nan)
+    spread = np.where(done[:, None], [row.spread for row in rows], np.nan)
+    return Batched(rows[0].names, rows[0].units, values, spread, min(row.periods for row in rows))
+
+
+def _edges(run: Judged, skip: int | None) -> Floats:
+    """Edges of the drive periods that statistics are taken over [s], as in `period_statistics`."""
+    count = max(int(np.floor(run.duration / run.period * (1.0 + 1e-9))), 1)
+    if count == 1:
+        return np.array([0.0, run.duration])
+    dropped = (count + 2) // 3 if skip is None else min(skip, count - 1)
+    return np.arange(dropped, count + 1, dtype=float) * run.period
+
+
+def _highest_rebound(history: FootHistory, edges: Floats, resolution: float) -> Floats:
+    """Highest apex [m] of the flights in each period that began by a bounce and are seen, NaN where there is none."""
+    seen = history.rebound & (history.apex > resolution) & np.isfinite(history.apex)
+    out = np.full(len(edges) - 1, np.nan)
+    index = np.searchsorted(edges, history.flight_start[seen], side="right") - 1
+    inside = (index >= 0) & (index < len(out)) & (history.flight_start[seen] <= edges[-1])
+    np.fmax.at(out, index[inside], history.apex[seen][inside])
+    return out
