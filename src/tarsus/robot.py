@@ -62,6 +62,13 @@ class Drive(Description):
     capacitance: float | None = quantity(
         "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
     )
+    recovery: float | None = quantity(
+        "1",
+        "share of the charge that goes back to the supply at each discharge; none when absent",
+        default=None,
+        ge=0,
+        le=1,
+    )
 
 
 class Foot(Description):

@@ -142,6 +142,11 @@ class _Builder:
         return len(self.hips) // 2
 
     @property
+    def length(self) -> float:
+        """Length of the body [m]; a body that does not turn stands for one of the prototype's, or a longer one."""
+        return (self.pairs if self.turns else max(self.pairs, LEGS // 2)) * PITCH
+
+    @property
     def driven(self) -> list[str]:
         return [leg for leg in self.hips if leg not in self.dead]
 
@@ -164,8 +169,9 @@ class _Builder:
         mass = self.pairs * p.body_mass.value
         body = WalkerBody(
             mass=_tidy(mass),
+            length=_tidy(self.length),
             roll_inertia=_tidy(mass * WIDTH**2 / 12.0) if self.turns else None,
-            pitch_inertia=_tidy(mass * (self.pairs * PITCH) ** 2 / 12.0) if self.turns else None,
+            pitch_inertia=_tidy(mass * self.length**2 / 12.0) if self.turns else None,
         )
         factors = np.random.default_rng(self.seed).lognormal(0.0, self.scatter, (len(self.hips), 2))
         legs = {
@@ -212,6 +218,9 @@ class _Builder:
         return {
             "duration": _assumed("Ten periods of the gait."),
             "robot.structure.body.mass": self._body_mass(),
+            "robot.structure.body.length": _assumed(
+                slab if self.turns else "Not printed. A prototype of 10 mm."
+            ),
             **(turning if self.turns else {}),
             f"{legs}.x": _assumed("Not printed. Legs at equal distances, 15 of them on 10 mm."),
             f"{legs}.y": _assumed("Not printed. A body of 2 mm from row to row."),

@@ -2,6 +2,7 @@
 
 from tarsus.measure.history import FootHistory, foot_history
 from tarsus.measure.periods import RESOLUTION, Measure, Measures, period_statistics, scene_period
+from tarsus.measure.walking import measures_of, walk_statistics
 
 __all__ = [
     "RESOLUTION",
@@ -9,6 +10,8 @@ __all__ = [
     "Measure",
     "Measures",
     "foot_history",
+    "measures_of",
     "period_statistics",
     "scene_period",
+    "walk_statistics",
 ]

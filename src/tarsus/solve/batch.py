@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
-from tarsus.measure import Measures, period_statistics, scene_period
+from tarsus.measure import Measures, measures_of, scene_period
 from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
@@ -33,7 +34,7 @@ _CHUNK = 256  # runs handed to the kernel at a time
 class BatchRun:
     """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
 
-    scene: the batch's, with the values it had before they were varied.
+    base: the batch's scene; values: those that this run has instead, by path.
     """
 
     all_events: np.ndarray
@@ -41,8 +42,14 @@ class BatchRun:
     duration: float
     period: float
     code: ResultCode
-    scene: Scene
+    base: Scene
+    values: Mapping[str, float] = field(default_factory=dict)
     marks: np.ndarray | None = None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this run."""
+        return with_values(self.base, self.values) if self.values else self.base
 
     @property
     def events(self) -> np.ndarray:
@@ -85,9 +92,10 @@ class Batch:
             walker = self.scene.robot.structure
             assert isinstance(walker, Walker)
             marks = structured_marks(raw.marks_of(k), walker.body_size, len(feet))
+        values = {path: float(column[i]) for path, column in self.vary.items()}
         return BatchRun(
             structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene,
-            marks,
+            values, marks,
         )  # fmt: skip
 
     def _code(self, raw: RawRuns | RawWalks, k: int) -> ResultCode:
@@ -99,7 +107,7 @@ class Batch:
 
     def measures(self, i: int, **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.period_statistics`."""
-        return period_statistics(self.run(i), **options)
+        return measures_of(self.run(i), **options)
 
     def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
         """One measure of every run (nr,); NaN for runs that did not reach their end."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.core.arrays import PERIOD_MARK
-from tarsus.measure import Measures, period_statistics
+from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
@@ -99,7 +99,7 @@ class Run:
     @cached_property
     def measures(self) -> Measures:
         """Measures by drive period after transients; each with definition, unit and spread."""
-        return period_statistics(self)
+        return measures_of(self)
 
     @cached_property
     def series(self) -> Series:

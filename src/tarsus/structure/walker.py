@@ -19,6 +19,12 @@ class WalkerBody(Description):
     """The rigid body: it surges and heaves, and rolls or pitches where it has that inertia."""
 
     mass: float = quantity("kg", "mass of the body", gt=0)
+    length: float | None = quantity(
+        "m",
+        "length of the body, for speeds in body lengths; absent: from its first hip to its last",
+        default=None,
+        gt=0,
+    )
     roll_inertia: float | None = quantity(
         "kg m^2", "moment of inertia about x, forward; absent: the body does not roll", default=None, gt=0
     )
@@ -100,6 +106,17 @@ class Walker(Structure):
         """Inertias of the body's coordinates (nb,) [kg, kg, kg m^2, kg m^2]."""
         turning = (self.body.roll_inertia, self.body.pitch_inertia)
         return np.array([self.body.mass, self.body.mass, *(one for one in turning if one is not None)])
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of body and feet [kg]."""
+        return self.body.mass + sum(leg.mass for leg in self.legs.values())
+
+    @property
+    def length(self) -> float:
+        """Length of the body [m]: as described, else from its first hip to its last; 0 for hips side by side."""
+        along = [leg.x for leg in self.legs.values()]
+        return max(along) - min(along) if self.body.length is None else self.body.length
 
     def hip_row_z(self, leg: str) -> Array:
         """Weights (nb,) of the body's coordinates in the height of a leg's hip; `KeyError` for an unknown leg."""
