@@ -136,7 +136,8 @@ def motion_of(run: RunLike, most: int = MOST_FRAMES, whole: Motion | None = None
     """
     whole = whole_motion(run) if whole is None else whole
     first, last = _stretch(whole.time, whole.period, most)
-    inside = (whole.time >= first * (1.0 - 1e-12)) & (whole.time <= last * (1.0 + 1e-12))
+    near = 1e-9 * (last - first)
+    inside = (whole.time >= first - near) & (whole.time <= last + near)
     if not hasattr(run, "at") or int(inside.sum()) >= min(most, len(whole.time)):
         return whole.taken(inside).thinned(most)
     again = cast("Callable[[np.ndarray], Variables]", run.variables)

@@ -202,7 +202,8 @@ def _measures(run: RunLike) -> str:
     rows: list[list[Cell]] = []
     for name, m in run.measures.items():
         rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), m.definition])
-        rows += [[name, amount(value, m.unit), "", "", ""] for name, value in _feet(m.per_foot)]
+        for foot, value in _feet(m.per_foot):
+            rows.append([foot, amount(value, m.unit), "", "", ""])
     note = "<p>Spread is the standard deviation over the n values the measure was taken from.</p>\n"
     return table(columns, rows) + note
 
@@ -304,7 +305,7 @@ def _events(run: RunLike) -> str:
         "of the flight before."
     )
     if np.isin(SLIDING, kinds).any():
-        note += " Where slip or stick begins, pull is the force along the ground and strength the most friction can bear."
+        note += " Where slip or stick begins, pull is the force along the ground, strength the most friction bears."
     return f"<p>{escape(joined(tally))}.{escape(more)} {note}</p>\n" + table(columns, rows, tall=True)
 
 

@@ -124,12 +124,6 @@ def round_below(value: float) -> float:
     return next(step for step in (5.0, 2.0, 1.0) if step * power <= value * (1.0 + 1e-9)) * power
 
 
-def round_above(value: float) -> float:
-    """The smallest of ... 0.5, 1, 2, 5, 10 ... not below a positive value."""
-    below = round_below(value)
-    return below if below >= value * (1.0 - 1e-9) else round_below(2.51 * below)
-
-
 @dataclass(frozen=True)
 class Drawing:
     """One moment on paper [m]: hips and feet (nl, 2), and the faces of the body's box (4, 2), ground at height 0."""

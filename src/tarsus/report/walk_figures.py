@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.series import Window
-from tarsus.report.stage import Stage, drawn, round_above
+from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
     BLUE,
     GREEN,
@@ -85,12 +85,12 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([max(min(0.6 * count, 0.6 + 0.15 * count), 0.6)], legend_rows=1)
+    figure, (axes,) = stack([min(0.8 * count, 1.2 + 0.17 * count)], legend_rows=1)
     clock = scale_of("s", window[1] - window[0])
-    forces = np.stack([part.normal, part.friction])
+    forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
-    low, high = min(float(forces.min()), 0.0), max(float(forces.max()), 0.0)
-    step = round_above(max(high - low, 1e-15))
+    low, high = float(np.nanmin(forces, initial=0.0)), float(np.nanmax(forces, initial=0.0))
+    step = float(f"{1.05 * (high - low):.2g}") or 1.0
     for row in range(count):
         axes.axhline(-row, color=RULE, lw=0.6, zorder=0)
         for values, color, label in zip(
@@ -100,11 +100,12 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
             _line(axes, part, clock, values[row] / step - row, color=color, lw=0.9, label=name)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
     _name_rows(axes, -np.arange(count), motion.legs)
-    axes.set_ylim(low / step - count + 0.9, high / step + 0.1)
+    axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
     _finish(axes, window, clock)
+    apart = f"{step / scale.step:g} {scale.label}"
     caption = (
-        f"Force of the ground on every foot; from one line to the next is {step / scale.step:g} {scale.label}. Upward, "
-        "below its line while adhesion holds the foot back, and friction, positive forward."
+        f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
+        "its line while adhesion holds the foot back, and friction, positive forward."
     )
     return Plate(to_svg(figure, caption), caption)
 

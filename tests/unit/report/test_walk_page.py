@@ -1,0 +1,149 @@
+"""What the report of a walker's run shows, from runs of the engine."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.files.store import read_run, write_run
+from tarsus.report import figures
+from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
+from tarsus.report.run_page import MOST_FEET_LISTED, report_html
+from tarsus.report.style import figure_style
+from tarsus.report.walk_figures import footfalls, ground_forces, travel
+from tarsus.solve.run import Run
+from unit.html_page import Page
+from unit.sample_motion import make_motion
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return ts.simulate(ts.load_scene("millipede"), duration=0.06)
+
+
+@pytest.fixture(scope="module")
+def motion(run: Run) -> Motion:
+    return whole_motion(run)
+
+
+@pytest.fixture(scope="module")
+def text(run: Run) -> str:
+    return report_html(run)
+
+
+def test_motion_is_that_of_the_run(run: Run, motion: Motion) -> None:
+    data = run.to_dataset()
+    assert motion.legs == tuple(run.scene.robot.structure.legs)
+    assert motion.period == pytest.approx(0.02)
+    np.testing.assert_array_equal(motion.time, data["time"].values)
+    np.testing.assert_array_equal(motion.body["surge"], data["body"].sel(coordinate="surge").values)
+    np.testing.assert_array_equal(
+        motion.hip_shift_z[0], data["displacement"].sel(point=f"{motion.legs[0]}_hip").values
+    )
+    np.testing.assert_allclose(motion.foot_z, data["gap"].values, atol=1e-18)
+    np.testing.assert_allclose(motion.foot_x, data["foot_x"].values, atol=1e-18)
+    np.testing.assert_array_equal(motion.normal, data["contact_force"].values)
+    np.testing.assert_array_equal(motion.friction, data["friction_force"].values)
+    np.testing.assert_array_equal(motion.state > AIR, data["contact"].values)
+    assert {AIR, STUCK, SLIPPING} == set(np.unique(motion.state))
+
+
+def test_stuck_feet_stand_still_and_on_the_ground(motion: Motion) -> None:
+    for leg in range(len(motion.legs)):
+        both = (motion.state[leg, 1:] == STUCK) & (motion.state[leg, :-1] == STUCK)
+        assert np.abs(np.diff(motion.foot_x[leg]))[both].max() < 1e-12
+        assert np.abs(motion.foot_z[leg][motion.state[leg] > AIR]).max() < 1e-12
+
+
+def test_a_kept_run_shows_the_same(run: Run, motion: Motion, tmp_path: Path) -> None:
+    write_run(run, tmp_path)
+    kept = whole_motion(read_run(tmp_path))
+    np.testing.assert_array_equal(kept.foot_x, motion.foot_x)
+    np.testing.assert_array_equal(kept.state, motion.state)
+    assert kept.legs == motion.legs and kept.drives == motion.drives and kept.period == motion.period
+
+
+def test_a_long_run_is_shown_by_its_last_periods(run: Run) -> None:
+    few = motion_of(run, most=128)
+    assert (few.time[0], few.time[-1]) == pytest.approx((0.02, 0.06), abs=5e-6), "to a sample"
+    assert len(few.time) == 128
+    whole = motion_of(run, most=192)
+    assert (whole.time[0], whole.time[-1]) == pytest.approx((0.0, 0.06))
+
+
+def test_series_too_coarse_are_taken_anew(run: Run, motion: Motion) -> None:
+    coarse = motion.taken(slice(0, None, 400))
+    fine = motion_of(run, most=128, whole=coarse)
+    assert len(fine.time) == 128 and (fine.time[0], fine.time[-1]) == pytest.approx((0.02, 0.06))
+    surge = np.interp(fine.time, motion.time, motion.body["surge"])
+    np.testing.assert_allclose(fine.body["surge"], surge, atol=1e-8)
+
+
+def test_a_leg_without_a_foot_swings_over_the_ground_of_the_others() -> None:
+    scene = ts.load_scene("millipede")
+    feet = {
+        name: foot.model_copy(update={"gap": 3e-6}) for name, foot in scene.robot.feet.items() if name != "R1"
+    }
+    robot = scene.robot.model_copy(update={"feet": feet})
+    motion = whole_motion(ts.simulate(scene.model_copy(update={"robot": robot}), duration=0.02))
+    assert motion.legs == ("L1", "R1")
+    assert np.all(motion.state[1] == AIR) and np.all(motion.normal[1] == 0.0)
+    assert motion.foot_z[1, 0] == pytest.approx(3e-6)
+
+
+def test_sections_of_the_page(text: str, motion: Motion) -> None:
+    page = Page(text)
+    headings = ["The walk", "Measures", "Forces", "Energy", "Events", "Values of this run"]
+    positions = [page.text.index(f" {heading} ") for heading in headings]
+    assert positions == sorted(positions)
+    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 1
+    numbers = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
+    assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 6
+    for label in (
+        "travel",
+        "Footfalls",
+        "Force of the ground on every foot",
+        "slip begins",
+        "lost to friction",
+    ):
+        assert label in page.text
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+
+
+def test_the_page_needs_nothing_from_outside(text: str) -> None:
+    page = Page(text)
+    assert len(text.encode()) < 1_500_000
+    assert not {"link", "img"} & set(page.tags)
+    for tag, name, value in page.attributes:
+        if name in ("src", "href", "xlink:href"):
+            assert value.startswith("#"), (tag, value)
+    assert not re.findall(r"url\((?!#)", text)
+
+
+def test_many_feet_are_listed_by_the_least_and_the_largest() -> None:
+    count = len(ts.load_scene("millipede-30").robot.feet)
+    assert count > MOST_FEET_LISTED
+    run = ts.simulate(ts.load_scene("millipede-30"), duration=0.04)
+    html = report_html(run)
+    text = Page(html).text
+    assert "least: foot" in text and "largest: foot" in text
+    assert len(html.encode()) < 1_500_000
+
+
+@pytest.mark.parametrize("legs", [2, 30])
+def test_figures_of_any_number_of_legs(legs: int) -> None:
+    motion = make_motion(legs, periods=4)
+    with figure_style():
+        falls = footfalls(motion, (0.04, 0.08))
+        plates = (travel(motion), falls, ground_forces(motion, (0.04, 0.08)))
+    for plate in plates:
+        assert isinstance(plate, figures.Plate)
+        assert len(plate.svg) < 400_000
+        assert "nan" not in plate.svg.lower().replace("nano", "")
+    for leg in motion.legs:
+        assert f">{leg}<" in falls.svg
