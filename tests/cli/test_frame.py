@@ -7,13 +7,15 @@ import sys
 
 import pytest
 
-VERBS = ["devices", "show", "check", "simulate", "validate", "sweep", "bench"]
+VERBS = ["devices", "show", "check", "simulate", "validate", "sweep", "next", "bench"]
 
 
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "matplotlib", "xarray", "h5py")
 
 
-@pytest.mark.parametrize("words", [["--help"], ["--version"], *([verb, "--help"] for verb in VERBS)], ids=" ".join)
+@pytest.mark.parametrize(
+    "words", [["--help"], ["--version"], *([verb, "--help"] for verb in VERBS)], ids=" ".join
+)
 def test_help_loads_nothing_heavy(words):
     """What makes help quick: the time itself (0.14 s on a calm machine) is the benchmark's to measure."""
     code = (

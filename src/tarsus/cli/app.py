@@ -8,6 +8,7 @@ import sys
 from cyclopts import App, CycloptsError
 
 from tarsus.cli import bench, check, console, devices, show, simulate, sweep, validate
+from tarsus.cli import next as next_signals
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -17,6 +18,7 @@ VERBS = (
     check.check,
     simulate.simulate,
     sweep.sweep,
+    next_signals.next,
     validate.validate,
     bench.bench,
 )

@@ -12,9 +12,9 @@ from scipy.stats import norm, qmc
 from tarsus.errors import InputError
 from tarsus.identify.ranges import LEVEL
 from tarsus.scene import Scene
-from tarsus.spec import get_value
+from tarsus.spec import float_paths, get_value
 
-__all__ = ["Belief"]
+__all__ = ["Belief", "unknown_paths"]
 
 Floats = NDArray[np.float64]
 
@@ -86,3 +86,19 @@ class Belief:
         engine = qmc.MultivariateNormalQMC(np.zeros(len(self.paths)), self.covariance, engine=sobol)
         # the first point by itself: scipy warns of counts that are no power of 2
         return np.concatenate([engine.random(1), engine.random(count - 1)]) if count > 1 else engine.random(1)
+
+
+def unknown_paths(scene: Scene, more: Sequence[str] = ()) -> tuple[str, ...]:
+    """Paths of what is not known exactly: every positive number of the laws of the ground, and ``more``.
+
+    Gravity and the direction of impacts are known.
+    """
+    own = [
+        path
+        for path, info in float_paths(scene).items()
+        if path.startswith("ground.") and not path.startswith(_KNOWN) and info.value > 0.0
+    ]
+    return tuple(dict.fromkeys([*own, *more]))
+
+
+_KNOWN = ("ground.gravity.", "ground.impact.")

@@ -14,7 +14,7 @@ from tarsus.scene import Scene
 from tarsus.spec import Description, quantity, with_values
 from tarsus.units import format_quantity
 
-__all__ = ["Candidate", "candidate_grid"]
+__all__ = ["Candidate", "candidate_grid", "grid_about"]
 
 
 class Candidate(Description):
@@ -85,3 +85,43 @@ def candidate_grid(
         signal = RampedSquare(amplitude=float(v), frequency=float(f), duty=float(ramp))
         out.append(Candidate(name=", ".join(words), signal=signal, gap=gap, record=periods / f))
     return out
+
+
+def grid_about(
+    scene: Scene,
+    hz: Sequence[float] | None = None,
+    volts: Sequence[float] | None = None,
+    ramps: Sequence[float] | None = None,
+    gaps: Sequence[float] | None = None,
+    *,
+    periods: int = 8,
+) -> list[Candidate]:
+    """Candidates about a scene's own signal, where nothing else is asked for.
+
+    Frequencies are 0.1, 0.3, 1 and 2 times its own, amplitudes a quarter to all of it, lambda 0 and 0.25, the gap
+    that of the scene: no signal is stronger than the one the device has.
+
+    Raises
+    ------
+    InputError
+        If the scene has no signal with an amplitude and a frequency, and these are not given; for values that a signal
+        or a gap cannot have.
+    """
+    own = next(
+        (s for s in scene.signals.values() if hasattr(s, "amplitude") and hasattr(s, "frequency")), None
+    )
+    missing = [name for name, given in (("frequencies", hz), ("amplitudes", volts)) if given is None]
+    if own is None and missing:
+        raise InputError(f"the scene has no periodic signal to go by: give {' and '.join(missing)}")
+    return candidate_grid(
+        _shares(own, "frequency", (0.1, 0.3, 1.0, 2.0)) if hz is None else hz,
+        _shares(own, "amplitude", (0.25, 0.5, 0.75, 1.0)) if volts is None else volts,
+        (0.0, 0.25) if ramps is None else ramps,
+        (None,) if gaps is None else gaps,
+        periods=periods,
+    )
+
+
+def _shares(signal: Waveform | None, name: str, shares: Sequence[float]) -> list[float]:
+    """Shares of a value of a signal, to four digits."""
+    return [float(f"{share * getattr(signal, name):.4g}") for share in shares]

@@ -1,0 +1,188 @@
+"""`tarsus next`: which drive signals to record next, for one parameter and a budget of time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from tarsus.identify.ranking import Ranking
+    from tarsus.scene import Scene
+
+SHOWN = 12
+"""Signals that the table names; --json gives all."""
+
+
+def next(
+    device: str,
+    /,
+    *,
+    parameter: str,
+    budget: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    hz: str | None = None,
+    volts: str | None = None,
+    ramp: str | None = None,
+    gap: str | None = None,
+    unknown: Annotated[list[str] | None, Parameter(negative=())] = None,
+    spread: str = "30 %",
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Rank drive signals by what a record of each would tell about one parameter, and choose some for a budget.
+
+    Parameters
+    ----------
+    device
+        a device (see `tarsus devices`) or a scene file, such as one that was identified.
+    parameter
+        path of the number in question, e.g. ground.adhesion.rate.
+    budget
+        time of recording, e.g. "2 s".
+    hz
+        frequencies of the candidates, e.g. "5, 15, 50"; 0.1 to 2 times the device's own when left out.
+    volts
+        amplitudes, e.g. "4, 6, 8"; a quarter to all of the device's own when left out.
+    ramp
+        lambda, the share of half a period that each ramp of the ramped square takes, e.g. "0, 0.25".
+    gap
+        clearances, e.g. "70 um, 90 um"; the device's own when left out.
+    unknown
+        path of a further number that is not known exactly; those of the laws of the ground are. May be repeated.
+    spread
+        standard deviation of what has no interval, as a share of it.
+    set_
+        path=value, as for tarsus simulate; may be repeated.
+    law
+        a Python file with laws that the scene uses; may be repeated.
+    json
+        print one JSON object instead of the table.
+    """
+    from tarsus.cli import console, requests
+    from tarsus.errors import InputError
+    from tarsus.identify.belief import Belief, unknown_paths
+    from tarsus.identify.candidates import grid_about
+    from tarsus.identify.ranking import rank
+
+    scene = requests.scene_for(device, requests.settings(set_ or ()), law or ())
+    problems: list[str] = []
+    lists = {
+        name: _numbers(f"--{name}", text, unit, problems)
+        for name, text, unit in (
+            ("hz", hz, "Hz"),
+            ("volts", volts, "V"),
+            ("ramp", ramp, "1"),
+            ("gap", gap, "m"),
+        )
+    }
+    seconds = _number("--budget", budget, "s", problems)
+    share = _number("--spread", spread, "1", problems)
+    if problems:
+        raise InputError(problems)
+    paths = unknown_paths(scene, [parameter, *(unknown or ())])
+    belief = Belief.of_scene(scene, paths, share)
+    grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
+    console.announce_compiling()
+    with console.progress_bar("signals", time_left=True) as progress:
+        found = rank(scene, grid, belief, parameter, seconds, progress=progress)
+    if json:
+        console.print_json(_object(found, paths))
+    else:
+        _print(found, scene, paths)
+    return 0
+
+
+def _numbers(option: str, text: str | None, unit: str, problems: list[str]) -> list[float] | None:
+    """SI numbers of a list with commas; what is wrong with them is added to ``problems``."""
+    return (
+        None if text is None else [_number(option, word.strip(), unit, problems) for word in text.split(",")]
+    )
+
+
+def _number(option: str, text: str, unit: str, problems: list[str]) -> float:
+    """One SI number; what is wrong with it is added to ``problems``."""
+    from tarsus.errors import InputError
+    from tarsus.units import parse_quantity
+
+    try:
+        return parse_quantity(text, unit)
+    except InputError as error:
+        problems += [f"{option}: {problem}" for problem in error.problems]
+        return 0.0
+
+
+def _factor(std: float) -> float:
+    """Largest ratio to the value within the 95 % interval of a number whose logarithm has that standard deviation."""
+    from math import exp
+
+    return exp(1.96 * std)
+
+
+def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
+    from tarsus.cli import console
+    from tarsus.spec import float_paths
+    from tarsus.units import format_quantity
+
+    info = float_paths(scene)[found.parameter]
+    others = [path for path in paths if path != found.parameter]
+    print(
+        f"{found.parameter} = {format_quantity(info.value, info.unit)}, known within a factor of "
+        f"{_factor(found.std):.3g} (95 %)"
+    )
+    print(f"not known either: {', '.join(others) if others else 'nothing'}\n")
+    best = found.ranked[:SHOWN]
+    rows = [
+        (
+            one.candidate.name,
+            f"{one.candidate.record:.3g} s",
+            f"{_factor(one.std):.3g}",
+            str(one.repeats or "-"),
+            one.note or "-",
+        )
+        for one in best
+    ]
+    console.table(("signal", "record", "factor after it", "in the plan", "note"), rows)
+    if len(found.ranked) > len(best):
+        print(f"and {len(found.ranked) - len(best)} signals that tell less")
+    if not found.plan.steps:
+        print(
+            f"\nNo record within {found.budget:g} s tells enough about {found.parameter} to be worth taking."
+        )
+        return
+    times: dict[str, int] = {}
+    for candidate, _ in found.plan.steps:
+        times[candidate.name] = times.get(candidate.name, 0) + 1
+    print(f"\nRecord, in {found.plan.cost:.3g} s of {found.budget:g} s:")
+    for name, count in times.items():
+        print(f"  {name}" + (f", {count} times" if count > 1 else ""))
+    print(f"Expected: known within a factor of {_factor(found.plan.std):.3g} (95 %).")
+
+
+def _object(found: Ranking, paths: tuple[str, ...]) -> dict[str, Any]:
+    """Plain data; std is that of the natural logarithm."""
+    return {
+        "parameter": found.parameter,
+        "unknown": list(paths),
+        "std": found.std,
+        "budget_s": found.budget,
+        "signals": [
+            {
+                "name": one.candidate.name,
+                "signal": one.candidate.signal.model_dump(),
+                "gap_m": one.candidate.gap,
+                "record_s": one.candidate.record,
+                "std": one.std,
+                "gain": one.gain,
+                "records": one.repeats,
+                "note": one.note,
+            }
+            for one in found.ranked
+        ],
+        "plan": {
+            "records": [{"name": candidate.name, "std": std} for candidate, std in found.plan.steps],
+            "cost_s": found.plan.cost,
+            "std": found.plan.std,
+        },
+    }

@@ -1,0 +1,71 @@
+"""`tarsus next`: signals ranked for one parameter within a budget."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+RATE = "ground.adhesion.rate"
+SMALL = ("--hz", "15, 100", "--volts", "6", "--ramp", "0.25")
+
+
+@pytest.fixture(scope="module")
+def _quick() -> None:
+    """Fewer draws: what is printed is tested here, not how well."""
+    from tarsus.identify import ranking
+
+    patch = pytest.MonkeyPatch()
+    full = ranking.rank
+    patch.setattr(ranking, "rank", lambda *words, **more: full(*words, draws=2, **more))
+    yield
+    patch.undo()
+
+
+def test_a_table_and_a_plan(tarsus, _quick):
+    result = tarsus("next", "cantilever", "--parameter", RATE, "--budget", "0.7 s", *SMALL)
+    assert result.code == 0 and result.sentences == []
+    lines = result.out.splitlines()
+    assert lines[0] == f"{RATE} = 3.4 uN/s, known within a factor of 1.8 (95 %)"
+    assert "ground.adhesion.initial" in lines[1] and RATE not in lines[1]
+    assert lines[5].startswith("15 Hz, 6 V, lambda 0.25")
+    assert "of 0.7 s:" in result.out and "Expected: known within a factor of" in lines[-1]
+
+
+def test_one_json_object(tarsus, _quick):
+    words = ("--gap", "70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
+    found = tarsus("next", "cantilever", "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
+    assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
+    assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["signals"]} == {
+        (15.0, 70e-6), (15.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
+    }  # fmt: skip
+    gains = [one["gain"] for one in found["signals"]]
+    assert gains == sorted(gains, reverse=True)
+    assert all(one["std"] == pytest.approx(0.1 * math.exp(-one["gain"])) for one in found["signals"])
+    assert {one["note"] for one in found["signals"] if one["record_s"] > 0.1} == {"longer than the budget"}
+
+
+def test_nothing_worth_taking_is_said(tarsus, _quick):
+    words = ("--hz", "100", "--volts", "0.3", "--ramp", "0.25")
+    result = tarsus(
+        "next", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
+    )
+    assert result.code == 0
+    assert "No record within 1 s tells enough about ground.restitution.coefficient" in result.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--parameter", RATE, "--budget", "2 m", "--hz", "5, 1 V"], ["--hz: ", "--budget: "]),
+        (["--parameter", "ground.adhesion.rat", "--budget", "2 s"], [f"did you mean '{RATE}'"]),
+        (["--parameter", RATE, "--budget", "-1 s", *SMALL], ["budget: expected a time above 0 s"]),
+        (["--parameter", RATE, "--budget", "1 s", "--hz", "0", "--volts", "6"], ["frequency"]),
+        (["--parameter", "signals.pzt.offset", "--budget", "1 s"], ["needs a value above 0"]),
+    ],
+)
+def test_bad_words_end_in_sentences(tarsus, words, said):
+    result = tarsus("next", "cantilever", *words)
+    assert result.code == 2 and result.out == ""
+    assert len(result.sentences) == len(said)
+    assert all(part in sentence for part, sentence in zip(said, result.sentences, strict=True))
