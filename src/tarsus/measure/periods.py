@@ -78,8 +78,17 @@ def periods_used(duration: float, period: float, skip: int | None) -> tuple[int,
     return ((count + 2) // 3 if skip is None and count > 1 else min(skip or 0, count - 1)), count
 
 
+def histories_of(run: Judged) -> dict[str, FootHistory]:
+    """What every foot of a run did, by its name."""
+    return {name: foot_history(run.all_events, i, run.duration) for i, name in enumerate(run.foot_names)}
+
+
 def period_statistics(
-    run: Judged, period: float | None = None, skip: int | None = None, resolution: float = RESOLUTION
+    run: Judged,
+    period: float | None = None,
+    skip: int | None = None,
+    resolution: float = RESOLUTION,
+    histories: Mapping[str, FootHistory] | None = None,
 ) -> Measures:
     """Measures of a run by drive period.
 
@@ -91,13 +100,15 @@ def period_statistics(
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
     resolution
         Height [m] a rebound must clear to count as a bounce.
+    histories
+        Of the run's feet, where they are known already.
     """
     span = run.period if period is None else period
     dropped, count = periods_used(run.duration, span, skip)
     edges = np.arange(dropped, count + 1) * span
     if count == 1:
         edges = np.array([0.0, run.duration])
-    histories = {name: foot_history(run.all_events, i, run.duration) for i, name in enumerate(run.foot_names)}
+    histories = histories_of(run) if histories is None else histories
     values: dict[str, Measure] = {}
     for name, (unit, definition, by_period) in _DEFINITIONS.items():
         rows = {foot: by_period(history, edges, resolution) for foot, history in histories.items()}

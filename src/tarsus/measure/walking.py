@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
@@ -11,8 +11,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from tarsus.errors import InputError
-from tarsus.measure.history import Floats, foot_history
-from tarsus.measure.periods import RESOLUTION, Judged, Measure, Measures, period_statistics, periods_used
+from tarsus.measure.history import Floats, FootHistory
+from tarsus.measure.periods import (
+    RESOLUTION,
+    Judged,
+    Measure,
+    Measures,
+    histories_of,
+    period_statistics,
+    periods_used,
+)
 from tarsus.measure.switching import charging_energy
 from tarsus.structure import Walker
 
@@ -36,12 +44,17 @@ def measures_of(
 ) -> Measures:
     """Every measure of a run: those of its walk, where it walks, then those of its feet; see `walk_statistics` and
     `period_statistics`."""
-    feet = period_statistics(run, period, skip, resolution)
-    return Measures({**walk_statistics(run, period, skip, resolution), **feet})
+    histories = histories_of(run)
+    feet = period_statistics(run, period, skip, resolution, histories)
+    return Measures({**walk_statistics(run, period, skip, resolution, histories), **feet})
 
 
 def walk_statistics(
-    run: Walked, period: float | None = None, skip: int | None = None, resolution: float = RESOLUTION
+    run: Walked,
+    period: float | None = None,
+    skip: int | None = None,
+    resolution: float = RESOLUTION,
+    histories: Mapping[str, FootHistory] | None = None,
 ) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
@@ -53,6 +66,8 @@ def walk_statistics(
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
     resolution
         Height [m] a rebound must clear to count as a bounce.
+    histories
+        Of the run's feet, where they are known already.
 
     Raises
     ------
@@ -63,7 +78,18 @@ def walk_statistics(
     if not isinstance(walker, Walker):
         return Measures({})
     way = _way(run, walker, period, skip)
-    return Measures(dict([*_on_the_way(way, walker), *_cost(run, way, walker), *_whole_run(run, resolution)]))
+    histories = histories_of(run) if histories is None else histories
+    body = _whole_run(run.marks)
+    return Measures(
+        dict(
+            [
+                *_on_the_way(way, walker),
+                *_cost(run, way, walker),
+                *body,
+                *_whole_contact(histories, resolution),
+            ]
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -191,9 +217,8 @@ def _cost(run: Walked, way: _Way, walker: Walker) -> Iterator[tuple[str, Measure
     )  # fmt: skip
 
 
-def _whole_run(run: Walked, resolution: float) -> Iterator[tuple[str, Measure]]:
-    """What the source plots of a whole run from its start, transients included (Figs. 4.8-4.11)."""
-    marks = run.marks
+def _whole_run(marks: np.ndarray | None) -> Iterator[tuple[str, Measure]]:
+    """What the source plots of the body in a whole run from its start, transients included (Figs. 4.8-4.11)."""
     heave = surge = math.nan
     if marks is not None and len(marks):
         heave = float(marks["highest"].max())
@@ -209,9 +234,12 @@ def _whole_run(run: Walked, resolution: float) -> Iterator[tuple[str, Measure]]:
         surge, "m", math.nan, seen,
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
     )  # fmt: skip
+
+
+def _whole_contact(histories: Mapping[str, FootHistory], resolution: float) -> Iterator[tuple[str, Measure]]:
+    """What the source plots of the feet in a whole run."""
     bounces, longest = {}, {}
-    for i, name in enumerate(run.foot_names):
-        history = foot_history(run.all_events, i, run.duration)
+    for name, history in histories.items():
         start, end = history.contacts(resolution)
         bounces[name] = float(len(history.bounces(resolution)))
         longest[name] = float((end - start).max(initial=0.0))

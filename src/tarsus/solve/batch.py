@@ -19,7 +19,7 @@ from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, RawRuns
-from tarsus.solve.engines import Engine, engine_for
+from tarsus.solve.engines import Engine, Shared, engine_for
 from tarsus.solve.march import RawWalks
 from tarsus.solve.simulate import check_duration
 from tarsus.solve.walkrun import structured_marks
@@ -127,6 +127,7 @@ def simulate_batch(
     threads: int | None = None,
     accuracy: Accuracy | None = None,
     track: bool = True,
+    shared: Shared | None = None,
 ) -> Batch:
     """Simulate a scene for many values of any of its floats.
 
@@ -145,6 +146,8 @@ def simulate_batch(
         Tolerances of the engine.
     track
         Find the highest gap of every flight (needed for peaks and for telling bounces from chatter).
+    shared
+        What the engine makes for a structure, kept from one batch to the next where both are given the same one.
 
     Raises
     ------
@@ -166,7 +169,7 @@ def simulate_batch(
     groups: dict[tuple[float, ...], list[int]] = {}
     for i in range(count):
         groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
-    shared: dict[Any, Engine] = {}
+    shared = shared or Shared()
     periods = np.zeros(count)
     jobs: list[tuple[Engine, np.ndarray, np.ndarray, float, NDArray[np.int64]]] = []
     results: list[tuple[RawRuns | RawWalks, int] | None] = [None] * count

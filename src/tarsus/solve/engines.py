@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -15,7 +18,29 @@ from tarsus.solve.march import RawWalks, tables_of, walk
 from tarsus.structure.walker import Walker
 from tarsus.walkplan import WalkPlan, lower_walker
 
-__all__ = ["Engine", "engine_for"]
+__all__ = ["Engine", "Shared", "engine_for"]
+
+MOST_KEPT = 32
+"""Contact modes and step tables of so many different structures are kept for later runs."""
+
+
+class Shared:
+    """What engines have made that others can use, by what it depends on: the last ones used; safe between threads."""
+
+    def __init__(self, most: int = MOST_KEPT) -> None:
+        self._most = most
+        self._made: OrderedDict[Any, Any] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, key: Any, make: Callable[[], Any]) -> Any:
+        """What belongs to a key; made now if it is not there."""
+        with self._lock:
+            if key not in self._made:
+                self._made[key] = make()
+            self._made.move_to_end(key)
+            while len(self._made) > self._most:
+                self._made.popitem(last=False)
+            return self._made[key]
 
 
 class Engine(Protocol):
@@ -82,10 +107,10 @@ class ByLegs:
         )  # fmt: skip
 
 
-def engine_for(scene: Scene, duration: float, shared: dict[Any, Any]) -> Engine:
+def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
     """The engine for runs of a scene over ``duration`` [s].
 
-    shared: what earlier engines have made, by what it depends on; this one's is added.
+    shared: what earlier engines have made; what this one makes is added.
 
     Raises
     ------
@@ -93,15 +118,11 @@ def engine_for(scene: Scene, duration: float, shared: dict[Any, Any]) -> Engine:
         Where a law of the user cannot be compiled.
     """
     if isinstance(scene.robot.structure, Walker):
-        plan = lower_walker(scene)
-        legs = plan.blocks.tobytes()
-        if legs not in shared:
-            shared[legs] = tables_of(plan, duration)
-        return ByLegs(plan, duration, shared[legs])
+        walker = lower_walker(scene)
+        legs = (duration, walker.blocks.tobytes())
+        return ByLegs(walker, duration, shared.get(legs, lambda: tables_of(walker, duration)))
     ground = scene.ground
     loads = tuple(drive.load for drive in scene.robot.drives.values())
-    key = (scene.robot.structure, scene.robot.feet, ground.gravity, ground.impact, loads)
-    plain = lower_scene(scene)
-    if key not in shared:
-        shared[key] = SharedBook(plain, duration)
-    return ByModes(plain, duration, shared[key])
+    structure = (duration, scene.robot.structure, scene.robot.feet, ground.gravity, ground.impact, loads)
+    plan = lower_scene(scene)
+    return ByModes(plan, duration, shared.get(structure, lambda: SharedBook(plan, duration)))

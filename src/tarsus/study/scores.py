@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.measure import Measure, period_statistics, scene_period, walk_statistics
+from tarsus.measure import Measure, measures_of, scene_period
 from tarsus.scene import Scene
 from tarsus.solve.batch import BatchRun
 from tarsus.solve.codes import EVENT_TYPE, ResultCode
@@ -16,7 +16,7 @@ __all__ = ["SCORES", "offered", "scored"]
 
 Score = Callable[[BatchRun], Mapping[str, Measure]]
 
-SCORES: tuple[Score, ...] = (walk_statistics, period_statistics)
+SCORES: tuple[Score, ...] = (measures_of,)
 """Where measures come from: each takes a run and gives measures by name. A run without events must be no error, and
 must give every name and unit: it is how the names are known before anything runs."""
 

@@ -17,6 +17,7 @@ from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
 from tarsus.plan import source_hash
 from tarsus.solve import simulate_batch
+from tarsus.solve.engines import Shared
 from tarsus.spec import float_paths
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.scores import offered
@@ -91,9 +92,11 @@ def run_sweep(
     size = {unit: sweep.unit(unit).stop - sweep.unit(unit).start for unit in pending}
     kept = done = sweep.runs - sum(size.values())
 
+    shared = Shared()
+
     def work(unit: int) -> int:
         part = sweep.unit(unit)
-        store.write(unit, work_unit(sweep, {axis: values[part] for axis, values in points.items()}))
+        store.write(unit, work_unit(sweep, {axis: values[part] for axis, values in points.items()}, shared))
         return unit
 
     if pending:

@@ -9,6 +9,7 @@ import numpy as np
 from tarsus.errors import InputError
 from tarsus.solve import Batch, simulate_batch
 from tarsus.solve.codes import ResultCode
+from tarsus.solve.engines import Shared
 from tarsus.study.axes import Floats
 from tarsus.study.scores import scored
 from tarsus.study.sweep import Sweep
@@ -27,7 +28,9 @@ DONE = list(OUTCOMES).index(ResultCode.DONE.name)
 _NUMBERS = {name: np.int8(number) for number, name in enumerate(OUTCOMES)}
 
 
-def work_unit(sweep: Sweep, points: Mapping[str, Floats]) -> dict[str, np.ndarray]:
+def work_unit(
+    sweep: Sweep, points: Mapping[str, Floats], shared: Shared | None = None
+) -> dict[str, np.ndarray]:
     """Simulate and score runs of a sweep.
 
     Parameters
@@ -36,6 +39,8 @@ def work_unit(sweep: Sweep, points: Mapping[str, Floats]) -> dict[str, np.ndarra
         The sweep.
     points
         Values (k,) of these runs, by axis.
+    shared
+        What engines keep from one unit to the next.
 
     Returns
     -------
@@ -49,7 +54,7 @@ def work_unit(sweep: Sweep, points: Mapping[str, Floats]) -> dict[str, np.ndarra
     code = np.full(count, _NUMBERS["REFUSED"])
     value, spread = (np.full((count, len(names)), np.nan) for _ in range(2))
     per_foot = np.full((count, len(names), len(feet)), np.nan)
-    for first, batch in _batches(sweep, points, count):
+    for first, batch in _batches(sweep, points, count, shared or Shared()):
         for k, outcome in enumerate(batch.codes, first):
             code[k] = _NUMBERS[outcome.name]
             if outcome is not ResultCode.DONE:
@@ -62,16 +67,18 @@ def work_unit(sweep: Sweep, points: Mapping[str, Floats]) -> dict[str, np.ndarra
     return {"code": code, "value": value, "spread": spread, "per_foot": per_foot}
 
 
-def _batches(sweep: Sweep, points: Mapping[str, Floats], count: int) -> list[tuple[int, Batch]]:
+def _batches(
+    sweep: Sweep, points: Mapping[str, Floats], count: int, shared: Shared
+) -> list[tuple[int, Batch]]:
     """All runs as one batch; where the scene refuses some of them, the others one by one, with their numbers."""
     vary = {path: points[axis] for axis in sweep.vary for path in sweep.paths(axis)}
     try:
-        return [(0, simulate_batch(sweep.scene, vary, sweep.seconds, threads=1))]
+        return [(0, simulate_batch(sweep.scene, vary, sweep.seconds, threads=1, shared=shared))]
     except InputError:
         if count == 1:
             return []
     alone = []
     for k in range(count):
         one = {axis: values[k : k + 1] for axis, values in points.items()}
-        alone += [(k, batch) for _, batch in _batches(sweep, one, 1)]
+        alone += [(k, batch) for _, batch in _batches(sweep, one, 1, shared)]
     return alone
