@@ -102,6 +102,8 @@ class Stage {
     this.wide = Math.max(...y) - this.right;
     this.order = y.map((_, leg) => leg).sort((a, b) => y[b] - y[a]);
     this.size = walk.names.length > 12 ? 3 : 4.5;
+    const { leg, thick, length, back, up } = walk.stage;
+    this.tall = leg + thick + (this.wide > 0 ? back[1] * length : 0) + up * Math.max(0, ...walk.body.heave);
   }
 
   far(leg) {
@@ -119,10 +121,11 @@ class Stage {
     this.choices = choices;
     this.look = look;
     const { stage } = this.walk;
-    this.height = Math.round(between(0.4 * this.canvas.clientWidth, 240, 340));
+    const above = this.wide > 0 ? 84 : 20, below = 58, wish = (0.62 * this.canvas.clientWidth) / stage.length;
+    this.height = Math.round(between(this.tall * wish + above + below, 200, 440));
     Object.assign(this, penFor(this.canvas, this.height, look.font));
-    this.scale = Math.min((0.62 * this.width) / stage.length, (0.42 * this.height) / stage.leg);
-    this.ground = this.height - 58;
+    this.scale = Math.min(wish, (this.height - above - below) / this.tall);
+    this.ground = this.height - below;
     this.drawGround();
     this.order.filter((leg) => this.far(leg)).forEach((leg) => this.drawLeg(leg));
     this.drawBody();
