@@ -34,7 +34,8 @@ class Combination:
         return tuple(name for name, _ in self.exponents)
 
     def __str__(self) -> str:
-        return " * ".join(name if power == 1.0 else f"{name}^{power:.3g}" for name, power in self.exponents)
+        ordered = sorted(self.exponents, key=lambda one: one[1] < 0.0)
+        return " * ".join(name if power == 1.0 else f"{name}^{power:.3g}" for name, power in ordered)
 
 
 @dataclass(frozen=True)
@@ -140,10 +141,11 @@ def _whole(signs: Floats, power: int) -> Floats:
 
 
 def _spread_out(powers: Floats, columns: list[int], count: int) -> Floats:
-    """Exponents (np,) of all parameters, the first named one positive."""
+    """Exponents (np,) of all parameters, the smallest positive."""
     out = np.zeros(count)
     out[columns] = powers
-    return out * np.sign(out[np.flatnonzero(out)[0]])
+    used = np.flatnonzero(out)
+    return out * np.sign(out[used[np.argmin(np.abs(out[used]))]])
 
 
 def _half_width(columns: Floats, level: float) -> Floats:

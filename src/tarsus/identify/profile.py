@@ -215,9 +215,13 @@ class Profiler:
 
     def _walked(self, way: Floats) -> Profile | None:
         """Profile from every maximum; None when a larger likelihood was met, from which to begin again."""
-        ends, ridge, drops = [], [], []
+        ends: list[tuple[float, float]] = []
+        ridge: list[Floats] = []
+        drops: list[float] = []
         for maximum in self._maxima:
             here = [float(way @ maximum)] * 2
+            if any(low <= here[0] <= high for low, high in ends):
+                continue  # on a way that was gone already
             for side in (-1.0, 1.0):
                 walk = self._walk(way, maximum, side)
                 if walk is None:

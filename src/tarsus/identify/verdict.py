@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.errors import InputError
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.correlation import Combination, Ties, correlation, find_exponents
-from tarsus.identify.profile import LogLikelihood, Profile, Profiler
+from tarsus.identify.profile import LogLikelihood, Profile, Profiler, one_by_one
 from tarsus.identify.ranges import LEVEL, Range, range_of_draws
+from tarsus.identify.step import StepResult, joined_samples
 
 __all__ = [
     "Assessment",
@@ -22,6 +23,7 @@ __all__ = [
     "ParameterVerdict",
     "judge_likelihood",
     "judge_samples",
+    "judge_steps",
 ]
 
 Floats = NDArray[np.float64]
@@ -224,6 +226,46 @@ def judge_likelihood(
             combination = _tied(profiler, profiles, j, one, wanted)
         verdicts.append(_verdict(coordinates, j, one, combination, related, wanted))
     return Assessment(coordinates.names, ranges, related, tuple(verdicts), "profile likelihoods")
+
+
+def judge_steps(
+    steps: Mapping[str, StepResult],
+    *,
+    ties: Ties | None = None,
+    sizes: Mapping[str, float] | None = None,
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    level: float = LEVEL,
+) -> Assessment:
+    """Judge all numbers of a chain by the draws of its steps side by side.
+
+    The draws carry what earlier steps do not know into later ones, and tie numbers of different steps together. A range
+    without an end is what draws cannot show: where a step has a likelihood, its profiles are taken, the other steps
+    being as found, and a number whose profile does not close has the range and the verdict of that.
+
+    Raises
+    ------
+    InputError
+        As `judge_samples`; or if the steps have different numbers of draws.
+    """
+    paths, samples = joined_samples(steps)
+    values = np.concatenate([step.values for step in steps.values() if step.paths])
+    found = judge_samples(paths, values, samples, ties=ties, sizes=sizes, limits=limits, level=level)
+    ranges, verdicts = list(found.ranges), list(found.verdicts)
+    for step in steps.values():
+        if step.likelihood is None or not step.paths:
+            continue
+        own = {path: _own_size(step.draws(path)) for path in step.paths if step.value(path) == 0.0}
+        given = {path: size for path, size in (sizes or {}).items() if path in step.paths}
+        ends = {path: pair for path, pair in (limits or {}).items() if path in step.paths}
+        profiled = judge_likelihood(
+            step.paths, step.values, one_by_one(step.likelihood), ties=ties, sizes={**own, **given}, limits=ends,
+            level=level, starts=0,
+        )  # fmt: skip
+        for path in step.paths:
+            if not profiled.range(path).closed:
+                k = paths.index(path)
+                ranges[k], verdicts[k] = profiled.range(path), profiled[path]
+    return Assessment(paths, tuple(ranges), found.correlation, tuple(verdicts), found.basis)
 
 
 def _consistent(profiler: Profiler) -> list[Profile]:

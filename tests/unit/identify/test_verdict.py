@@ -9,12 +9,14 @@ from scipy.stats import norm
 from tarsus.errors import InputError
 from tarsus.identify.correlation import Ties
 from tarsus.identify.profile import one_by_one
+from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import (
     Determined,
     NotFromTheseData,
     OnlyTogether,
     judge_likelihood,
     judge_samples,
+    judge_steps,
 )
 
 REACH = float(norm.ppf(0.975))
@@ -53,6 +55,7 @@ def test_a_linear_model_has_its_textbook_intervals_and_correlation():
         ((1.0, -1.0), "a * b^-1"),
         ((1.0, -3.0), "a * b^-3"),
         ((-0.5, 1.0), "a * b^-2"),
+        ((-3.0, 1.0), "b * a^-3"),
         ((2.0, 3.0), "a^2 * b^3"),
     ],
 )
@@ -197,6 +200,25 @@ def test_a_likelihood_of_one_set_at_a_time():
     assert one.range("b").high == pytest.approx(
         judge_likelihood(("a", "b"), (1.0, 1.0), straight).range("b").high
     )
+
+
+def test_steps_of_a_chain_are_judged_side_by_side():
+    random = np.random.default_rng(9)
+    gap, rest = random.normal(0.0, 0.4, (2, 400))
+    first = StepResult("gap", ("g",), np.array([1.0]), np.exp(gap[:, None]))
+    film = np.exp(3.0 * gap + 0.03 * rest)
+    flat = np.exp(0.01 * random.standard_normal(400))  # draws that never left their start
+
+    def likelihood(theta):
+        return -0.5 * (np.log(theta[0]) / 0.5) ** 2
+
+    second = StepResult("film", ("C", "k"), np.ones(2), np.column_stack([film, flat]), likelihood=likelihood)
+    found = judge_steps({"gap": first, "film": second})
+    tied = found["C"]
+    assert isinstance(tied, OnlyTogether) and str(tied.combination) == "C * g^-3"
+    assert isinstance(found["k"], NotFromTheseData) and found.range("k").high == np.inf
+    without = judge_steps({"gap": first, "film": StepResult("film", ("C", "k"), np.ones(2), second.samples)})
+    assert isinstance(without["k"], Determined)
 
 
 @pytest.mark.slow
