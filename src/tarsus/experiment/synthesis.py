@@ -1,0 +1,307 @@
+"""A synthetic campaign: the records that a laboratory would make of a device to identify it, and the truth behind them.
+
+The order is that of section 2.4 of the source: frequency responses in the air, slow voltage loops, ramped squares of
+several lambda (adhesion, film), bounces, and signals that are kept for validation. A device whose foot has an electrode
+is recorded close to the ground as well (section 3.4.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
+from tarsus.errors import InputError
+from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.scene import Scene
+from tarsus.solve import simulate
+from tarsus.spec import float_paths, with_values
+
+__all__ = ["Instrument", "Purpose", "Take", "perturbed", "planned", "recorded", "rest_state"]
+
+Floats = NDArray[np.float64]
+
+IN_AIR = 0.03
+"""Distance of the ground [m] that counts as in the air, that of section 3.4.1."""
+
+REST = 0.01
+"""Time [s] a record lasts before the drive begins."""
+
+REPEATS = 3
+SWEEPS = 6
+_LOOP_SHARE = 20
+_TRIES = 200
+_CLEARANCE = 0.1
+"""Share of the neutral distance that the poled foot must be above the ground for the device to be used."""
+
+
+class Purpose(Enum):
+    """What a record is for."""
+
+    MODAL = "modal"
+    LOOPS = "loops"
+    RAMPS = "ramps"
+    BOUNCES = "bounces"
+    AIR = "air"
+    CLOSE = "close"
+    VALIDATION = "validation"
+
+
+@dataclass(frozen=True)
+class Instrument:
+    """A vibrometer with velocity and displacement outputs and the volts beside it.
+
+    rate [Hz]; snr_db: noise of each channel below the root mean square of its own motion; displacement: whether there
+    are displacement outputs; wander [m]: standard deviation of the zero of the displacement from record to record.
+    """
+
+    rate: float = 20e3
+    snr_db: float = 40.0
+    displacement: bool = True
+    wander: float = 1e-6
+
+
+@dataclass(frozen=True)
+class Take:
+    """One experiment: what is driven, how far the ground is at the neutral position [m] (None as in the device), for
+    how long [s], at what share of the rate it is recorded, and how often it is repeated; air: name of the take with the
+    same drive in the air."""
+
+    name: str
+    purpose: Purpose
+    signal: Waveform
+    duration: float
+    gap: float | None = None
+    repeats: int = REPEATS
+    share: int = 1
+    air: str | None = None
+
+
+def rest_state(scene: Scene) -> tuple[float, ...]:
+    """Coordinates (n,) of the structure at rest in the air at 0 V, after the history of its drives.
+
+    ``K x = sum_d load_d law_d(0 V)``, the neutral deflection (2.4).
+    """
+    structure = scene.robot.structure
+    force = np.zeros(structure.size)
+    for drive in scene.robot.drives.values():
+        force += drive.load.vector(structure) * float(drive.law.force([0.0], drive.history)[0])
+    return tuple(np.linalg.solve(structure.matrices().stiffness, force).tolist())
+
+
+def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = ()) -> Scene:
+    """A device like another, every number that a campaign identifies multiplied by 1 - spread to 1 + spread.
+
+    Parameters
+    ----------
+    scene
+        The device; its geometry, masses, gaps and signals stay.
+    spread
+        From 0 to below 1.
+    seed
+        Of the draw.
+    fixed
+        Paths that stay as well.
+
+    Raises
+    ------
+    InputError
+        For a spread outside 0 to 1, or when no draw of many gives a device whose poled foot is clear of the ground.
+    """
+    if not 0.0 <= spread < 1.0:
+        raise InputError(f"expected a perturbation from 0 to below 1, got {spread:g}")
+    paths = [path for path in identified_paths(scene) if path not in fixed]
+    before = float_paths(scene)
+    random = np.random.default_rng([seed, 5])
+    for _ in range(_TRIES):
+        factors = 1.0 + spread * random.uniform(-1.0, 1.0, len(paths))
+        values = {path: before[path].value * float(f) for path, f in zip(paths, factors, strict=True)}
+        values = {path: min(v, 0.95) if path.endswith("restitution.coefficient") else v for path, v in values.items()}
+        try:
+            drawn = with_values(scene, values)
+            with_values(drawn, {"initial.displacement": rest_state(drawn)})
+        except InputError:
+            continue
+        if _clear(drawn):
+            return drawn
+    raise InputError(f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling")
+
+
+def identified_paths(scene: Scene) -> list[str]:
+    """Paths of the numbers that a campaign identifies.
+
+    The participation of the first coordinate stays: it is the unit of the drive's force.
+    """
+    kept: list[str] = []
+    wanted = ("robot.structure.frequencies.", "robot.structure.damping_ratios.", "ground.restitution.", "ground.film.")
+    wanted += ("ground.adhesion.", "ground.electrostatic.")
+    for path in float_paths(scene):
+        parts = path.split(".")
+        drive = parts[:2] == ["robot", "drives"] and len(parts) > 4
+        if drive and parts[3:5] == ["load", "participation"] and parts[5] != "0":
+            kept.append(path)
+        if drive and parts[3] == "law" and parts[4] != "thresholds":
+            kept.append(path)
+        if path.startswith(wanted):
+            kept.append(path)
+    return kept
+
+
+def _clear(scene: Scene) -> bool:
+    x = np.array(rest_state(scene))
+    for foot in scene.robot.feet.values():
+        gap = foot.gap + foot.normal * float(scene.robot.structure.row(foot.point) @ x)
+        if gap < _CLEARANCE * foot.gap:
+            return False
+    return True
+
+
+def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed: int) -> Measurement:
+    """One record of an experiment, with the rest before it.
+
+    Displacements are relative to the rest before the drive begins, but for the wander of their zero.
+
+    Raises
+    ------
+    InputError
+        If the simulation does not reach its end.
+    """
+    random = np.random.default_rng([seed, 17])
+    placed = _placed(scene, take, drive)
+    run = simulate(placed, take.duration)
+    if not run.ok:
+        raise InputError(f"'{take.name}' cannot be recorded: {run.code}")
+    structure = placed.robot.structure
+    points = tuple(dict.fromkeys(foot.point for foot in placed.robot.feet.values())) + tuple(
+        name for name in structure.points if name not in {f.point for f in placed.robot.feet.values()}
+    )
+    rate = instrument.rate / take.share
+    rest = round(REST * rate) if take.purpose is not Purpose.MODAL else 0
+    times = np.arange(int(np.floor(take.duration * rate * (1.0 + 1e-12)))) / rate
+    states = run.states(times)
+    rows = np.array([structure.row(name) for name in points])
+    start = np.array(placed.initial.displacement)
+    moved, speed = rows @ (states.x - start[:, None]), rows @ states.v
+    channels: list[Channel] = []
+    signals: list[Floats] = []
+    for k, name in enumerate(points):
+        channels.append(Channel(f"{name} velocity", Quantity.VELOCITY, point=name))
+        signals.append(_noisy(speed[k], rest, instrument.snr_db, 0.0, random))
+    if instrument.displacement and take.purpose is not Purpose.MODAL:
+        for k, name in enumerate(points):
+            channels.append(Channel(f"{name} displacement", Quantity.DISPLACEMENT, point=name))
+            zero = instrument.wander * float(random.standard_normal())
+            signals.append(_noisy(moved[k], rest, instrument.snr_db, zero, random))
+    volts = np.concatenate([np.zeros(rest), take.signal.volts(times)])
+    channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
+    signals.append(_rounded(volts, 20.0 / 2**16))
+    return Measurement(
+        tuple(channels), np.array(signals), 1.0 / rate, start=-rest / rate, source=take.name, drive=f"{drive} volts"
+    )
+
+
+def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
+    """The experiments of a campaign on a device with hysteresis and adhesion, as in sections 2.3 to 2.5 of the source.
+
+    Parameters
+    ----------
+    scene
+        The device. As a laboratory would, it is tried first, to find drives that make it bounce.
+    rate
+        Samples per second of the vibrometer [Hz].
+    drive
+        Name of the drive.
+    """
+    takes = _sweeps(rate)
+    takes.append(Take("loops", Purpose.LOOPS, _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0)), 3.0, share=_LOOP_SHARE))
+    for hz, duty, periods in RAMPS:
+        wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
+        takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
+    for volts in _bouncing(scene, rate, drive):
+        wave = Square(amplitude=volts, frequency=BOUNCE_HZ)
+        near, far = f"bounces-{volts:g}v", f"air-{volts:g}v"
+        takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
+        takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
+    for volts in (6.0, 8.0):
+        for hz in (5.0, 15.0, 50.0, 100.0):
+            for kind, wave in (("square", Square), ("sine", Sine)):
+                signal = wave(amplitude=volts, frequency=hz)
+                name = f"held-out-{kind}-{volts:g}v-{hz:g}hz"
+                takes.append(Take(name, Purpose.VALIDATION, signal, 6.0 / hz if hz > 5.0 else 3.0 / hz, repeats=1))
+    return takes
+
+
+RAMPS = ((5.0, 0.25, 3), (5.0, 0.5, 3), (5.0, 1.0, 3), (20.0, 0.5, 4), (20.0, 1.0, 4), (60.0, 1.0, 8), (100.0, 1.0, 10))
+"""Ramped squares: frequency [Hz], lambda, periods."""
+
+BOUNCE_HZ = 300.0
+"""Frequency of the bouncing experiment, section 2.4."""
+
+BOUNCE_S = 0.2
+"""Its duration [s]."""
+
+
+def _sweeps(rate: float) -> list[Take]:
+    """Sweeps up and down of different lengths, so that the harmonics of a drive that is not quite linear meet the modes
+    at other times in each, and average out. Each ends where the sine is zero."""
+    takes = []
+    for number in range(SWEEPS):
+        seconds = 1.0 + 0.1 * number
+        low, high = 200.0, 0.45 * rate
+        high = 2.0 * np.floor(0.5 * (low + high) * seconds) / seconds - low
+        ends = (low, high) if number % 2 == 0 else (high, low)
+        wave = SweptSine(
+            amplitude=SWEEP_V, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds
+        )
+        takes.append(Take(f"sweep-{number + 1}", Purpose.MODAL, wave, 1.8, gap=IN_AIR, repeats=1))
+    return takes
+
+
+SWEEP_V = 0.2
+"""Amplitude of the sweeps [V]: low, as in section 2.3.1."""
+
+
+def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
+    """Straight ramps [V/s] from 0 V to each turning point in order."""
+    levels = [0.0, *turns]
+    times = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(levels)) / slope)])
+    return Sampled(times=tuple(times.tolist()), levels=tuple(levels))
+
+
+def _bouncing(scene: Scene, rate: float, drive: str) -> list[float]:
+    """The two amplitudes [V] of a square wave whose bounces are told best: most of those with samples enough around."""
+    found: list[tuple[int, float]] = []
+    for volts in np.arange(0.5, 8.01, 0.25):
+        take = Take("", Purpose.BOUNCES, Square(amplitude=float(volts), frequency=BOUNCE_HZ), BOUNCE_S)
+        run = simulate(_placed(scene, take, drive), BOUNCE_S)
+        touch = run.events[run.events["kind"] != 3]
+        far = np.diff(touch["time"]) * rate > _APART
+        clear = (touch["kind"][1:-1] == 1) & far[:-1] & far[1:]
+        found.append((int(np.count_nonzero(clear)), float(volts)))
+    best = sorted(found, key=lambda one: (-one[0], one[1]))[:2]
+    return [volts for _, volts in best]
+
+
+_APART = 9.0
+"""Samples between impacts that a bounce needs on both sides to be told well."""
+
+
+def _placed(scene: Scene, take: Take, drive: str) -> Scene:
+    """The scene of a take: its drive, its distance, begun at rest."""
+    changes: dict[str, object] = {"signals": {drive: take.signal}, "initial.displacement": rest_state(scene)}
+    if take.gap is not None:
+        changes |= {f"robot.feet.{name}.gap": take.gap for name in scene.robot.feet}
+    return with_values(scene, changes)
+
+
+def _noisy(values: Floats, rest: int, decibels: float, zero: float, random: np.random.Generator) -> Floats:
+    level = float(np.sqrt(np.mean(values**2))) * 10.0 ** (-decibels / 20.0)
+    whole = np.concatenate([np.zeros(rest), values])
+    return whole + zero + level * random.standard_normal(len(whole))
+
+
+def _rounded(values: Floats, step: float) -> Floats:
+    return np.round(values / step) * step

@@ -1,0 +1,150 @@
+"""Ramped squares -> pull-off force against contact time -> C_a0 and C_a.
+
+The pull (2.13) at the moment at which the foot let go is its adhesion ``f_a = C_a0 + C_a (t - t_c)`` (2.14); a line
+through pulls over contact durations, weighted by their errors, gives both constants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.identify.draws import drawn_counts, student
+from tarsus.identify.film import FilmFit
+from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+
+__all__ = ["Line", "identify_adhesion"]
+
+Floats = NDArray[np.float64]
+
+PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
+_FEWEST = 4
+_OUTSIDE = 6.0
+_ROUNDS = 20
+
+
+@dataclass(frozen=True)
+class Line:
+    """A weighted straight line: values (2,), at zero and slope; scatter [N] beside the errors; weights (n,)."""
+
+    values: Floats
+    scatter: float
+    weights: Floats
+
+
+def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
+    """Adhesion at first contact [N] and its growth [N/s].
+
+    Parameters
+    ----------
+    film
+        Break-offs with their pulls.
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If there are too few break-offs, or all contacts lasted equally long.
+    """
+    fitted, offs = film.fitted, film.offs
+    half = 0.5 * offs.step / np.sqrt(3.0)
+    if len(fitted.pull) < _FEWEST:
+        raise InputError(
+            f"{len(fitted.pull)} break-offs can be used, at least {_FEWEST} are needed for adhesion over contact time"
+        )
+    if np.ptp(fitted.duration) < 0.2 * fitted.duration.mean():
+        raise InputError(
+            f"all contacts lasted about {fitted.duration.mean():.3g} s, so that adhesion at first contact cannot be told from "
+            "its growth: vary lambda or the frequency of the ramped squares"
+        )
+    line = _line(fitted.duration, fitted.pull, fitted.pull_error, half)
+    off = fitted.pull - line.values[0] - line.values[1] * fitted.duration
+    kept = np.abs(off) * np.sqrt(line.weights) < _OUTSIDE
+    left = tuple(
+        LeftOut(
+            offs.traces[offs.items[int(r)].trace].file,
+            "",
+            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * fitted.duration[r]:.4g} ms is far off the line",
+        )
+        for r in np.flatnonzero(~kept)
+    )
+    duration, pull, error = fitted.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
+    line = _line(duration, pull, error, half)
+    groups = np.array([one.trace for one in offs.items])[kept]
+    samples = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
+
+    def likelihood(theta: Floats) -> float:
+        return -0.5 * float(np.sum(line.weights * (pull - theta[0] - theta[1] * duration) ** 2))
+
+    rest = pull - line.values[0] - line.values[1] * duration
+    ends = np.array([0.0, float(duration.max())])
+    panel = Panel(
+        "pull-off force over contact time",
+        "contact time",
+        "s",
+        "force",
+        "N",
+        (
+            Curve("break-offs", duration, pull, joined=False, error=error),
+            Curve("line", ends, line.values[0] + line.values[1] * ends),
+        ),
+    )
+    return StepResult(
+        "adhesion",
+        PATHS,
+        line.values,
+        np.maximum(samples, 0.0),
+        residuals=(
+            Residual(
+                "pull-off forces about the line",
+                "N",
+                float(np.sqrt(np.mean(rest**2))),
+                float(np.sqrt(np.mean(error**2))),
+                len(rest),
+            ),
+        ),
+        used=(Used("break-offs", int(kept.sum()), len(kept)),),
+        left_out=left,
+        panels=(panel,),
+        likelihood=likelihood,
+    )
+
+
+def _line(duration: Floats, pull: Floats, error: Floats, half: float) -> Line:
+    """Weighted line; a scatter beside the errors is found by moments."""
+    design = np.column_stack([np.ones_like(duration), duration])
+    slope, scatter, weights, values = 0.0, 0.0, np.ones_like(pull), np.zeros(2)
+    for _ in range(_ROUNDS):
+        variance = error**2 + (slope * half) ** 2
+        weights = 1.0 / (variance + scatter**2)
+        normal = design.T @ (weights[:, None] * design)
+        values = np.linalg.solve(normal, design.T @ (weights * pull))
+        slope = float(values[1])
+        rest = pull - design @ values
+        plain = 1.0 / variance
+        excess = float(np.sum(plain * rest**2)) - (len(pull) - 2)
+        new = float(np.sqrt(max(excess, 0.0) / plain.sum()))
+        if abs(new - scatter) < 1e-3 * (new + np.sqrt(variance.mean())):
+            break
+        scatter = new
+    return Line(values, scatter, weights)
+
+
+def _draws(
+    duration: Floats, pull: Floats, line: Line, groups: NDArray[np.intp], pulls: Floats, seed: int
+) -> Floats:
+    """Lines (draws, 2) over drawn records, with the pulls moved as earlier steps may be wrong (draws, n)."""
+    design = np.column_stack([np.ones_like(duration), duration])
+    numbers, which = np.unique(groups, return_inverse=True)
+    counts = drawn_counts(len(numbers), seed, len(pulls))
+    own = np.empty((len(pulls), 2))
+    for b, count in enumerate(counts):
+        weight = line.weights * (count[which] + 1e-3)
+        own[b] = np.linalg.solve(design.T @ (weight[:, None] * design), design.T @ (weight * pull))
+    weighted = line.weights[:, None] * design
+    from_before = np.linalg.solve(design.T @ weighted, weighted.T @ pulls.T).T
+    return line.values + (own - line.values) * min(student(float(len(numbers))), 20.0) + from_before

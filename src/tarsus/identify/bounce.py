@@ -1,0 +1,252 @@
+"""Bounces: the motion on both sides of an impact of the foot, fitted together.
+
+The foot is on the ground at the impact and its velocity changes there, together with the rest of the structure's by the
+mass-weighted impact law; before and after it the structure flies free under the drive's force and the film's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from tarsus.errors import InputError
+from tarsus.identify.flight import SUBSTEPS, Film, Flow, Volts
+from tarsus.identify.foot import FootModel
+from tarsus.identify.step import LeftOut
+from tarsus.identify.traces import STILL, Trace, jumps_of
+
+__all__ = ["Bounce", "BounceFit", "Bounces", "find_bounces"]
+
+Floats = NDArray[np.float64]
+
+LONGEST = 20
+"""Samples on each side of an impact that are fitted at most."""
+
+FEWEST = 5
+"""Samples there must be on each side."""
+
+_ROUNDS = 15
+_STEPS = (1e-8, 1e-8, 1e-5)
+"""Steps of the differences for the moment [s], places [m] and speeds [m/s]."""
+_SLOWEST = 8.0
+"""Standard deviations of a velocity sample that an approach must reach."""
+
+
+@dataclass(frozen=True)
+class Bounce:
+    """One impact in a record: last sample before it, and how many samples are used before and after it."""
+
+    trace: int
+    last: int
+    before: int
+    after: int
+
+
+def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Bounce], list[LeftOut]]:
+    """Impacts with a rebound in records, and those that cannot be used, with the reason.
+
+    An impact lies between two samples, at most two apart, at which the foot approaches and departs; between impacts, and
+    between an impact and a stretch on the ground, there must be samples enough.
+    """
+    found: list[Bounce] = []
+    left: list[LeftOut] = []
+    for number, trace in enumerate(traces):
+        k = trace.point(foot)
+        x, v, noise = trace.x[k] - level, trace.v[k], trace.noise_v[k]
+        near = x < STILL * trace.noise_x[k] + np.abs(v) * trace.step
+        jump = v[1:] - v[:-1]
+        met = (v[:-1] < -_SLOWEST * noise) & near[:-1] & near[1:] & (jump > _SLOWEST * noise)
+        met &= v[1:] > -0.3 * np.abs(v[:-1])
+        impacts = np.array([one[np.argmax(jump[one])] for one in _runs(met)], dtype=int)
+        # a place on the ground, or an impact, ends the flight on either side
+        slow = near & (np.abs(v) < STILL * noise) & (np.abs(x) < STILL * trace.noise_x[k])
+        ends = np.unique(np.concatenate([impacts, np.flatnonzero(slow), jumps_of(trace.volts)]))
+        for i in impacts:
+            earlier, later = ends[ends < i], ends[ends > i]
+            before = int(i - earlier[-1]) if len(earlier) else int(i) + 1
+            after = int(later[0] - i) if len(later) else len(v) - 1 - int(i)
+            if min(before, after) < FEWEST:
+                side = "before" if before < after else "after"
+                text = f"the impact at {trace.time[i]:.5g} s has only {min(before, after)} samples of free flight {side} it"
+                left.append(LeftOut(trace.file, foot, text))
+                continue
+            found.append(Bounce(number, int(i), min(before, LONGEST), min(after, LONGEST)))
+    return found, left
+
+
+def _runs(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Indices of a mask, one array for every run of neighbours."""
+    index = np.flatnonzero(chosen)
+    return np.split(index, np.flatnonzero(np.diff(index) > 1) + 1) if len(index) else []
+
+
+@dataclass(frozen=True)
+class BounceFit:
+    """Impacts as fitted.
+
+    unknowns (ni, q): moment [s] after the last sample before the impact, places and speeds of the free coordinates,
+    approach and departure velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the normal;
+    covariance (ni, 2, 2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays.
+    """
+
+    unknowns: Floats
+    speeds: Floats
+    covariance: Floats
+    chi: Floats
+    residuals: tuple[Floats, ...]
+
+
+class Bounces:
+    """Impacts of several records, ready to be fitted with any model and film."""
+
+    def __init__(self, traces: Sequence[Trace], items: Sequence[Bounce], level: float) -> None:
+        if not items:
+            raise InputError("no record shows a rebound with samples enough on both sides")
+        self.traces, self.items, self.level = tuple(traces), tuple(items), level
+        self.step = self.traces[items[0].trace].step
+        self.volts = {one.trace: Volts.of(self.traces[one.trace].volts) for one in items}
+
+    def chosen(self, keep: NDArray[np.bool_]) -> Bounces:
+        """Some of them."""
+        return Bounces(
+            self.traces, [one for one, yes in zip(self.items, keep, strict=True) if yes], self.level
+        )
+
+    def fit(self, model: FootModel, film: Film, start: Floats | None = None, rounds: int = _ROUNDS) -> BounceFit:
+        """Fit every impact by Levenberg-Marquardt."""
+        ready = _Ready(self, model, film)
+        unknowns = ready.guess() if start is None else start.copy()
+        damping = np.full(len(unknowns), 1e-3)
+        best, kept = np.full(len(unknowns), np.inf), unknowns
+        normal, right, cost, residuals = ready.system(unknowns)
+        good = normal, right, residuals
+        for _ in range(rounds):
+            better = cost < best
+            done = better & (best - cost < 1e-6 * cost + 1e-9)
+            kept = np.where(better[:, None], unknowns, kept)
+            good = (
+                np.where(better[:, None, None], normal, good[0]),
+                np.where(better[:, None], right, good[1]),
+                [new if yes else old for new, old, yes in zip(residuals, good[2], better, strict=True)],
+            )
+            damping = np.where(better, 0.1 * damping, 10.0 * damping)
+            best = np.where(better, cost, best)
+            if done.all():
+                break
+            diagonal = np.einsum("rqq->rq", good[0])[:, :, None] * np.eye(unknowns.shape[1])
+            unknowns = kept + np.linalg.solve(good[0] + damping[:, None, None] * diagonal, good[1][..., None])[..., 0]
+            normal, right, cost, residuals = ready.system(unknowns)
+        covariance = np.linalg.inv(good[0])[:, [-1, -2]][:, :, [-1, -2]]
+        counts = np.array([one.size for one in good[2]]) - kept.shape[1]
+        return BounceFit(kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]))
+
+    def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
+        """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
+        normal, right, _, _ = _Ready(self, model, film).system(fitted.unknowns)
+        moved = fitted.unknowns + np.linalg.solve(normal, right[..., None])[..., 0]
+        return moved[:, [-1, -2]]
+
+
+class _Ready:
+    """Everything of bounces that depends on the model but not on the unknowns."""
+
+    def __init__(self, bounces: Bounces, model: FootModel, film: Film) -> None:
+        self.bounces, self.model, self.film = bounces, model, film
+        step = bounces.step / SUBSTEPS
+        self.onward, self.backward = Flow(model, step), Flow(model, -step)
+        self.free = null_space(model.row[None, :])
+        self.grounded = -model.gap * model.row / float(model.row @ model.row)
+        n, points = len(model.row), len(model.points)
+        self.output = np.zeros((2 * points, 2 * n))
+        self.output[:points, :n] = self.output[points:, n:] = model.rows
+        first = bounces.traces[0]
+        rest = model.by_drive * float(model.law.force(first.volts[:1], model.history)[0])
+        self.measured, self.white = [], []
+        before = SUBSTEPS * (max(one.before for one in bounces.items) - 1) + 1
+        after = SUBSTEPS * (max(one.after for one in bounces.items) - 1) + 1
+        self.past, self.next = np.zeros((before, len(bounces.items))), np.zeros((after, len(bounces.items)))
+        self.between = np.zeros((2, len(bounces.items)))
+        for r, one in enumerate(bounces.items):
+            trace = bounces.traces[one.trace]
+            start = one.last - one.before + 1
+            force = bounces.volts[one.trace].force(model, start, one.before + one.after)
+            split = SUBSTEPS * (one.before - 1)
+            self._fill(self.past, r, force[: split + 1][::-1])
+            self._fill(self.next, r, force[split + SUBSTEPS :])
+            self.between[:, r] = force[split], force[split + SUBSTEPS]
+            part = slice(start, start + one.before + one.after)
+            self.measured.append(np.concatenate([trace.x[:, part] + rest[:, None], trace.v[:, part]]))
+            self.white.append(np.concatenate([trace.noise_x, trace.noise_v])[:, None])
+
+    @staticmethod
+    def _fill(table: Floats, r: int, force: Floats) -> None:
+        table[: len(force), r] = force
+        table[len(force) :, r] = force[-1]
+
+    def guess(self) -> Floats:
+        """First unknowns (ni, q): the foot's lines through the samples around the impact meet there."""
+        out, k = [], self.model.points.index(self.model.foot_point)
+        points, normal = len(self.model.points), self.model.normal
+        basis = self.model.rows @ self.free
+        for one, measured in zip(self.bounces.items, self.measured, strict=True):
+            last = measured[:, one.before - 1]
+            approach = normal * last[points + k]
+            departure = normal * measured[points + k, one.before]
+            height = self.model.gap + normal * last[k]
+            late = float(np.clip(-height / approach, 0.05 * self.bounces.step, 0.95 * self.bounces.step))
+            shift = self.model.rows @ self.grounded
+            at = np.linalg.lstsq(basis, last[:points] - shift, rcond=None)[0]
+            along = self.model.rows @ (self.model.row / float(self.model.row @ self.model.row))
+            speed = np.linalg.lstsq(basis, last[points:] - along * approach, rcond=None)[0]
+            out.append([late, *at, *speed, approach, departure])
+        return np.array(out)
+
+    def _states(self, unknowns: Floats) -> tuple[Floats, Floats]:
+        """States (2n, N) just before and just after the impacts."""
+        m = self.free.shape[1]
+        x = self.grounded[:, None] + self.free @ unknowns[:, 1 : 1 + m].T
+        across = self.free @ unknowns[:, 1 + m : 1 + 2 * m].T
+        along = self.model.row / float(self.model.row @ self.model.row)
+        before = across + along[:, None] * unknowns[:, -2]
+        after = before + self.model.blow[:, None] * (unknowns[:, -1] - unknowns[:, -2])
+        return np.concatenate([x, before]), np.concatenate([x, after])
+
+    def system(self, unknowns: Floats) -> tuple[Floats, Floats, Floats, list[Floats]]:
+        """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns."""
+        count, q = unknowns.shape
+        m = self.free.shape[1]
+        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, _STEPS[2], _STEPS[2]])
+        tried = np.concatenate([unknowns, *(unknowns + step * one for step, one in zip(steps, np.eye(q), strict=True))])
+        before, after = self._states(tried)
+        late, times = tried[:, 0], q + 1
+        slope = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)
+        at = np.tile(self.between[0], times) + slope * late
+        gap = self.model.gap
+        back = self.backward.short(before, at, slope, self.film, gap, -late)
+        past = self.backward.fly(back, np.tile(self.past, (1, times)), self.film, gap)
+        ahead = self.onward.short(after, at, slope, self.film, gap, self.bounces.step - late)
+        coming = self.onward.fly(ahead, np.tile(self.next, (1, times)), self.film, gap)
+        seen_past = np.einsum("ci,sin->nsc", self.output, past)
+        seen_next = np.einsum("ci,sin->nsc", self.output, coming)
+        normal, right, cost, residuals = np.empty((count, q, q)), np.empty((count, q)), np.empty(count), []
+        for r, one in enumerate(self.bounces.items):
+            both = np.concatenate(
+                [seen_past[r::count, : one.before][:, ::-1], seen_next[r::count, : one.after]], axis=1
+            ).transpose(0, 2, 1)
+            residual = (self.measured[r] - both[0]) / self.white[r]
+            flat = ((both[1:] - both[0]) / self.white[r] / steps[:, None, None]).reshape(q, -1)
+            normal[r], right[r], cost[r] = flat @ flat.T, flat @ residual.ravel(), np.sum(residual**2)
+            residuals.append(residual)
+        return normal, right, cost, residuals
+
+
+def fewer(bounces: Sequence[Bounce], most: int) -> list[Bounce]:
+    """At most ``most`` of the bounces, evenly from all."""
+    if len(bounces) <= most:
+        return list(bounces)
+    picked = np.unique(np.linspace(0, len(bounces) - 1, most).round().astype(int))
+    return [replace(bounces[int(i)]) for i in picked]

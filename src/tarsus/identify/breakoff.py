@@ -1,0 +1,496 @@
+"""Break-offs: the motion of the structure from the moment at which its foot leaves the ground.
+
+Until the moment the foot stands still, so that the state at it has few unknowns: where the rest of the structure is, and
+how fast. From there on the structure flies free, under the drive's force and the film's. A fit of that flight tells the
+moment, the state at it, and with them the pull (2.13) at which the foot let go; all flights together tell the film.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import null_space
+
+from tarsus.errors import InputError
+from tarsus.identify.flight import SUBSTEPS, Film, Flow, Volts
+from tarsus.identify.foot import FootModel
+from tarsus.identify.step import LeftOut
+from tarsus.identify.traces import STILL, Hold, Trace, holds
+
+__all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]
+
+Floats = NDArray[np.float64]
+
+LONGEST = 0.025
+"""Time [s] of a flight that is fitted at most."""
+
+FEWEST = 24
+"""Samples a flight must have."""
+
+_SKIPPED = 2
+_ROUNDS = 12
+_STEPS = (1e-7, 1e-8, 1e-5, 1e-10)
+"""Steps of the differences for moment [s], places [m], speeds [m/s] and force [N]."""
+_LOG_STEP = 1e-3
+_ALIKE = 2.0
+_BEGINNING = 48
+_LOOKING_BACK = 4
+_TRIED = (0.0, 0.7, -0.7)
+"""Samples by which the first guess of the moment of release is varied."""
+_PRIOR = (3.0, 2.0)
+"""Standard deviations of log C/g0^3 and log g0 about the first guess, which only keep a fit from running away."""
+_LIMITS = (np.log(1e-8), np.log(1e-2))
+"""Film thicknesses [m] between which a fit searches, as logarithms."""
+WORST = 5.0
+"""Chi-squared per degree of freedom beyond which a flight is not that of this structure."""
+
+
+@dataclass(frozen=True)
+class FilmGuess:
+    """Film by what the data determine: log of C / g0^3 [N s/m] and log of g0 [m]."""
+
+    stiffness: float
+    thickness: float
+
+    @staticmethod
+    def of(coefficient: float, thickness: float) -> FilmGuess:
+        """From C [N m^2 s] and g0 [m]."""
+        return FilmGuess(float(np.log(coefficient / thickness**3)), float(np.log(thickness)))
+
+    @property
+    def film(self) -> Film:
+        """The law's own parameters."""
+        g0 = float(np.exp(self.thickness))
+        return Film(float(np.exp(self.stiffness)) * g0**3, g0)
+
+
+@dataclass(frozen=True)
+class BreakOff:
+    """One break-off in a record: the hold before it, first sample that is fitted, number of samples (n)."""
+
+    trace: int
+    hold: Hold
+    first: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Break-offs fitted together with one film.
+
+    unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force that
+    the drive's law misses [N]; film; pull, pull_error (nr,) [N]; duration (nr,) [s] of the hold before; chi (nr,):
+    chi-squared per degree of freedom; information (nr, 2, 2) and score (nr, 2) about the film, all unknowns of a flight
+    taken along; by_film (nr, 2): change of each pull with the film; residuals: (nr) arrays (channels, samples).
+    """
+
+    unknowns: Floats
+    film: FilmGuess
+    pull: Floats
+    pull_error: Floats
+    duration: Floats
+    chi: Floats
+    information: Floats
+    score: Floats
+    by_film: Floats
+    residuals: tuple[Floats, ...]
+    flights: tuple[Floats, ...]
+
+
+def find_break_offs(
+    traces: Sequence[Trace], foot: str, level: float
+) -> tuple[list[BreakOff], list[LeftOut]]:
+    """Break-offs in records, and those that cannot be used, with the reason."""
+    found: list[BreakOff] = []
+    left: list[LeftOut] = []
+    for number, trace in enumerate(traces):
+        k = trace.point(foot)
+        height = trace.x[k] - level
+        for hold in holds(trace, foot, level):
+            if hold.last >= len(trace.time) - FEWEST:
+                continue
+            first = hold.last + _SKIPPED
+            end = min(first + round(LONGEST / trace.step), len(trace.time))
+            away = np.flatnonzero(height[first:end] > 3.0 * STILL * trace.noise_x[k])
+            if len(away):
+                back = np.flatnonzero(height[first + away[0] : end] < STILL * trace.noise_x[k])
+                if len(back):
+                    end = first + int(away[0]) + int(back[0]) - 2
+            at = trace.time[hold.last]
+            if not len(away) or end - first < FEWEST:
+                left.append(
+                    LeftOut(trace.file, foot, f"the foot is back on the ground too soon after its release at {at:.5g} s")
+                )
+                continue
+            found.append(BreakOff(number, hold, first, end - first))
+    return found, left
+
+
+class BreakOffs:
+    """Break-offs of several records, ready to be fitted with any model.
+
+    Parameters
+    ----------
+    traces
+        The records.
+    items
+        Their break-offs.
+    level
+        Contact level from the rest [m].
+    """
+
+    def __init__(
+        self,
+        traces: Sequence[Trace],
+        items: Sequence[BreakOff],
+        level: float,
+        volts: Mapping[int, Volts] | None = None,
+    ) -> None:
+        if not items:
+            raise InputError("no record shows a foot that lets go of the ground and then flies long enough")
+        self.traces, self.items, self.level = tuple(traces), tuple(items), level
+        steps = {round(self.traces[one.trace].step, 12) for one in items}
+        if len(steps) > 1:
+            raise InputError("the records of break-offs are sampled at different rates")
+        self.step = self.traces[items[0].trace].step
+        needed = {one.trace for one in items}
+        self.volts = {k: Volts.of(self.traces[k].volts) for k in needed} if volts is None else volts
+
+    def chosen(self, keep: NDArray[np.bool_]) -> BreakOffs:
+        """Some of them."""
+        kept = [one for one, yes in zip(self.items, keep, strict=True) if yes]
+        return BreakOffs(self.traces, kept, self.level, self.volts)
+
+    def durations(self) -> Floats:
+        """Times (nr,) [s] from the sample before each hold to its last sample."""
+        return np.array([(one.hold.last - one.hold.first + 0.5) * self.step for one in self.items])
+
+    def guess(self, model: FootModel) -> Floats:
+        """First unknowns (nr, q)."""
+        free = null_space(model.row[None, :])
+        out = []
+        for one in self.items:
+            trace = self.traces[one.trace]
+            near = slice(max(one.hold.last - 4, one.hold.first), one.hold.last + 1)
+            x = trace.x[:, near].mean(axis=1) + self._rest(model)
+            v = trace.v[:, near].mean(axis=1)
+            basis = model.rows @ free
+            at = np.linalg.lstsq(basis, x - model.rows @ _grounded(model), rcond=None)[0]
+            speed = np.linalg.lstsq(basis, v, rcond=None)[0]
+            out.append([(one.first - one.hold.last - 0.5) * self.step, *at, *speed, 0.0])
+        return np.array(out)
+
+    def _rest(self, model: FootModel) -> Floats:
+        """Displacements (np,) of the points from the neutral position at rest [m]."""
+        volts = np.array([self.traces[0].volts[0]])
+        return model.by_drive * float(model.law.force(volts, model.history)[0])
+
+    def fit(
+        self, model: FootModel, film: FilmGuess, start: Floats | None = None, rounds: int = _ROUNDS, fixed: bool = False
+    ) -> Fitted:
+        """Fit all flights with one film (Gauss-Newton, with a step that is halved where it does not help).
+
+        Parameters
+        ----------
+        model
+            Structure and drive.
+        film
+            First guess.
+        start
+            First unknowns (nr, q).
+        rounds
+            At most.
+        fixed
+            Whether the film stays as it is.
+        """
+        prepared = _Prepared(self, model)
+        shared = np.array([film.stiffness, film.thickness])
+        unknowns = start
+        if unknowns is None:
+            unknowns = _settled(prepared, self._tried(model, shared), shared, rounds)
+        if not fixed:
+            unknowns, shared = _joint(prepared, unknowns, shared, rounds)
+        system = prepared.system(unknowns, shared)
+        return prepared.result(system, unknowns, FilmGuess(float(shared[0]), float(shared[1])))
+
+    def _tried(self, model: FootModel, shared: Floats) -> Floats:
+        """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the moment."""
+        items = [replace(one, count=min(one.count, _BEGINNING)) for one in self.items]
+        begun = BreakOffs(self.traces, items, self.level, self.volts)
+        prepared, unknowns = _Prepared(begun, model), self.guess(model)
+        best, kept = np.full(len(unknowns), np.inf), unknowns
+        for late in _TRIED:
+            tried = unknowns.copy()
+            tried[:, 0] += late * self.step
+            tried = _settled(prepared, tried, shared, _ROUNDS)
+            cost = prepared.system(tried, shared).cost
+            kept = np.where((cost < best)[:, None], tried, kept)
+            best = np.where(cost < best, cost, best)
+        return kept
+
+    def likelihood(self, model: FootModel, fitted: Fitted, film: FilmGuess) -> float:
+        """Log-likelihood of a film, up to a constant, with the unknowns of every flight at their best."""
+        system = _Prepared(self, model).system(fitted.unknowns, np.array([film.stiffness, film.thickness]))
+        return -0.5 * _profiled(system)
+
+    def moved(self, model: FootModel, fitted: Fitted) -> tuple[Floats, Floats]:
+        """Film (2,) and pulls (nr,) for a model near the fitted one, by one Gauss-Newton step."""
+        prepared = _Prepared(self, model)
+        shared = np.array([fitted.film.stiffness, fitted.film.thickness])
+        system = prepared.system(fitted.unknowns, shared)
+        own, step = system.solve(_weak() * 1e-6, np.zeros(2), np.zeros(len(self.items)), 0.0)
+        return shared + step, prepared.pulls(fitted.unknowns + own)
+
+
+def _profiled(system: _System) -> float:
+    """Cost with every flight's unknowns at their best, to second order."""
+    gain = np.einsum("rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0])
+    return float(system.cost.sum() - gain)
+
+
+def _weak() -> Floats:
+    return np.diag([_PRIOR[0] ** -2, _PRIOR[1] ** -2])
+
+
+def _settled(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> Floats:
+    """Unknowns of every flight for one film, each by Levenberg-Marquardt of its own."""
+    damping = np.full(len(unknowns), 1e-2)
+    best, kept = np.full(len(unknowns), np.inf), unknowns
+    system = prepared.system(unknowns, shared)
+    for _ in range(rounds):
+        better = system.cost < best
+        done = better & (best - system.cost < 1e-3 * best) & (damping < 1.0)
+        kept = np.where(better[:, None], unknowns, kept)
+        damping = np.where(better, 0.1 * damping, 10.0 * damping)
+        best = np.where(better, system.cost, best)
+        if done.all():
+            break
+        if not better.all():
+            system = prepared.system(kept, shared)
+        own, _ = system.solve(_weak(), np.zeros(2), damping, np.inf)
+        unknowns = kept + own
+        system = prepared.system(unknowns, shared)
+    return kept
+
+
+def _joint(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> tuple[Floats, Floats]:
+    """Unknowns and film together by Levenberg-Marquardt."""
+    middle, prior, damping = shared, _weak(), 1e-3
+    best, kept = np.inf, (unknowns, shared)
+    system = prepared.system(unknowns, shared)
+    for _ in range(rounds):
+        off = shared - middle
+        cost = float(system.cost.sum() + off @ prior @ off)
+        if cost < best:
+            done = best - cost < 1e-2
+            best, kept, damping, good = cost, (unknowns, shared), 0.1 * damping, system
+            if done:
+                break
+        else:
+            damping = max(10.0 * damping, 1e-2)
+            if damping > 1e6:
+                break
+        own, step = good.solve(prior, prior @ (middle - kept[1]), np.full(len(unknowns), damping), damping)
+        unknowns, shared = kept[0] + own, kept[1] + np.clip(step, -1.0, 1.0)
+        system = prepared.system(unknowns, shared)
+    return kept
+
+
+def _grounded(model: FootModel) -> Floats:
+    """Coordinates (n,) with the foot on the ground, the shortest ones."""
+    return -model.gap * model.row / float(model.row @ model.row)
+
+
+@dataclass(frozen=True)
+class _System:
+    """Normal equations of all flights: own (nr, q, q), across (nr, q, 2), shared (nr, 2, 2), right sides, costs."""
+
+    own: Floats
+    across: Floats
+    shared: Floats
+    right_own: Floats
+    right_shared: Floats
+    cost: Floats
+    count: Floats
+    residuals: tuple[Floats, ...]
+    flights: tuple[Floats, ...]
+
+    def reduced(self) -> tuple[Floats, Floats]:
+        """Information (nr, 2, 2) and score (nr, 2) about the film, with each flight's unknowns taken along."""
+        solved = np.linalg.solve(self.own, self.across)
+        information = self.shared - np.einsum("rqa,rqb->rab", self.across, solved)
+        score = self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)
+        return information, score
+
+    def solve(self, prior: Floats, right: Floats, damping: Floats, film_damping: float) -> tuple[Floats, Floats]:
+        """Steps of the unknowns (nr, q), damped flight by flight (nr,), and of the film (2,); an infinite damping holds
+        the film."""
+        diagonal = np.einsum("rqq->rq", self.own)[:, :, None] * np.eye(self.own.shape[1])
+        own = self.own + damping[:, None, None] * diagonal
+        step = np.zeros(2)
+        if np.isfinite(film_damping):
+            solved = np.linalg.solve(own, self.across)
+            information = (self.shared - np.einsum("rqa,rqb->rab", self.across, solved)).sum(axis=0)
+            score = (self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)).sum(axis=0)
+            step = np.linalg.solve(information * (1.0 + film_damping * np.eye(2)) + prior, score + right)
+        unknowns = np.linalg.solve(own, (self.right_own - self.across @ step)[..., None])[..., 0]
+        return unknowns, step
+
+
+def _alike(counts: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """Numbers of flights in groups of similar length, so that short ones do not fly on with long ones."""
+    order = np.argsort(counts, kind="stable")
+    groups: list[list[int]] = [[]]
+    for r in order:
+        if groups[-1] and counts[r] > _ALIKE * counts[groups[-1][0]]:
+            groups.append([])
+        groups[-1].append(int(r))
+    return [np.array(group) for group in groups]
+
+
+def _parabola(volts: Volts, model: FootModel, first: int, step: float) -> Floats:
+    """Coefficients (3,) of the drive force before a sample, ``a t^2 + b t + c`` with t [s] from that sample on."""
+    start = max(first - _LOOKING_BACK, 0)
+    force = volts.force(model, start, first - start + 1)
+    time = (np.arange(len(force)) / volts.substeps - (first - start)) * step
+    size = max(float(-time[0]), step)
+    return np.polyfit(time / size, force, min(2, len(force) - 1)) / size ** np.array([2.0, 1.0, 0.0])
+
+
+class _Prepared:
+    """Everything of break-offs that depends on the model but not on the unknowns."""
+
+    def __init__(self, offs: BreakOffs, model: FootModel) -> None:
+        self.offs, self.model = offs, model
+        self.flow = Flow(model, offs.step / SUBSTEPS)
+        self.free = null_space(model.row[None, :])
+        self.grounded = _grounded(model)
+        rest = offs._rest(model)
+        self.groups = _alike(np.array([one.count for one in offs.items]))
+        longest = max(one.count for one in offs.items)
+        steps = SUBSTEPS * (longest - 1) + 1
+        self.drive = np.zeros((steps, len(offs.items)))
+        self.near = np.zeros((3, len(offs.items)))
+        self.measured: list[Floats] = []
+        self.white: list[Floats] = []
+        for r, one in enumerate(offs.items):
+            trace = offs.traces[one.trace]
+            force = offs.volts[one.trace].force(model, one.first, one.count)
+            self.near[:, r] = _parabola(offs.volts[one.trace], model, one.first, offs.step)
+            self.drive[: len(force), r] = force
+            self.drive[len(force) :, r] = force[-1]
+            part = slice(one.first, one.first + one.count)
+            self.measured.append(np.concatenate([trace.x[:, part] + rest[:, None], trace.v[:, part]]))
+            self.white.append(np.concatenate([trace.noise_x, trace.noise_v]))
+        n, points = len(model.row), len(model.points)
+        self.output = np.zeros((2 * points, 2 * n))
+        self.output[:points, :n] = self.output[points:, n:] = model.rows
+
+    def states(self, unknowns: Floats) -> Floats:
+        """States (2n, nr) at the moments of release."""
+        m = self.free.shape[1]
+        x = self.grounded[:, None] + self.free @ unknowns[:, 1 : 1 + m].T
+        v = self.free @ unknowns[:, 1 + m : 1 + 2 * m].T
+        return np.concatenate([x, v])
+
+    def pulls(self, unknowns: Floats) -> Floats:
+        """Pull of the structure (nr,) [N] at the moments of release."""
+        force = self._at_release(unknowns) + unknowns[:, -1]
+        return self.model.pull(self.states(unknowns), force)
+
+    def _at_release(self, unknowns: Floats) -> Floats:
+        """Drive force (nr,) [N] by the law at the moments of release, on the parabola before the first samples."""
+        bend, slope, level = self.near
+        return (bend * -unknowns[:, 0] + slope) * -unknowns[:, 0] + level
+
+    def system(self, unknowns: Floats, shared: Floats) -> _System:
+        """Flights at the unknowns (nr, q) and the film, and their derivatives by differences."""
+        count, q = unknowns.shape
+        m = self.free.shape[1]
+        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, _STEPS[3]])
+        tries, films = [unknowns], [shared]
+        for k in range(q):
+            tried = unknowns.copy()
+            tried[:, k] += steps[k]
+            tries.append(tried)
+            films.append(shared)
+        for k in range(2):
+            tries.append(unknowns)
+            films.append(shared + _LOG_STEP * np.eye(2)[k])
+        scale = np.concatenate([steps, [_LOG_STEP] * 2])[:, None, None]
+        pieces: list[Any] = [None] * count
+        for group in self.groups:
+            flown = self._fly(tries, films, group)
+            for place, r in enumerate(group):
+                # (columns, channels, samples)
+                part = flown[: self.offs.items[r].count, :, place :: len(group)].transpose(2, 1, 0)
+                white = self.white[r][:, None]
+                residual = (self.measured[r] - part[0]) / white
+                slopes = (part[1:] - part[0]) / white / scale
+                flat = slopes.reshape(len(slopes), -1)
+                normal, right = flat @ flat.T, flat @ residual.ravel()
+                pieces[r] = (normal, right, float(np.sum(residual**2)), residual, part[0])
+        normal = np.array([one[0] for one in pieces])
+        right = np.array([one[1] for one in pieces])
+        return _System(
+            normal[:, :q, :q],
+            normal[:, :q, q:],
+            normal[:, q:, q:],
+            right[:, :q],
+            right[:, q:],
+            np.array([one[2] for one in pieces]),
+            np.array([one[3].size - q for one in pieces], dtype=float),
+            tuple(one[3] for one in pieces),
+            tuple(one[4] for one in pieces),
+        )
+
+    def _fly(self, tries: list[Floats], films: list[Floats], group: NDArray[np.intp]) -> Floats:
+        """Outputs (samples, channels, columns) of some break-offs, columns by try and then by break-off."""
+        unknowns = np.concatenate([tried[group] for tried in tries])
+        stiffness = np.repeat([f[0] for f in films], len(group))
+        thickness = np.exp(np.clip(np.repeat([f[1] for f in films], len(group)), *_LIMITS))
+        film = Film(np.exp(stiffness) * thickness**3, thickness)
+        steps = SUBSTEPS * (max(self.offs.items[r].count for r in group) - 1) + 1
+        part = self.drive[:steps, group]
+        drive = np.tile(part, (1, len(tries))) + unknowns[:, -1]
+        late = unknowns[:, 0]
+        bend, slope, level = np.tile(self.near[:, group], (1, len(tries)))
+        begin = (bend * -late + slope) * -late + level + unknowns[:, -1]
+        start = self.flow.short(
+            self.states(unknowns), begin, slope - 2.0 * bend * late, film, self.model.gap, late, bend
+        )
+        flown = self.flow.fly(start, drive, film, self.model.gap)
+        return np.einsum("ci,sin->scn", self.output, flown)
+
+    def result(self, system: _System, unknowns: Floats, film: FilmGuess) -> Fitted:
+        """Pulls with their errors, at the end of a fit."""
+        information, score = system.reduced()
+        steps = np.maximum(np.abs(unknowns).max(axis=0), 1e-12) * 1e-6
+        slopes = np.empty_like(unknowns)
+        for k in range(unknowns.shape[1]):
+            up, down = unknowns.copy(), unknowns.copy()
+            up[:, k] += steps[k]
+            down[:, k] -= steps[k]
+            slopes[:, k] = (self.pulls(up) - self.pulls(down)) / (2.0 * steps[k])
+        chi = system.cost / system.count
+        covariance = np.linalg.inv(system.own)
+        error = np.sqrt(np.einsum("rq,rqp,rp->r", slopes, covariance, slopes) * np.maximum(chi, 1.0))
+        by_film = -np.einsum("rq,rqa->ra", slopes, np.linalg.solve(system.own, system.across))
+        begun = (np.array([one.first - one.hold.first for one in self.offs.items]) + 0.5) * self.offs.step
+        return Fitted(
+            unknowns,
+            film,
+            self.pulls(unknowns),
+            error,
+            begun - unknowns[:, 0],
+            chi,
+            information,
+            score,
+            by_film,
+            system.residuals,
+            system.flights,
+        )

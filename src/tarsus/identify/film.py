@@ -1,0 +1,174 @@
+"""Ring-down after break-off -> the film's C and g0.
+
+Fitted to the flights of `tarsus.identify.breakoff` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What the
+decay near the ground tells best is ``C / g0^3`` [N s/m], the damping at contact; C and g0 alone hang together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, Fitted, find_break_offs
+from tarsus.identify.draws import carried, newton_draws
+from tarsus.identify.foot import FootModel
+from tarsus.identify.known import Known
+from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.traces import Trace
+
+__all__ = ["FilmFit", "identify_film"]
+
+Floats = NDArray[np.float64]
+
+PATHS = ("ground.film.coefficient", "ground.film.thickness")
+MOST = 120
+"""Flights that are fitted at most, evenly from all."""
+_SHOWN = 4
+
+
+@dataclass(frozen=True)
+class FilmFit:
+    """The step's result; the break-offs it used, as fitted; and draws of their pulls about the fitted ones: what the
+    film and earlier steps do not know (draws, nr)."""
+
+    step: StepResult
+    offs: BreakOffs
+    fitted: Fitted
+    pulls: Floats
+
+
+def identify_film(
+    model: FootModel, known: Known, traces: Sequence[Trace], level: float, seed: int
+) -> FilmFit:
+    """Film coefficient and thickness, with C / g0^3.
+
+    Parameters
+    ----------
+    model
+        Structure and drive as identified.
+    known
+        What earlier steps found, with draws.
+    traces
+        Records of ramped squares.
+    level
+        Contact level from the rest [m].
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If no break-off can be used.
+    """
+    items, left = find_break_offs(traces, model.foot_point, level)
+    found = len(items) + len(left)
+    if not items:
+        files = ", ".join(sorted({trace.file for trace in traces}))
+        raise InputError(f"{files}: channel '{model.foot_point}' shows no break-off with a free flight after it")
+    if len(items) > MOST:
+        picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
+        items = [items[int(i)] for i in picked]
+    offs = BreakOffs(traces, items, level)
+    fitted = offs.fit(model, _first_guess(model))
+    good = fitted.chi < WORST
+    if not good.any():
+        raise InputError(
+            "no flight after a break-off is a free motion of this structure: are sampling rate, channels and zero right?"
+        )
+    for r in np.flatnonzero(~good):
+        trace = traces[items[int(r)].trace]
+        at = trace.time[items[int(r)].hold.last]
+        text = f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared {fitted.chi[r]:.3g})"
+        left.append(LeftOut(trace.file, model.foot_point, text))
+    if not good.all():
+        offs = offs.chosen(good)
+        fitted = offs.fit(model, fitted.film, start=fitted.unknowns[good])
+    step, pulls = _result(model, known, offs, fitted, seed)
+    used = Used("break-offs", len(offs.items), found)
+    return FilmFit(_with(step, left, used), offs, fitted, pulls)
+
+
+def _with(step: StepResult, left: Sequence[LeftOut], used: Used) -> StepResult:
+    from dataclasses import replace
+
+    return replace(step, left_out=tuple(left), used=(used,))
+
+
+def _first_guess(model: FootModel) -> FilmGuess:
+    """A film that damps the foot as much as the structure's first mode does, half a gap thick."""
+    omega = float(np.sqrt(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness)).real.min()))
+    share = float(model.row @ np.linalg.solve(model.stiffness, model.row))
+    damping = 0.02 / (omega * share)
+    return FilmGuess(float(np.log(damping)), float(np.log(0.5 * model.gap)))
+
+
+def _result(
+    model: FootModel, known: Known, offs: BreakOffs, fitted: Fitted, seed: int
+) -> tuple[StepResult, Floats]:
+    groups = np.array([one.trace for one in offs.items])
+    numbers = np.unique(groups)
+    information = np.array([fitted.information[groups == g].sum(axis=0) for g in numbers])
+    score = np.array([fitted.score[groups == g].sum(axis=0) for g in numbers])
+    own = newton_draws(information, score, seed)
+    centre = np.array([fitted.film.stiffness, fitted.film.thickness])
+
+    def again(values: Floats) -> Floats:
+        film, pulls = offs.moved(known.model(values), fitted)
+        return np.concatenate([film, pulls])
+
+    from_before = carried(again, known.values, known.samples)
+    logs = centre + own + from_before[:, :2]
+    pulls = from_before[:, 2:] + own @ fitted.by_film.T
+    film = fitted.film.film
+    thickness = np.exp(logs[:, 1])
+    stiffness = np.exp(logs[:, 0])
+    samples = np.column_stack([stiffness * thickness**3, thickness])
+    values = np.array([float(np.asarray(film.coefficient)), float(np.asarray(film.thickness))])
+    ratio = float(np.exp(fitted.film.stiffness))
+
+    def likelihood(theta: Floats) -> float:
+        guess = FilmGuess.of(float(theta[0]), float(theta[1]))
+        return offs.likelihood(model, fitted, guess)
+
+    step = StepResult(
+        "film",
+        PATHS,
+        values,
+        samples,
+        combinations={"C / g0^3": (ratio, stiffness, "N s/m")},
+        residuals=_residuals(offs, fitted),
+        panels=_panels(model, offs, fitted),
+        likelihood=likelihood,
+    )
+    return step, pulls
+
+
+def _residuals(offs: BreakOffs, fitted: Fitted) -> tuple[Residual, ...]:
+    out = []
+    for number in sorted({one.trace for one in offs.items}):
+        parts = [fitted.residuals[r].ravel() for r, one in enumerate(offs.items) if one.trace == number]
+        whole = np.concatenate(parts)
+        label = f"{offs.traces[number].file}, over the noise"
+        out.append(Residual(label, "1", float(np.sqrt(np.mean(whole**2))), 1.0, whole.size))
+    return tuple(out)
+
+
+def _panels(model: FootModel, offs: BreakOffs, fitted: Fitted) -> tuple[Panel, ...]:
+    k = model.points.index(model.foot_point)
+    picked = np.unique(np.linspace(0, len(offs.items) - 1, _SHOWN).round().astype(int))
+    panels = []
+    for r in picked:
+        one = offs.items[int(r)]
+        trace = offs.traces[one.trace]
+        part = slice(one.first, one.first + one.count)
+        time = trace.time[part] - trace.time[one.first] + fitted.unknowns[r, 0]
+        gap = model.normal * fitted.flights[r][k] + model.gap
+        seen = gap + model.normal * fitted.residuals[r][k] * trace.noise_x[k]
+        curves = (Curve("measured", time, seen, joined=False), Curve("fitted", time, gap))
+        title = f"{trace.file}, release at {trace.time[one.hold.last]:.4g} s"
+        panels.append(Panel(title, "time after break-off", "s", "gap", "m", curves))
+    return tuple(panels)

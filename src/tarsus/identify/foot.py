@@ -1,0 +1,146 @@
+"""What the steps of the chain need of a device: one foot, one drive, and the linear structure between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.laws import VoltageLaw
+from tarsus.scene import Scene
+from tarsus.spec import with_values
+
+__all__ = ["FootModel"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FootModel:
+    """A scene seen from one foot and one drive.
+
+    Displacements are along +z; a force on the foot counts along its normal n, so that ``gap = gap(0) + n . x``.
+    """
+
+    scene: Scene
+    foot: str
+    drive: str
+    points: tuple[str, ...]
+
+    @property
+    def law(self) -> VoltageLaw:
+        """From volts to force [N]."""
+        return self.scene.robot.drives[self.drive].law
+
+    @property
+    def history(self) -> tuple[float, ...]:
+        """Volts visited before a record begins."""
+        return self.scene.robot.drives[self.drive].history
+
+    @property
+    def gap(self) -> float:
+        """Distance of the foot from the ground at the neutral position, where no force bends the structure [m]."""
+        return self.scene.robot.feet[self.foot].gap
+
+    @property
+    def normal(self) -> int:
+        """1 above a ground facing up, -1 below one facing down."""
+        return self.scene.robot.feet[self.foot].normal
+
+    @property
+    def foot_point(self) -> str:
+        """Point of the structure that is the foot."""
+        return self.scene.robot.feet[self.foot].point
+
+    @cached_property
+    def mass(self) -> Floats:
+        """Mass matrix (n, n) [kg]."""
+        return self.scene.robot.structure.matrices().mass
+
+    @cached_property
+    def damping(self) -> Floats:
+        """Damping matrix (n, n) [N s/m]."""
+        return self.scene.robot.structure.matrices().damping
+
+    @cached_property
+    def stiffness(self) -> Floats:
+        """Stiffness matrix (n, n) [N/m]."""
+        return self.scene.robot.structure.matrices().stiffness
+
+    @cached_property
+    def load(self) -> Floats:
+        """Generalised force (n,) per newton of the drive."""
+        return self.scene.robot.drives[self.drive].load.vector(self.scene.robot.structure)
+
+    @cached_property
+    def rows(self) -> Floats:
+        """Rows (np, n): displacements of the measured points from the coordinates."""
+        return np.array([self.scene.robot.structure.row(name) for name in self.points])
+
+    @cached_property
+    def row(self) -> Floats:
+        """Row (n,): the foot's displacement along its normal."""
+        return self.normal * self.scene.robot.structure.row(self.foot_point)
+
+    @cached_property
+    def by_drive(self) -> Floats:
+        """Static displacements (np,) of the points per newton of the drive [m/N]: ``rows K^-1 load``."""
+        return self.rows @ np.linalg.solve(self.stiffness, self.load)
+
+    @cached_property
+    def by_contact(self) -> Floats:
+        """Static displacements (np,) of the points per newton on the foot along its normal [m/N]."""
+        return self.rows @ np.linalg.solve(self.stiffness, self.row)
+
+    @cached_property
+    def static_load(self) -> float:
+        """Static displacement of the foot along its normal per newton of the drive [m/N]."""
+        return float(self.row @ np.linalg.solve(self.stiffness, self.load))
+
+    @cached_property
+    def mobility(self) -> float:
+        """Acceleration of the free foot per force on it [1/kg]: ``n M^-1 n``."""
+        return float(self.row @ np.linalg.solve(self.mass, self.row))
+
+    @cached_property
+    def blow(self) -> Floats:
+        """Change (n,) of the coordinates' velocities per unit change of the foot's along its normal, by the
+        mass-weighted impact law: ``M^-1 n / (n M^-1 n)``."""
+        return np.linalg.solve(self.mass, self.row) / self.mobility
+
+    @cached_property
+    def flow(self) -> Floats:
+        """Matrix (2n, 2n) of the free motion: ``d(x, v)/dt = flow @ (x, v)``."""
+        n = len(self.mass)
+        out = np.zeros((2 * n, 2 * n))
+        out[:n, n:] = np.eye(n)
+        out[n:, :n] = -np.linalg.solve(self.mass, self.stiffness)
+        out[n:, n:] = -np.linalg.solve(self.mass, self.damping)
+        return out
+
+    @cached_property
+    def inputs(self) -> Floats:
+        """Accelerations (2n, 2) of the state per newton of the drive, and per newton on the foot along its normal."""
+        n = len(self.mass)
+        out = np.zeros((2 * n, 2))
+        out[n:, 0] = np.linalg.solve(self.mass, self.load)
+        out[n:, 1] = np.linalg.solve(self.mass, self.row)
+        return out
+
+    def pull(self, state: Floats, force: Floats) -> Floats:
+        """Net force [N] with which the structure pulls the foot off the ground, (N,) for states (2n, N).
+
+        Positive along the normal. It is the force that holds the foot without acceleration, turned round:
+        ``n M^-1 (load F - K x - D v) / (n M^-1 n)``, which is (2.13) for any linear structure.
+        """
+        n = len(self.mass)
+        free = self.flow[n:] @ state + self.inputs[n:, :1] * force
+        return (self.row @ free) / self.mobility
+
+    def changed(self, values: Mapping[str, Any]) -> FootModel:
+        """The same with other values in the scene, by path."""
+        return replace(self, scene=with_values(self.scene, values)) if values else self

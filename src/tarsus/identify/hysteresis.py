@@ -1,0 +1,244 @@
+"""Static loops -> the drive's hysteresis operator, and how its force is shared out over the structure.
+
+``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of `tarsus.drive.hysteresis`. All
+parameters of F are linear, so that loops are a linear least-squares problem. Where the foot stands on the ground the
+combination of points counts that the ground's force does not move. Displacements are known from the rest after poling
+only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap - level``,
+where ``level`` is the place of the contact as seen from the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from tarsus.drive.laws import PrandtlIshlinskii
+from tarsus.errors import InputError
+from tarsus.identify.draws import drawn_counts, student
+from tarsus.identify.foot import FootModel
+from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths
+from tarsus.identify.traces import Trace
+from tarsus.scene import ModalLoad
+
+__all__ = ["LoopFit", "Loops", "Shares", "fit_loops"]
+
+Floats = NDArray[np.float64]
+
+_INDEPENDENT = 1e-3
+_RIDGE = 1e-13
+_FEWEST = 50
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Participations of the coordinates but the first in a modal load (n - 1,), as known before the loops, with their
+    covariance (n - 1, n - 1); that of the first is the unit of the drive's force."""
+
+    values: Floats
+    covariance: Floats
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Static records as sums over blocks, apart for free and held foot, by trace.
+
+    rest (p,): the basis at rest; blocks; free, held: one of each a block; trace (nb,): number of the block's trace;
+    noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused: samples left out around contacts.
+    """
+
+    rest: Floats
+    blocks: tuple[Block, ...]
+    free: tuple[Sums, ...]
+    held: tuple[Sums, ...]
+    trace: NDArray[np.intp]
+    noise: Floats
+    unused: int
+
+    def pooled(self, parts: Sequence[Sums], counts: Floats) -> Sums:
+        """Sums over drawn blocks (nb,), centred trace by trace."""
+        whole: Sums | None = None
+        for number in np.unique(self.trace):
+            mine = [parts[b] * counts[b] for b in np.flatnonzero(self.trace == number) if counts[b] > 0.0]
+            if not mine:
+                continue
+            one = mine[0]
+            for other in mine[1:]:
+                one = one + other
+            whole = one.centred() if whole is None else whole + one.centred()
+        return parts[0] * 0.0 if whole is None else whole
+
+
+@dataclass(frozen=True)
+class LoopFit:
+    """The drive as the loops show it.
+
+    paths (p,), values (p,): participations but the first of a modal load, then the parameters of the law; own (draws,
+    p): deviations over drawn blocks.
+    """
+
+    loops: Loops
+    model: FootModel
+    level: float
+    shares: Shares | None
+    paths: tuple[str, ...]
+    values: Floats
+    own: Floats
+
+    def again(self, model: FootModel, level: float, shares: Floats | None) -> Floats:
+        """Parameters (p,) for another structure [of the model], contact level [m] and known shares (n - 1,)."""
+        known = None if self.shares is None or shares is None else Shares(shares, self.shares.covariance)
+        return _estimate(model, self.loops, level, known, np.ones(len(self.loops.blocks)))
+
+
+def fit_loops(
+    model: FootModel, traces: Sequence[Trace], level: float | None, shares: Shares | None, seed: int
+) -> LoopFit:
+    """Fit the drive's law, and its participations, to static records.
+
+    Parameters
+    ----------
+    model
+        The device with its structure as identified; of its law only the kind, the thresholds and the history are used.
+    traces
+        Records with a slow drive (repeats).
+    level
+        Contact level of the foot from the rest [m]; None if it never touches: then the rest is taken as neutral.
+    shares
+        What is known of a modal load; None for a load at points, which is known.
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If there are too few samples, or the voltage does not move through all plays of the law.
+    """
+    loops = _gathered(model, traces, level)
+    neutral = -model.gap * model.normal if level is None else level
+    _check_reach(model, traces)
+    count = len(loops.blocks)
+    values = _estimate(model, loops, neutral, shares, np.ones(count))
+    drawn = drawn_counts(count, seed)
+    own = np.array([_estimate(model, loops, neutral, shares, one) for one in drawn]) - values
+    return LoopFit(
+        loops, model, neutral, shares, _paths(model, shares), values, own * student(float(count))
+    )
+
+
+def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
+    before = f"robot.drives.{model.drive}.load.participation"
+    own = () if shares is None else tuple(f"{before}.{k + 1}" for k in range(len(shares.values)))
+    return (*own, *law_paths(model.law, model.drive))
+
+
+def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) -> Loops:
+    if not traces:
+        raise InputError("there is no static record to identify the drive's law from")
+    blocks: list[Block] = []
+    numbers: list[int] = []
+    unused = 0
+    for number, trace in enumerate(traces):
+        found, left = blocks_of(trace, model.foot_point, level)
+        blocks += found
+        numbers += [number] * len(found)
+        unused += left
+    if sum(len(block.index) for block in blocks) < _FEWEST:
+        raise InputError("the static records have hardly any sample away from the making and breaking of contacts")
+    noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
+    free, held = [], []
+    for block in blocks:
+        basis = basis_of(model.law, block.source.volts, model.history)[block.index]
+        motion = block.source.x[:, block.index].T
+        free.append(Sums.of(basis[block.free], motion[block.free]))
+        held.append(Sums.of(basis[~block.free], motion[~block.free]))
+    rest = basis_of(model.law, np.array([traces[0].volts[0]]), model.history)[0]
+    return Loops(rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, unused)
+
+
+def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
+    """Raise InputError where the largest loop is too small to move the widest play."""
+    if not isinstance(model.law, PrandtlIshlinskii) or not model.law.thresholds:
+        return
+    span = max(float(np.ptp(trace.volts)) for trace in traces)
+    widest = max(model.law.thresholds)
+    if span < 2.0 * widest:
+        names = ", ".join(sorted({trace.file for trace in traces}))
+        raise InputError(
+            f"{names}: the voltage spans {span:.3g} V, and the law's widest play of threshold {widest:.3g} V moves only in "
+            f"loops of more than {2.0 * widest:.3g} V: record a wider loop, or take narrower plays"
+        )
+
+
+def _estimate(
+    model: FootModel, loops: Loops, level: float, shares: Shares | None, counts: Floats
+) -> Floats:
+    free, held = loops.pooled(loops.free, counts), loops.pooled(loops.held, counts)
+    found = np.zeros(0)
+    if shares is not None:
+        found = _shared(model, loops, free, shares)
+        model = with_shares(model, found)
+    return np.concatenate([found, _law(model, loops, free, held, level)])
+
+
+def with_shares(model: FootModel, shares: Floats) -> FootModel:
+    """The model with participations (n - 1,) after the first of its modal load."""
+    before = f"robot.drives.{model.drive}.load.participation"
+    return model.changed({f"{before}.{k + 1}": float(v) for k, v in enumerate(shares)})
+
+
+def _shared(model: FootModel, loops: Loops, free: Sums, shares: Shares) -> Floats:
+    """Participations (n - 1,) from what was known, and from the direction in which free points move together.
+
+    The points' free motion is along ``by_drive``, linear in the participations; what lies across the direction seen is
+    noise.
+    """
+    load = model.scene.robot.drives[model.drive].load
+    assert isinstance(load, ModalLoad)
+    spread = free.motions / np.outer(loops.noise, loops.noise)
+    strength, directions = np.linalg.eigh(spread)
+    per_share = np.linalg.solve(model.stiffness, np.eye(len(model.stiffness))).T @ model.rows.T
+    per_share = per_share / loops.noise
+    given = np.concatenate([[load.participation[0]], shares.values])
+    size = float(np.linalg.norm(given @ per_share))
+    if strength[-1] <= 0.0 or size <= 0.0:
+        return shares.values
+    off = directions[:, :-1].T * np.sqrt(strength[-1]) / size
+    design = (off @ per_share.T)[:, 1:]
+    target = -(off @ per_share.T)[:, 0] * load.participation[0]
+    prior = np.linalg.inv(shares.covariance)
+    return np.linalg.solve(design.T @ design + prior, design.T @ target + prior @ shares.values)
+
+
+def _law(model: FootModel, loops: Loops, free: Sums, held: Sums, level: float) -> Floats:
+    """Parameters (p,) of the law by least squares; plays get weights of the sign of the drive's mean slope."""
+    gains, felt = model.by_drive / loops.noise, model.by_contact / loops.noise
+    matrix = free.squares * float(gains @ gains)
+    target = (free.cross / loops.noise) @ gains
+    blind = across(felt)
+    left = blind @ gains
+    if np.linalg.norm(left) > _INDEPENDENT * np.linalg.norm(gains):
+        matrix = matrix + held.squares * float(left @ left)
+        target = target + (held.cross / loops.noise) @ (blind.T @ left)
+    inside = _bounded(model, matrix[1:, 1:], target[1:])
+    at_rest = (-model.gap - model.normal * level) / model.static_load
+    return np.concatenate([[at_rest - float(loops.rest[1:] @ inside)], inside])
+
+
+def _bounded(model: FootModel, matrix: Floats, target: Floats) -> Floats:
+    """Least squares from normal equations (p, p), with the weights of plays on one side of zero."""
+    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scaled = matrix / np.outer(size, size)
+    scaled = scaled + _RIDGE * np.eye(len(size))
+    factor = np.linalg.cholesky(scaled).T
+    right = np.linalg.solve(factor.T, target / size)
+    free = np.linalg.solve(factor, right)
+    if not isinstance(model.law, PrandtlIshlinskii) or len(free) <= 3:
+        return free / size
+    sign = np.sign(target[0])
+    low, high = np.full(len(free), -np.inf), np.full(len(free), np.inf)
+    (low if sign > 0.0 else high)[3:] = 0.0
+    return lsq_linear(factor, right, bounds=(low, high), method="bvls", tol=1e-12).x / size

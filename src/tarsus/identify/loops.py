@@ -1,0 +1,169 @@
+"""Static records: the drive's force behind a slow motion, in the air and on the ground.
+
+At rest ``x = by_drive F + by_contact N``: displacements of the points from the drive's force F and the ground's force N
+on the foot. In the air N = 0; on the ground two points tell both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
+from tarsus.errors import InputError
+from tarsus.identify.traces import STILL, Trace
+
+__all__ = ["Block", "Sums", "across", "basis_of", "blocks_of", "law_paths", "law_with"]
+
+Floats = NDArray[np.float64]
+
+SETTLING = 0.08
+"""Time [s] after a contact is made or broken in which a static record is not used."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """One straight run of the voltage in one record: its samples that are used, and which of them are in the air.
+
+    source: the trace; index (n,) of its samples; free (n,) bool.
+    """
+
+    source: Trace
+    index: NDArray[np.intp]
+    free: NDArray[np.bool_]
+
+
+def blocks_of(trace: Trace, foot: str, level: float | None) -> tuple[list[Block], int]:
+    """A static record cut at the turning points of its voltage, and how many of its samples are not used.
+
+    Parameters
+    ----------
+    trace
+        The record.
+    foot
+        Name of the foot's point.
+    level
+        Displacement of the foot in contact [m], None if it never touches.
+    """
+    k = trace.point(foot)
+    free = np.ones(len(trace.time), dtype=bool)
+    used = np.ones(len(trace.time), dtype=bool)
+    if level is not None:
+        free = trace.x[k] > level + STILL * trace.noise_x[k]
+        # one sample alone does not make or break a contact
+        free[1:-1] = (free[1:-1] & (free[:-2] | free[2:])) | (free[:-2] & free[2:])
+        count = round(SETTLING / trace.step)
+        for change in np.flatnonzero(free[1:] != free[:-1]):
+            used[max(change - 1, 0) : change + count] = False
+    moves = np.sign(np.round(np.diff(trace.volts, prepend=trace.volts[0]) / 1e-3))
+    turns = np.flatnonzero((moves[1:] != moves[:-1])) + 1
+    edges = np.unique(np.concatenate([[0], turns, [len(moves)]]))
+    edges = edges[np.concatenate([[True], np.diff(edges) > 3])]
+    edges[-1] = len(moves)
+    out = []
+    for first, last in zip(edges[:-1], edges[1:], strict=True):
+        index = np.arange(first, last)
+        index = index[used[first:last]]
+        if len(index):
+            out.append(Block(trace, index, free[index]))
+    return out, int(np.count_nonzero(~used))
+
+
+def basis_of(law: VoltageLaw, volts: Floats, history: Sequence[float]) -> Floats:
+    """Force per unit of each parameter of a law along a record (ns, p): 1, V, V^2, V^3 and the plays, or 1, V.
+
+    Raises
+    ------
+    InputError
+        For a law that is not linear in its parameters.
+    """
+    if isinstance(law, PrandtlIshlinskii):
+        powers = np.column_stack([volts**k for k in range(4)])
+        return np.concatenate([powers, law.states(volts, history)], axis=1)
+    if isinstance(law, LinearForce):
+        return np.column_stack([np.ones_like(volts), volts])
+    raise InputError("the drive's law can be identified as linear or as a Prandtl-Ishlinskii operator only")
+
+
+def law_with(law: VoltageLaw, values: Floats) -> VoltageLaw:
+    """The law with the parameters (p,) that go with `basis_of`."""
+    numbers = [float(v) for v in values]
+    if isinstance(law, PrandtlIshlinskii):
+        return PrandtlIshlinskii(
+            constant=numbers[0],
+            linear=numbers[1],
+            quadratic=numbers[2],
+            cubic=numbers[3],
+            thresholds=law.thresholds,
+            weights=tuple(numbers[4:]),
+        )
+    return LinearForce(offset=numbers[0], gain=numbers[1])
+
+
+def law_paths(law: VoltageLaw, drive: str) -> tuple[str, ...]:
+    """Paths of the parameters of `basis_of`."""
+    before = f"robot.drives.{drive}.law"
+    if isinstance(law, PrandtlIshlinskii):
+        names = ["constant", "linear", "quadratic", "cubic", *(f"weights.{i}" for i in range(len(law.weights)))]
+    else:
+        names = ["offset", "gain"]
+    return tuple(f"{before}.{name}" for name in names)
+
+
+@dataclass(frozen=True)
+class Sums:
+    """What one block holds about a drive whose force is ``basis @ parameters``, in the air or on the ground.
+
+    count; basis (p,), motion (np,): sums; squares (p, p), cross (p, np), motions (np, np): sums of products.
+    """
+
+    count: float
+    basis: Floats
+    motion: Floats
+    squares: Floats
+    cross: Floats
+    motions: Floats
+
+    @staticmethod
+    def of(basis: Floats, motion: Floats) -> Sums:
+        """Sums over samples of a basis (n, p) and motions (n, np)."""
+        return Sums(
+            float(len(basis)),
+            basis.sum(axis=0),
+            motion.sum(axis=0),
+            basis.T @ basis,
+            basis.T @ motion,
+            motion.T @ motion,
+        )
+
+    def __mul__(self, weight: float) -> Sums:
+        return Sums(*(weight * part for part in self._parts()))
+
+    def __add__(self, other: Sums) -> Sums:
+        return Sums(*(a + b for a, b in zip(self._parts(), other._parts(), strict=True)))
+
+    def _parts(self) -> tuple[Any, ...]:
+        return self.count, self.basis, self.motion, self.squares, self.cross, self.motions
+
+    def centred(self) -> Sums:
+        """The same about the means: zeros that a record does not know no longer matter."""
+        if self.count <= 0.0:
+            return self
+        mean_b, mean_m = self.basis / self.count, self.motion / self.count
+        return Sums(
+            self.count,
+            np.zeros_like(self.basis),
+            np.zeros_like(self.motion),
+            self.squares - np.outer(self.basis, mean_b),
+            self.cross - np.outer(self.basis, mean_m),
+            self.motions - np.outer(self.motion, mean_m),
+        )
+
+
+def across(vector: Floats) -> Floats:
+    """Orthonormal rows (n - 1, n) across a vector (n,)."""
+    return np.linalg.svd(vector[None, :])[2][1:]

@@ -1,0 +1,212 @@
+"""Frequency responses in the air -> natural frequencies, damping ratios, and how the drive is shared out over the modes.
+
+The response of the displacement of point o to the volts is ``sum_k phi_ko p_k gamma / (m_k (s^2 + 2 zeta_k w_k s +
+w_k^2))``: the residue at the upper pole is ``phi_ko p_k gamma / (2 i w_dk m_k)``. With shapes and masses from the
+device's geometry the residues tell ``p_k gamma``, and so the participations p_k up to their common factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t
+
+from tarsus.errors import InputError
+from tarsus.identify.bootstrap import Interval
+from tarsus.identify.draws import DRAWS, drawn_counts, student
+from tarsus.identify.foot import FootModel
+from tarsus.identify.frf import estimate_frf
+from tarsus.identify.hysteresis import Shares
+from tarsus.identify.lsfd import residues_of
+from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
+from tarsus.identify.step import Residual, StepResult, Used
+from tarsus.measurement import Measurement, Quantity
+from tarsus.scene import ModalLoad
+from tarsus.structure import Beam, Modal
+
+__all__ = ["Resonances", "identify_resonances"]
+
+Floats = NDArray[np.float64]
+
+_ORDERS_PER_MODE = 6
+_FEWEST_ORDERS = 12
+_EDGE = 0.01
+_SWAPPED = 0.5
+_WORST_SHAPE = 0.5
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """The step's result, the modal fit behind it, the device with it, and the participations (None for a load at
+    points)."""
+
+    step: StepResult
+    fit: ModalFit
+    model: FootModel
+    shares: Shares | None
+    share_draws: Floats
+
+
+def identify_resonances(
+    model: FootModel, records: Sequence[Measurement], band: tuple[float, float], seed: int
+) -> Resonances:
+    """Frequencies and damping ratios of a beam or a modal structure, from sweeps in the air.
+
+    Parameters
+    ----------
+    model
+        The device as known beforehand: kind and geometry of the structure; its frequencies and damping are not used.
+    records
+        Repeats, each with a velocity or displacement of every point and the drive.
+    band
+        Lowest and highest frequency swept in all of them [Hz].
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        For a structure of another kind, modes that are not there or not determined, channels that look swapped.
+    """
+    structure = model.scene.robot.structure
+    if not isinstance(structure, Beam | Modal):
+        raise InputError("the structure to identify must be a beam or modal, for its frequencies to be its parameters")
+    fit = _fitted(model, records, band, structure.size)
+    frequencies = tuple(float(mode.frequency.value) for mode in fit.modes)
+    ratios = tuple(float(mode.damping.value) for mode in fit.modes)
+    known = len(structure.frequencies)
+    changes = {f"robot.structure.frequencies.{k}": f for k, f in enumerate(frequencies[:known])}
+    changes |= {f"robot.structure.damping_ratios.{k}": r for k, r in enumerate(ratios)}
+    model = model.changed(changes)
+    _check_shapes(model, fit, records)
+    random = np.random.default_rng([seed, 3])
+    numbers = [mode.frequency for mode in fit.modes][:known] + [mode.damping for mode in fit.modes]
+    samples = np.column_stack([_drawn(number, random) for number in numbers])
+    shares, share_draws = _shares(model, fit, seed)
+    step = StepResult(
+        "resonances",
+        tuple(changes),
+        np.array(list(changes.values())),
+        samples,
+        residuals=(Residual("responses of all records", "1", fit.misfit, np.nan, fit.frf.values.size),),
+        used=(Used("sweeps", len(records), len(records)), Used("modes", len(fit.modes), len(fit.modes))),
+        notes=fit.remarks,
+    )
+    return Resonances(step, fit, model, shares, share_draws)
+
+
+def _fitted(
+    model: FootModel, records: Sequence[Measurement], band: tuple[float, float], count: int
+) -> ModalFit:
+    quantities = (Quantity.VELOCITY, Quantity.DISPLACEMENT, Quantity.ACCELERATION)
+    first, names = records[0], []
+    for quantity in quantities:
+        by_point = {c.at: c.name for c in first.channels if c.quantity is quantity}
+        names = [by_point[point] for point in model.points if point in by_point]
+        if len(names) == len(model.points):
+            break
+    if len(names) < len(model.points):
+        raise InputError(
+            f"{first.source}: the points {', '.join(model.points)} need a channel each, all of one quantity"
+        )
+    drive = first.drive
+    if drive is None:
+        raise InputError(f"{first.source}: the drive is missing: no channel is known to be it")
+    margin = _EDGE * (band[1] - band[0])
+    inside = band[0] + margin, band[1] - margin
+    frf = estimate_frf(records, [drive], names, inside)
+    fit = identify_modes(frf, inside, order=max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
+    if len(fit.modes) < count:
+        raise InputError(
+            f"{first.source} and its repeats show {len(fit.modes)} modes from {inside[0]:.4g} to {inside[1]:.4g} Hz, and "
+            f"the structure has {count}: sweep wider, or average more"
+        )
+    strength = [float(np.max(np.abs(mode.residues)) / abs(mode.pole.real)) for mode in fit.modes]
+    kept = sorted(np.argsort(strength)[::-1][:count])
+    chosen = fit.only([fit.modes[int(k)].frequency.value for k in kept])
+    if chosen.refused:
+        raise InputError([f"{first.source} and its repeats: {said}" for said in chosen.refused])
+    return chosen
+
+
+def _drawn(number: Interval, random: np.random.Generator) -> Floats:
+    """Draws of a number with its interval: normal, widened to Student's 95 %."""
+    wide = float(t.ppf(0.975, max(number.n - 1.0, 0.6))) / 1.959964
+    return number.value + number.std * wide * random.standard_normal(DRAWS)
+
+
+def _parts(model: FootModel, fit: ModalFit) -> Floats:
+    """Shape value times participation times gain over mass (nm, no), displacement per volt, for the fitted residues."""
+    return np.array([_part(mode, mode.residues[:, 0]) for mode in fit.modes])
+
+
+def _part(mode: IdentifiedMode, residues: NDArray[np.complex128]) -> Floats:
+    return np.real(2.0j * mode.pole.imag * residues)
+
+
+def _shapes(model: FootModel) -> Floats:
+    """Shapes of the structure at the points (nm, np), over the modal masses."""
+    return model.rows.T / np.diag(model.mass)[:, None]
+
+
+def _check_shapes(model: FootModel, fit: ModalFit, records: Sequence[Measurement]) -> None:
+    """Raise InputError where the responses do not look like the structure's modes; swapped channels are named."""
+    seen, known = _parts(model, fit), _shapes(model)
+    plain = _mismatch(seen, known)
+    if plain < _WORST_SHAPE * _SWAPPED:
+        return
+    names = fit.frf.outputs
+    files = ", ".join(sorted({record.source for record in records}))
+    for a, b in combinations(range(len(names)), 2):
+        order = list(range(len(names)))
+        order[a], order[b] = order[b], order[a]
+        if _mismatch(seen[:, order], known) < _SWAPPED * plain:
+            raise InputError(
+                f"{files}: channels '{names[a]}' and '{names[b]}' look swapped: the modes have the shapes of the structure "
+                "only the other way round"
+            )
+    if plain > _WORST_SHAPE:
+        raise InputError(
+            f"{files}: the modes do not have the shapes of the structure at {', '.join(names)} ({100 * plain:.0f} % off): are "
+            "the points, the signs of the channels and the geometry right?"
+        )
+
+
+def _mismatch(seen: Floats, known: Floats) -> float:
+    """Largest part of a mode's shape (nm, np) that is not along the known one."""
+    along = np.sum(seen * known, axis=1) ** 2 / (np.sum(seen**2, axis=1) * np.sum(known**2, axis=1))
+    return float(np.sqrt(np.max(1.0 - along)))
+
+
+def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, Floats]:
+    """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats."""
+    load = model.scene.robot.drives[model.drive].load
+    if not isinstance(load, ModalLoad) or len(fit.modes) < 2:
+        return None, np.zeros((DRAWS, 0))
+    known = _shapes(model)
+    poles = np.array([mode.pole for mode in fit.modes])
+    frf = fit.frf
+    repeats = frf.values[None] if frf.repeats is None else frf.repeats
+    gains = []
+    for one in repeats:
+        residues, _ = residues_of(frf.frequency, one[:, 0], poles)
+        parts = np.array(
+            [_part(mode, residues[:, k] / mode.pole**frf.derivatives) for k, mode in enumerate(fit.modes)]
+        )
+        gains.append(np.sum(parts * known, axis=1) / np.sum(known**2, axis=1))
+    table = np.array(gains)
+    mean = table.mean(axis=0)
+    values = load.participation[0] * mean[1:] / mean[0]
+    if len(table) < 2:
+        draws = np.repeat(values[None], DRAWS, axis=0)
+        return Shares(values, np.diag((0.1 * values) ** 2)), draws
+    counts = drawn_counts(len(table), seed + 1) / len(table)
+    drawn = counts @ table
+    off = load.participation[0] * drawn[:, 1:] / drawn[:, :1] - values
+    off = off * student(float(len(table)))
+    covariance = np.atleast_2d(np.cov(off.T)) + np.diag((1e-4 * values) ** 2)
+    return Shares(values, covariance), values + off

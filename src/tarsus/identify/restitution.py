@@ -1,0 +1,189 @@
+"""Bounces -> the coefficient of restitution.
+
+``g'+ = -e g'-`` (2.12, sign by E6) for every impact, with the velocities of the foot from the flights on both sides; all
+impacts together by a regression with errors in both velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.experiment.estimates import common_ratio
+from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
+from tarsus.identify.breakoff import WORST
+from tarsus.identify.draws import carried, drawn_counts, student
+from tarsus.identify.flight import Film
+from tarsus.identify.foot import FootModel
+from tarsus.identify.known import Known
+from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.traces import Trace
+
+__all__ = ["identify_restitution"]
+
+Floats = NDArray[np.float64]
+
+PATH = "ground.restitution.coefficient"
+FEWEST = 5
+"""Bounces that are needed."""
+
+MOST = 200
+_TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
+
+
+def identify_restitution(
+    model: FootModel, known: Known, traces: Sequence[Trace], level: float, seed: int
+) -> StepResult:
+    """Coefficient of restitution with its interval.
+
+    Parameters
+    ----------
+    model
+        Structure, drive and film as identified.
+    known
+        What earlier steps found, with draws.
+    traces
+        Records of bounces.
+    level
+        Contact level from the rest [m].
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If there are too few bounces that can be used.
+    """
+    found, left = find_bounces(traces, model.foot_point, level)
+    total = len(found) + len(left)
+    items = fewer(found, MOST)
+    files = ", ".join(sorted({trace.file for trace in traces}))
+    if len(items) < FEWEST:
+        raise InputError(
+            f"{files}: channel '{model.foot_point}' shows {len(items)} bounces that can be used, of {total} impacts; at least "
+            f"{FEWEST} are needed: drive it harder, sample faster or record longer"
+        )
+    bounces = Bounces(traces, items, level)
+    fitted = bounces.fit(model, film_of(model))
+    good = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0)
+    for r in np.flatnonzero(~good):
+        trace = traces[items[int(r)].trace]
+        at = trace.time[items[int(r)].last]
+        text = f"the motion around the impact at {at:.5g} s is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
+        left.append(LeftOut(trace.file, model.foot_point, text))
+    if np.count_nonzero(good) < FEWEST:
+        raise InputError(
+            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single ones between free "
+            f"motions of this structure; at least {FEWEST} are needed"
+        )
+    bounces = bounces.chosen(good)
+    fitted = _only(fitted, good)
+    return _result(model, known, bounces, fitted, left, total, seed)
+
+
+def film_of(model: FootModel) -> Film:
+    """The film of a model's ground; none damps nothing."""
+    law = model.scene.ground.acting.film
+    return Film(0.0, 1.0) if law is None else Film(law.coefficient, law.thickness)
+
+
+def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:
+    residuals = tuple(one for one, yes in zip(fitted.residuals, keep, strict=True) if yes)
+    return BounceFit(
+        fitted.unknowns[keep], fitted.speeds[keep], fitted.covariance[keep], fitted.chi[keep], residuals
+    )
+
+
+def _result(
+    model: FootModel,
+    known: Known,
+    bounces: Bounces,
+    fitted: BounceFit,
+    left: Sequence[LeftOut],
+    total: int,
+    seed: int,
+) -> StepResult:
+    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
+    covariance = fitted.covariance * _TURN
+    whole = common_ratio(departure, approach, covariance)
+
+    def again(values: Floats) -> Floats:
+        other = known.model(values)
+        speeds = bounces.moved(other, film_of(other), fitted)
+        return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
+
+    groups = np.array([one.trace for one in bounces.items])
+    own = _draws(departure, approach, covariance, groups, whole.value, whole.std, seed)
+    samples = whole.value + own[:, None] + carried(again, known.values, known.samples)
+    noise = _variance(covariance, whole.value)
+    rest = departure - whole.value * approach
+
+    def likelihood(theta: Floats) -> float:
+        spread = _variance(covariance, float(theta[0]))
+        return -0.5 * float(np.sum((departure - theta[0] * approach) ** 2 / spread))
+
+    line = np.array([0.0, float(approach.max())])
+    panel = Panel(
+        "velocity after over velocity before an impact",
+        "approach",
+        "m/s",
+        "departure",
+        "m/s",
+        (
+            Curve("impacts", approach, departure, joined=False, error=np.sqrt(covariance[:, 0, 0])),
+            Curve("e times approach", line, whole.value * line),
+        ),
+    )
+    return StepResult(
+        "restitution",
+        (PATH,),
+        np.array([whole.value]),
+        np.clip(samples, 0.0, 1.0),
+        residuals=(
+            Residual(
+                "departure velocities",
+                "m/s",
+                float(np.sqrt(np.mean(rest**2))),
+                float(np.sqrt(np.mean(noise))),
+                len(rest),
+            ),
+        ),
+        used=(Used("impacts", len(departure), total),),
+        left_out=tuple(left),
+        panels=(panel,),
+        notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
+        likelihood=likelihood,
+    )
+
+
+def _variance(covariance: Floats, ratio: float) -> Floats:
+    """Variance (n,) of departure less ratio times approach."""
+    turn = np.array([1.0, -ratio])
+    return np.einsum("a,nab,b->n", turn, covariance, turn)
+
+
+def _draws(
+    departure: Floats,
+    approach: Floats,
+    covariance: Floats,
+    groups: NDArray[np.intp],
+    ratio: float,
+    std: float,
+    seed: int,
+) -> Floats:
+    """Deviations (draws,) of the ratio over drawn records, or over drawn impacts where there are few records; at least
+    those that the regression's own error allows."""
+    numbers, which = np.unique(groups, return_inverse=True)
+    if len(numbers) < FEWEST:
+        numbers, which = np.arange(len(departure)), np.arange(len(departure))
+    counts = drawn_counts(len(numbers), seed)[:, which]
+    weight = 1.0 / _variance(covariance, ratio)
+    top = counts @ (weight * approach * (departure - ratio * approach))
+    bottom = counts @ (weight * approach**2)
+    own = top / np.maximum(bottom, 1e-3 * float(np.sum(weight * approach**2)))
+    own = own * min(student(float(len(numbers))), 20.0)
+    size = float(np.std(own))
+    return own * max(1.0, std / size) if size > 0.0 else own

@@ -1,0 +1,178 @@
+"""Records as the steps use them: motion of the measured points from their rest, with its noise, and the volts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.measurement import Measurement, Quantity
+
+__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "trace_of"]
+
+Floats = NDArray[np.float64]
+
+_FEWEST_AT_REST = 8
+STILL = 5.0
+"""Standard deviations of a sample within which a foot counts as still."""
+
+_JUMP = 0.1
+
+SHORTEST = 6
+"""Samples a hold must last."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One record: displacements x (np, ns) [m] from the rest before the drive, velocities v (np, ns) [m/s], volts (ns,).
+
+    file; set: name of the set of records it belongs to; points (np); time (ns,) [s], 0 where the drive begins; noise_x,
+    noise_v (np,): standard deviations of a sample; zero (np,) [m]: standard deviation of the zero of x; gap [m]: of the
+    foot at the neutral position in this record, None where it is the device's own.
+    """
+
+    file: str
+    set: str
+    points: tuple[str, ...]
+    time: Floats
+    x: Floats
+    v: Floats
+    volts: Floats
+    noise_x: Floats
+    noise_v: Floats
+    zero: Floats
+    gap: float | None = None
+
+    @property
+    def step(self) -> float:
+        """Sampling step [s]."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+
+    def point(self, name: str) -> int:
+        """Row of a point."""
+        return self.points.index(name)
+
+
+def trace_of(
+    record: Measurement, points: Sequence[str], name: str, drive: str, rest: float, gap: float | None = None
+) -> Trace:
+    """A record with its zeros and its noise taken from the rest before the drive.
+
+    Parameters
+    ----------
+    record
+        Displacement and velocity of every point, and the drive; its clock starts with the record.
+    points
+        Names of points (np).
+    name
+        Of the set it belongs to.
+    drive
+        Name of the drive's channel.
+    rest
+        Time [s] the record lasts before the drive begins.
+    gap
+        Of the foot at the neutral position [m].
+
+    Raises
+    ------
+    InputError
+        For points without a channel, a missing drive, or a rest too short to tell the zero.
+    """
+    problems: list[str] = []
+    found: dict[tuple[str, Quantity], int] = {}
+    for k, channel in enumerate(record.channels):
+        found.setdefault((channel.at, channel.quantity), k)
+    for point in points:
+        for quantity, word in ((Quantity.DISPLACEMENT, "displacement"), (Quantity.VELOCITY, "velocity")):
+            if (point, quantity) not in found:
+                problems.append(f"{record.source}: no channel is the {word} of point '{point}'")
+    if drive not in record.names:
+        problems.append(f"{record.source}: the drive is missing: there is no channel '{drive}'")
+    count = int(np.floor(rest / record.step * (1.0 + 1e-9)))
+    if count < _FEWEST_AT_REST:
+        problems.append(
+            f"{record.source}: {count} samples at rest before the drive begins, {_FEWEST_AT_REST} or more are needed to "
+            "know the zero and the noise"
+        )
+    if problems:
+        raise InputError(problems)
+    x = record.values[[found[point, Quantity.DISPLACEMENT] for point in points]]
+    v = record.values[[found[point, Quantity.VELOCITY] for point in points]]
+    quiet_x, quiet_v = x[:, :count], v[:, :count]
+    noise_x, noise_v = quiet_x.std(axis=1, ddof=1), quiet_v.std(axis=1, ddof=1)
+    return Trace(
+        record.source,
+        name,
+        tuple(points),
+        record.step * np.arange(record.count) - count * record.step,
+        x - quiet_x.mean(axis=1, keepdims=True),
+        v - quiet_v.mean(axis=1, keepdims=True),
+        record[drive],
+        noise_x,
+        noise_v,
+        noise_x / np.sqrt(count),
+        gap,
+    )
+
+
+def jumps_of(volts: Floats) -> NDArray[np.intp]:
+    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it."""
+    move = np.abs(np.diff(volts))
+    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
+    return np.flatnonzero((move > _JUMP * np.ptp(volts)) & (move > 10.0 * around))
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A stretch in which the foot stands still on the ground: first and last sample of it, and the samples between which
+    the foot was last seen moving before."""
+
+    first: int
+    last: int
+
+
+def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
+    """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
+
+    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau, combined
+    over records.
+    """
+    levels, errors = [], []
+    for trace in traces:
+        k = trace.point(foot)
+        x, v = trace.x[k], trace.v[k]
+        still = np.abs(v) < STILL * trace.noise_v[k]
+        low = x < x.min() + 2.0 * STILL * trace.noise_x[k]
+        chosen = still & low
+        if np.count_nonzero(chosen) < 3 * SHORTEST or np.ptp(x) < 6.0 * STILL * trace.noise_x[k]:
+            continue
+        middle = float(np.median(x[chosen]))
+        near = chosen & (np.abs(x - middle) < STILL * trace.noise_x[k])
+        levels.append(float(x[near].mean()))
+        own = trace.noise_x[k] / np.sqrt(np.count_nonzero(near))
+        errors.append(float(np.hypot(own, trace.zero[k])))
+    if not levels:
+        return None
+    weight = 1.0 / np.array(errors) ** 2
+    value = float(np.sum(weight * levels) / weight.sum())
+    scatter = float(np.sum(weight * (np.array(levels) - value) ** 2) / max(len(levels) - 1, 1))
+    return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
+
+
+def holds(trace: Trace, foot: str, level: float) -> list[Hold]:
+    """Stretches in which the foot stands still at the contact level [m]."""
+    k = trace.point(foot)
+    near = np.abs(trace.x[k] - level) < STILL * trace.noise_x[k] + 3.0 * trace.zero[k]
+    still = near & (np.abs(trace.v[k]) < STILL * trace.noise_v[k])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
+    starts, ends = edges[::2], edges[1::2] - 1
+    joined: list[Hold] = []
+    for first, last in zip(starts, ends, strict=True):
+        if joined and first - joined[-1].last <= 2 and bool(np.all(near[joined[-1].last : first])):
+            joined[-1] = replace(joined[-1], last=int(last))
+        else:
+            joined.append(Hold(int(first), int(last)))
+    return [one for one in joined if one.last - one.first + 1 >= SHORTEST]
