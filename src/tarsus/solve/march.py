@@ -152,7 +152,7 @@ def _new_state(
     return a.State(
         count=count, real=real, body=np.zeros((2, nb)), foot=np.zeros((nl, 2, 2)), contact=np.zeros(m, dtype=np.int64),
         sense=np.zeros(m), since=np.zeros(m), order=np.zeros(m, dtype=np.int64), apex=np.zeros((max(m, 1), 2)),
-        slipped=np.zeros(m), heave=np.zeros(2), energy=np.zeros(a.ENERGIES), acceleration=np.zeros(nb),
+        slipped=np.zeros(m), heave=np.zeros(2), energy=np.zeros(a.ENERGIES), ahead=np.zeros((nb, a.AHEAD)),
         cursor=np.zeros((max(len(base.signals.loop), 1), 2), dtype=np.int64),
     )  # fmt: skip
 
@@ -168,6 +168,6 @@ def _new_work(plan: WalkPlan) -> a.Work:
         momentum=rows(nb), place=rows(nb), q=rows(nl, 2), u=rows(nl, 2), w=rows(nl, 2), load=rows(nl, 2),
         smooth=rows(m), film=rows(m), filmed=np.zeros(nl, dtype=np.int64), gap=rows(m), rate=rows(m), margin=rows(m),
         bound=rows(m), along=rows(m), solver=rows(nb, 2 * N), key=np.full((nb, 2), -1.0), foot=np.zeros((nl, 2, 2)),
-        body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(3), matrix=rows(N),
+        body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(4), matrix=rows(N),
         line=np.zeros(N), when=np.zeros((max(m, 1), 3)),
     )  # fmt: skip

@@ -22,9 +22,10 @@ Tables = namedtuple("Tables", "lengths state force film reach rate longest")
 Batch = namedtuple("Batch", "parameters initial codes event_end mark_end finish")
 # count, real; body (2, nb) displacement and velocity; foot (nl, 2, 2): per direction u and flowing rate w; contact
 # (m,) state; sense (m,) of sliding, +-1, 0 without friction; since (m,); order (m,) 1 while it has just left; apex (m, 2);
-# slipped (m,); heave (2,) lowest and highest; energy (6,); cursor; since and order as in core.arrays.
+# slipped (m,); heave (2,) lowest and highest; energy (5,); ahead (nb, AHEAD) of the body's velocity in powers of time;
+# cursor; since as in core.arrays.
 State = namedtuple(
-    "State", "count real body foot contact sense since order apex slipped heave energy acceleration cursor"
+    "State", "count real body foot contact sense since order apex slipped heave energy ahead cursor"
 )
 # events (ne, 11); marks (nm, 2 + nb + 2 m + 2); times (ns,) at which samples (ns, width) are taken.
 Output = namedtuple("Output", "events marks times samples")
@@ -42,6 +43,8 @@ COUNTS = 16
 (TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, MARK,
  PERIOD) = range(12)  # fmt: skip
 REALS = 12
+# Powers of time in which the body's velocity goes on into the next step.
+AHEAD = 5
 # State.energy
 WORK, DAMPING, FILM, SMOOTH, FRICTION = range(5)
 ENERGIES = 5

@@ -8,18 +8,18 @@ from tarsus.core.arrays import DONE, EVENTS_FULL, NOT_FINITE, PERIOD_MARK, STALL
 from tarsus.core.contact import log
 from tarsus.core.jit import entry, inner, rare
 from tarsus.core.kernel import next_kink
-from tarsus.core.nodes import DERIVATIVE, MONOMIAL, TAU, N
+from tarsus.core.nodes import MONOMIAL, TAU, N
 from tarsus.core.peak import raise_apex
 from tarsus.core.reference import refer
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.account import account
 from tarsus.core.walk.ground import film_momentum, happen
-from tarsus.core.walk.motion import motion_at
+from tarsus.core.walk.motion import motion_at, shift
 from tarsus.core.walk.scan import HIGH, KIND, brackets, first_events
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 from tarsus.core.walk.step import attempt
 
-_tau, _monomial, _derivative = TAU, MONOMIAL, DERIVATIVE
+_tau, _monomial = TAU, MONOMIAL
 
 
 @rare
@@ -32,7 +32,9 @@ def begin(body, signals, laws, batch, state, work, nb):
     for b in range(nb):
         state.body[0, b] = batch.initial[run, b]
         state.body[1, b] = batch.initial[run, n + b]
-        state.acceleration[b] = 0.0
+        for n in range(a.AHEAD):
+            state.ahead[b, n] = 0.0
+        state.ahead[b, 0] = state.body[1, b]
         work.key[b, 0] = -1.0
     for f in range(body.leg.shape[0]):
         state.contact[f] = AIR
@@ -161,8 +163,24 @@ def write_samples(body, tables, laws, state, work, output, before, nb, t, h, fra
         count[a.SAMPLE] = n + 1
 
 
+@inner
+def look_ahead(state, work, b, h, s, smooth):
+    """Powers of time in which the body's velocity goes on; after an event or a kink its value alone."""
+    for c in range(N):
+        value = 0.0
+        for j in range(N):
+            value += _monomial[c, j] * work.bv[b, j]
+        work.column[0, c] = value
+    shift(work.column, 0, s)
+    scale = 1.0
+    for n in range(a.AHEAD):
+        state.ahead[b, n] = work.column[0, n] * scale if smooth or n == 0 else 0.0
+        scale /= h
+    state.ahead[b, 0] = state.body[1, b]
+
+
 @rare
-def accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reached):
+def accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reached, smooth):
     """Move the state on to scaled time ``fraction`` of the step."""
     count = state.count
     for e in range(a.ENERGIES):
@@ -187,10 +205,7 @@ def accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reac
         state.body[0, b] = work.body[0, b]
         state.body[1, b] = work.body[1, b]
         ok = ok and math.isfinite(work.body[0, b] + work.body[1, b])
-        last = 0.0
-        for j in range(N):
-            last += _derivative[N - 1, j] * work.bv[b, j]
-        state.acceleration[b] = last / h
+        look_ahead(state, work, b, h, fraction, smooth)
     for i in range(body.mass.shape[0]):
         for d in range(2):
             state.foot[i, d, 0] = work.foot[i, d, 0]
@@ -224,6 +239,7 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
         count[a.REJECTED] += 1
         k += 1 if error < 0.0 else 1 + int(min(math.log2(error), 90.0) * 0.11)
         wanted = max(wanted, k)
+    count[a.CLASS] = k
     limit = min(1.0, left / h)
     brackets(body, tables, laws, state, work, h, limit)
     first = first_events(body, tables, laws, state, work, h, limit)
@@ -234,7 +250,9 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
     elif first > limit:
         reached = t + h
     if fraction > 0.0:
-        if not accept(body, tables, laws, state, work, output, nb, nd, t, h, fraction, reached):
+        if not accept(
+            body, tables, laws, state, work, output, nb, nd, t, h, fraction, reached, fraction == 1.0
+        ):
             return NOT_FINITE
         real[a.TIME] = reached
         for f in range(body.leg.shape[0]):

@@ -1,7 +1,8 @@
 """Motion of a walker at any moment within a step whose nodes are known (compiled).
 
-From the last node before, each leg's own equation is expanded in a Taylor series in time, over stretches short enough
-for it, with the polynomials that act on it moved along; the body follows from momentum as at the nodes.
+From the last node before, each leg moves on by the tables of shorter steps, halving, until its own equation can be
+expanded in a Taylor series in time; the polynomials that act on it are moved along. The body follows from momentum as
+at the nodes.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import numpy as np
 
 from tarsus.core.jit import inner, rare
 from tarsus.core.nodes import MONOMIAL, TAU, N
+from tarsus.core.row import load, store
+from tarsus.core.walk import arrays as a
 from tarsus.core.walk.states import AIR, STUCK
 
 TERMS = 40
@@ -98,6 +101,29 @@ def polynomials(work, i, d, f, node):
 
 
 @inner
+def by_tables(tables, work, kind, k, width, u0, w0, filmed):
+    """u and w at the end of a stretch of the step of class k, ``width`` of the step that work.column belongs to."""
+    x = load(_tau, ()) * width
+    push = x * 0.0
+    momentum = x * 0.0
+    for c in range(N - 1, -1, -1):
+        push = push * x + work.column[0, c]
+        if filmed:
+            momentum = momentum * x + work.column[1, c]
+    store(work.row, (2,), push)
+    store(work.row, (3,), momentum)
+    u = tables.state[kind, k, 0, N - 1] * u0 + tables.state[kind, k, 1, N - 1] * w0
+    w = tables.state[kind, k, 2, N - 1] * u0 + tables.state[kind, k, 3, N - 1] * w0
+    for j in range(N):
+        u += tables.force[kind, k, 0, j, N - 1] * work.row[2, j]
+        w += tables.force[kind, k, 1, j, N - 1] * work.row[2, j]
+        if filmed:
+            u += tables.film[kind, k, 0, j, N - 1] * work.row[3, j]
+            w += tables.film[kind, k, 1, j, N - 1] * work.row[3, j]
+    return u, w
+
+
+@inner
 def leg_at(body, tables, state, work, i, d, h, s):
     """u and w of a free leg at scaled time s of the step."""
     node = 0
@@ -111,28 +137,23 @@ def leg_at(body, tables, state, work, i, d, h, s):
     if left <= 0.0:
         return u, w
     polynomials(work, i, d, body.foot[i], node)
-    pieces = 1 + int(tables.rate[body.kind[i, d]] * h * left / _REACH)
-    span = left / pieces
-    for p in range(pieces):
-        terms = expand(
-            body.mass[i],
-            body.stiffness[i, d],
-            body.damping[i, d],
-            h,
-            span,
-            u,
-            w,
-            0,
-            1,
-            work.column,
-            work.series,
-        )
-        u = horner(work.series, 0, terms, 1.0)
-        w = horner(work.series, 1, terms, 1.0)
-        if p + 1 < pieces:
-            shift(work.column, 0, span)
-            shift(work.column, 1, span)
-    return u, w
+    kind = body.kind[i, d]
+    rate = tables.rate[kind] * h
+    # far from the node for the block's own rate: by the tables of shorter steps first
+    k = state.count[a.CLASS] + 1
+    width = 0.5
+    while rate * left > _REACH and k < tables.lengths.shape[0]:
+        if width <= left:
+            u, w = by_tables(tables, work, kind, k, width, u, w, d == 0 and work.filmed[i] != 0)
+            left -= width
+            shift(work.column, 0, width)
+            shift(work.column, 1, width)
+        width *= 0.5
+        k += 1
+    terms = expand(
+        body.mass[i], body.stiffness[i, d], body.damping[i, d], h, left, u, w, 0, 1, work.column, work.series
+    )
+    return horner(work.series, 0, terms, 1.0), horner(work.series, 1, terms, 1.0)
 
 
 @inner

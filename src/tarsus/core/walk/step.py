@@ -307,12 +307,16 @@ def follow(body, state, work, nb, h):
 
 @inner
 def guess(body, laws, state, work, nb, h):
-    """First motion of the body and first forces at the feet."""
+    """First motion of the body, which goes on as it went before, and first forces at the feet."""
     time = load(_tau, ()) * h
     for b in range(nb):
-        acceleration = state.acceleration[b]
-        store(work.bv, (b,), time * acceleration + state.body[1, b])
-        store(work.bx, (b,), (time * (0.5 * acceleration) + state.body[1, b]) * time + state.body[0, b])
+        v = time * 0.0
+        x = time * 0.0
+        for n in range(a.AHEAD - 1, -1, -1):
+            v = v * time + state.ahead[b, n]
+            x = x * time + state.ahead[b, n] / (n + 1)
+        store(work.bv, (b,), v)
+        store(work.bx, (b,), x * time + state.body[0, b])
     for f in range(body.leg.shape[0]):
         i = body.leg[f]
         work.filmed[i] = 0
@@ -380,7 +384,7 @@ def attempt(body, tables, signals, laws, state, work, k, nb, nd, t, h):
     drives(body, signals, laws, state, work, nd, t, h)
     guess(body, laws, state, work, nb, h)
     solvers(body, state, work, nb, h)
-    tolerance = 0.01 * state.real[a.TOL_GAP]
+    tolerance = 1e-3 * state.real[a.TOL_GAP]
     before = math.inf
     for n in range(SWEEPS):
         clear(body, work, nb, nd)
