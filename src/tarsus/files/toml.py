@@ -18,7 +18,7 @@ from tarsus.spec import Description, quantity_units, validate
 from tarsus.structure import AnyStructure
 from tarsus.units import format_quantity
 
-__all__ = ["parse_scene", "read_scene", "scene_text", "write_scene"]
+__all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "write_scene"]
 
 _LONGEST_TEXT_LIST = 36
 """Lists of more numbers than this are written as plain SI floats, without units."""
@@ -104,10 +104,15 @@ def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
 def scene_text(scene: Scene) -> str:
     """A scene as TOML text, quantities as unit strings."""
+    return description_text(scene)
+
+
+def description_text(description: Description) -> str:
+    """Any description as TOML text, quantities as unit strings."""
     import tomlkit
 
     document = tomlkit.document()
-    _fill(document, _table(scene))
+    _fill(document, _table(description))
     return tomlkit.dumps(document)
 
 
