@@ -89,26 +89,23 @@ def drives(body, signals, laws, state, work, nd, t, h):
 
 
 @fused
-def held_margin(body, laws, state, work, i, f, nb, t, h):
-    """Of a held foot: margin = f_a - pull - smooth force = N + f_a at the nodes, and the structure's force along."""
+def held_margin(body, state, work, i, f, nb):
+    """Of a held foot: margin = f_a - pull - smooth force = N + f_a at the nodes; work.smooth is f_a - smooth force."""
     k, c = body.stiffness[i, 0], body.damping[i, 0]
-    pull = (
-        (hip(body, i, 0, work.bx, nb) - state.foot[i, 0, 0]) * k
-        + hip(body, i, 0, work.bv, nb) * c
-        + load(work.load, (i, 0))
-    )
-    store(work.margin, (f,), -pull)
+    pull = (hip(body, i, 0, work.bx, nb) - state.foot[i, 0, 0]) * k + hip(body, i, 0, work.bv, nb) * c + load(work.load, (i, 0))
+    store(work.margin, (f,), load(work.smooth, (f,)) - pull)
+
+
+@inner
+def holds(laws, state, work, f, t, h):
+    """What the contact of a held foot holds at the nodes, f_a - smooth force, into work.smooth."""
     latch = laws.flags[f] & HAS_LATCH != 0
     smooth = laws.flags[f] & HAS_FORCE != 0
-    if latch or smooth:
-        for j in range(N):
-            now = t + _tau[j] * h
-            if latch:
-                work.margin[f, j] += hooks.strength(laws.parameters, laws.pointer, f, now - state.since[f])
-            if smooth:
-                work.margin[f, j] -= hooks.force(
-                    laws.parameters, laws.pointer, f, 0.0, 0.0, work.volts[f, j], now
-                )
+    for j in range(N):
+        now = t + _tau[j] * h
+        strength = hooks.strength(laws.parameters, laws.pointer, f, now - state.since[f]) if latch else 0.0
+        force = hooks.force(laws.parameters, laws.pointer, f, 0.0, 0.0, work.volts[f, j], now) if smooth else 0.0
+        work.smooth[f, j] = strength - force
 
 
 @fused
@@ -209,7 +206,7 @@ def leg(body, tables, laws, state, work, i, k, nb, t, h):
             change = laws_at_nodes(body, laws, work, i, f, t, h)
         carry_free(body, state, work, i, 0, own, nb, h)
     else:
-        held_margin(body, laws, state, work, i, f, nb, t, h)
+        held_margin(body, state, work, i, f, nb)
         carry_held(body, state, work, i, 0, at, nb)
     at = hip(body, i, 1, work.bx, nb)
     pull = (
@@ -321,6 +318,7 @@ def guess(body, laws, state, work, nb, h):
         i = body.leg[f]
         work.filmed[i] = 0
         if state.contact[f] != AIR:
+            holds(laws, state, work, f, state.real[a.TIME], h)
             continue
         gap = state.foot[i, 0, 0] + body.gap[i]
         store(work.gap, (f,), time * 0.0 + gap)

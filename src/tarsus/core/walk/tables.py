@@ -11,6 +11,8 @@ polynomials are taken by Gauss quadrature on panels that halve towards s = 0, so
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ _HALVINGS = 16
 _OSCILLATION = 5.0  # radians of a leg's own oscillation in a step at most, so that the nodes see its turns
 
 
+@cache
 def _panels() -> tuple[Floats, Floats]:
     """Points s (ng,) of [0, 1] and what weighs exp(A s): (ng, N in, N out) of Lagrange values at node - s."""
     x, weight = np.polynomial.legendre.leggauss(_POINTS)
