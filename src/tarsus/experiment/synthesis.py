@@ -20,7 +20,17 @@ from tarsus.scene import Scene
 from tarsus.solve import simulate
 from tarsus.spec import float_paths, with_values
 
-__all__ = ["Instrument", "Purpose", "Take", "perturbed", "planned", "recorded", "rest_state"]
+__all__ = [
+    "Instrument",
+    "Purpose",
+    "Take",
+    "identified_paths",
+    "perturbed",
+    "planned",
+    "recorded",
+    "rest_of",
+    "rest_state",
+]
 
 Floats = NDArray[np.float64]
 
@@ -78,6 +88,11 @@ class Take:
     repeats: int = REPEATS
     share: int = 1
     air: str | None = None
+
+
+def rest_of(take: Take) -> float:
+    """Time [s] that a record lasts before the drive begins: none for sweeps, more for slow records."""
+    return {Purpose.MODAL: 0.0, Purpose.LOOPS: 10.0 * REST}.get(take.purpose, REST)
 
 
 def rest_state(scene: Scene) -> tuple[float, ...]:
@@ -179,7 +194,7 @@ def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed:
         name for name in structure.points if name not in {f.point for f in placed.robot.feet.values()}
     )
     rate = instrument.rate / take.share
-    rest = round(REST * rate) if take.purpose is not Purpose.MODAL else 0
+    rest = round(rest_of(take) * rate)
     times = np.arange(int(np.floor(take.duration * rate * (1.0 + 1e-12)))) / rate
     states = run.states(times)
     rows = np.array([structure.row(name) for name in points])
@@ -222,7 +237,8 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
         takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
     for volts in _bouncing(scene, rate, drive):
         wave = Square(amplitude=volts, frequency=BOUNCE_HZ)
-        near, far = f"bounces-{volts:g}v", f"air-{volts:g}v"
+        level = f"{1000.0 * volts:g}mv"
+        near, far = f"bounces-{level}", f"air-{level}"
         takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
         takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
     for volts in (6.0, 8.0):

@@ -19,7 +19,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Trace, jumps_of
 
-__all__ = ["Bounce", "BounceFit", "Bounces", "find_bounces"]
+__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces", "impacts_of"]
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +32,7 @@ FEWEST = 5
 _ROUNDS = 15
 _STEPS = (1e-8, 1e-8, 1e-5)
 """Steps of the differences for the moment [s], places [m] and speeds [m/s]."""
+_PART = 0.3
 _SLOWEST = 8.0
 """Standard deviations of a velocity sample that an approach must reach."""
 
@@ -56,14 +57,9 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
     left: list[LeftOut] = []
     for number, trace in enumerate(traces):
         k = trace.point(foot)
-        x, v, noise = trace.x[k] - level, trace.v[k], trace.noise_v[k]
-        near = x < STILL * trace.noise_x[k] + np.abs(v) * trace.step
-        jump = v[1:] - v[:-1]
-        met = (v[:-1] < -_SLOWEST * noise) & near[:-1] & near[1:] & (jump > _SLOWEST * noise)
-        met &= v[1:] > -0.3 * np.abs(v[:-1])
-        impacts = np.array([one[np.argmax(jump[one])] for one in _runs(met)], dtype=int)
-        # a place on the ground, or an impact, ends the flight on either side
-        slow = near & (np.abs(v) < STILL * noise) & (np.abs(x) < STILL * trace.noise_x[k])
+        x, v = trace.x[k] - level, trace.v[k]
+        impacts, slow = impacts_of(x, v, trace.noise_x[k], trace.noise_v[k], trace.step)
+        # a place on the ground, an impact or a jump of the drive ends the flight on either side
         ends = np.unique(np.concatenate([impacts, np.flatnonzero(slow), jumps_of(trace.volts)]))
         for i in impacts:
             earlier, later = ends[ends < i], ends[ends > i]
@@ -76,6 +72,29 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
                 continue
             found.append(Bounce(number, int(i), min(before, LONGEST), min(after, LONGEST)))
     return found, left
+
+
+def impacts_of(
+    height: Floats, speed: Floats, noise_x: float, noise_v: float, step: float
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Last samples before rebounds of a foot, and the samples (ns,) at which it stands on the ground.
+
+    Parameters
+    ----------
+    height, speed
+        Of the foot over the ground (ns,) [m], [m/s].
+    noise_x, noise_v
+        Standard deviations of their samples.
+    step
+        Sampling step [s].
+    """
+    near = height < STILL * noise_x + np.abs(speed) * step
+    jump = speed[1:] - speed[:-1]
+    met = (speed[:-1] < -_SLOWEST * noise_v) & near[:-1] & near[1:] & (jump > _SLOWEST * noise_v)
+    met &= speed[1:] > -_PART * np.abs(speed[:-1])
+    impacts = np.array([one[np.argmax(jump[one])] for one in _runs(met)], dtype=np.intp)
+    slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
+    return impacts, slow
 
 
 def _runs(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

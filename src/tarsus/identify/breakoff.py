@@ -33,8 +33,8 @@ FEWEST = 24
 
 _SKIPPED = 2
 _ROUNDS = 12
-_STEPS = (1e-7, 1e-8, 1e-5, 1e-10)
-"""Steps of the differences for moment [s], places [m], speeds [m/s] and force [N]."""
+_STEPS = (1e-7, 1e-8, 1e-5, 1e-10, 1e-8)
+"""Steps of the differences for moment [s], places [m], speeds [m/s], force [N] and its drift [N/s]."""
 _LOG_STEP = 1e-3
 _ALIKE = 2.0
 _BEGINNING = 48
@@ -83,7 +83,7 @@ class Fitted:
     """Break-offs fitted together with one film.
 
     unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force that
-    the drive's law misses [N]; film; pull, pull_error (nr,) [N]; duration (nr,) [s] of the hold before; chi (nr,):
+    the drive's law misses at the first sample [N] and its drift [N/s]; film; pull, pull_error (nr,) [N]; duration (nr,) [s] of the hold before; chi (nr,):
     chi-squared per degree of freedom; information (nr, 2, 2) and score (nr, 2) about the film, all unknowns of a flight
     taken along; by_film (nr, 2): change of each pull with the film; residuals: (nr) arrays (channels, samples).
     """
@@ -181,7 +181,7 @@ class BreakOffs:
             basis = model.rows @ free
             at = np.linalg.lstsq(basis, x - model.rows @ _grounded(model), rcond=None)[0]
             speed = np.linalg.lstsq(basis, v, rcond=None)[0]
-            out.append([(one.first - one.hold.last - 0.5) * self.step, *at, *speed, 0.0])
+            out.append([(one.first - one.hold.last - 0.5) * self.step, *at, *speed, 0.0, 0.0])
         return np.array(out)
 
     def _rest(self, model: FootModel) -> Floats:
@@ -399,7 +399,7 @@ class _Prepared:
 
     def pulls(self, unknowns: Floats) -> Floats:
         """Pull of the structure (nr,) [N] at the moments of release."""
-        force = self._at_release(unknowns) + unknowns[:, -1]
+        force = self._at_release(unknowns) + unknowns[:, -2] - unknowns[:, -1] * unknowns[:, 0]
         return self.model.pull(self.states(unknowns), force)
 
     def _at_release(self, unknowns: Floats) -> Floats:
@@ -411,7 +411,7 @@ class _Prepared:
         """Flights at the unknowns (nr, q) and the film, and their derivatives by differences."""
         count, q = unknowns.shape
         m = self.free.shape[1]
-        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, _STEPS[3]])
+        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, *_STEPS[3:]])
         tries, films = [unknowns], [shared]
         for k in range(q):
             tried = unknowns.copy()
@@ -456,10 +456,12 @@ class _Prepared:
         film = Film(np.exp(stiffness) * thickness**3, thickness)
         steps = SUBSTEPS * (max(self.offs.items[r].count for r in group) - 1) + 1
         part = self.drive[:steps, group]
-        drive = np.tile(part, (1, len(tries))) + unknowns[:, -1]
-        late = unknowns[:, 0]
+        late, missed, drift = unknowns[:, 0], unknowns[:, -2], unknowns[:, -1]
+        time = self.flow.step * np.arange(steps)[:, None]
+        drive = np.tile(part, (1, len(tries))) + missed + drift * time
         bend, slope, level = np.tile(self.near[:, group], (1, len(tries)))
-        begin = (bend * -late + slope) * -late + level + unknowns[:, -1]
+        slope = slope + drift
+        begin = (bend * -late + slope) * -late + level + missed
         start = self.flow.short(
             self.states(unknowns), begin, slope - 2.0 * bend * late, film, self.model.gap, late, bend
         )

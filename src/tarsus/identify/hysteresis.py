@@ -18,13 +18,15 @@ from scipy.optimize import lsq_linear
 
 from tarsus.drive.laws import PrandtlIshlinskii
 from tarsus.errors import InputError
-from tarsus.identify.draws import drawn_counts, student
+from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
 from tarsus.identify.foot import FootModel
-from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths
+from tarsus.identify.known import Known
+from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
+from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.scene import ModalLoad
 
-__all__ = ["LoopFit", "Loops", "Shares", "fit_loops"]
+__all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
 
 Floats = NDArray[np.float64]
 
@@ -242,3 +244,102 @@ def _bounded(model: FootModel, matrix: Floats, target: Floats) -> Floats:
     low, high = np.full(len(free), -np.inf), np.full(len(free), np.inf)
     (low if sign > 0.0 else high)[3:] = 0.0
     return lsq_linear(factor, right, bounds=(low, high), method="bvls", tol=1e-12).x / size
+
+
+def identify_hysteresis(
+    known: Known,
+    traces: Sequence[Trace],
+    level: tuple[float, float] | None,
+    shares: Shares | None,
+    share_draws: Floats,
+    seed: int,
+) -> StepResult:
+    """The step: `fit_loops`, with draws over blocks and of everything the loops rely on.
+
+    Parameters
+    ----------
+    known
+        What was found before: the structure, with draws.
+    traces
+        Static records.
+    level
+        Contact level from the rest with its standard error [m]; None if the foot never touches.
+    shares, share_draws
+        Participations known before, with draws (draws, n - 1); None for a load at points.
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        As `fit_loops`.
+    """
+    at = None if level is None else level[0]
+    fit = fit_loops(known.model(), traces, at, shares, seed)
+    count, split = len(known.values), len(known.values) + 1
+    random = np.random.default_rng([seed, 7])
+    moved = fit.level + (0.0 if level is None else level[1]) * random.standard_normal(DRAWS)
+    given = np.zeros(0) if shares is None else shares.values
+    before = np.concatenate([known.samples, moved[:, None], share_draws], axis=1)
+
+    def again(values: Floats) -> Floats:
+        return fit.again(known.model(values[:count]), float(values[count]), values[split:] if len(given) else None)
+
+    from_before = carried(again, np.concatenate([known.values, [fit.level], given]), before)
+    model = fit.model if shares is None else with_shares(fit.model, fit.values[: len(given)])
+    law = law_with(fit.model.law, fit.values[len(given) :])
+    panels, residuals = _shown(model, law, fit, traces)
+    samples = sum(len(block.index) for block in fit.loops.blocks)
+    notes = ()
+    if level is None:
+        notes = (
+            "No record shows the ground, so that the neutral position is not known: the rest is taken to be at the gap.",
+        )
+    left = tuple(
+        LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings")
+        for trace in traces
+        if fit.loops.unused
+    )
+    return StepResult(
+        "hysteresis",
+        fit.paths,
+        fit.values,
+        fit.values + fit.own + from_before,
+        residuals=residuals,
+        used=(Used("samples of static records", samples, samples + fit.loops.unused),),
+        left_out=left,
+        panels=panels,
+        notes=notes,
+    )
+
+
+def _shown(
+    model: FootModel, law: object, fit: LoopFit, traces: Sequence[Trace]
+) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
+    """Loops measured and fitted, as the motion of the foot and of the point that moves most on the ground."""
+    assert isinstance(law, type(model.law))
+    panels, residuals = [], []
+    for number, trace in enumerate(traces):
+        blocks = [b for b in fit.loops.blocks if b.source is trace]
+        index = np.sort(np.concatenate([b.index[b.free] for b in blocks]))
+        force = law.force(trace.volts, model.history)
+        force = force - float(law.force(trace.volts[:1], model.history)[0])
+        for k, point in enumerate(model.points):
+            fitted = model.by_drive[k] * force[index]
+            rest = trace.x[k, index] - fitted
+            residuals.append(
+                Residual(
+                    f"{trace.file}, {point} in the air",
+                    "m",
+                    float(np.sqrt(np.mean((rest - rest.mean()) ** 2))),
+                    float(trace.noise_x[k]),
+                    len(rest),
+                )
+            )
+            if number == 0:
+                curves = (
+                    Curve("measured", trace.volts[index], trace.x[k, index], joined=False),
+                    Curve("fitted", trace.volts[index], fitted),
+                )
+                panels.append(Panel(f"{point}, foot in the air", "voltage", "V", f"{point} from rest", "m", curves))
+    return tuple(panels), tuple(residuals)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.errors import InputError
 from tarsus.measurement import Measurement, Quantity
 
-__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "trace_of"]
+__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ STILL = 5.0
 """Standard deviations of a sample within which a foot counts as still."""
 
 _JUMP = 0.1
+_SAME = 8.0
 
 SHORTEST = 6
 """Samples a hold must last."""
@@ -115,6 +116,75 @@ def trace_of(
         noise_v,
         noise_x / np.sqrt(count),
         gap,
+    )
+
+
+def jumps_of(volts: Floats) -> NDArray[np.intp]:
+    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it."""
+    move = np.abs(np.diff(volts))
+    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
+    return np.flatnonzero((move > _JUMP * np.ptp(volts)) & (move > 10.0 * around))
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A stretch in which the foot stands still on the ground: first and last sample of it, and the samples between which
+    the foot was last seen moving before."""
+
+    first: int
+    last: int
+
+
+def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
+    """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
+
+    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau, combined
+    over records.
+    """
+    levels, errors = [], []
+    for trace in traces:
+        k = trace.point(foot)
+        x, v = trace.x[k], trace.v[k]
+        still = np.abs(v) < STILL * trace.noise_v[k]
+        low = x < x.min() + 2.0 * STILL * trace.noise_x[k]
+        chosen = still & low
+        if np.count_nonzero(chosen) < 3 * SHORTEST or np.ptp(x) < 6.0 * STILL * trace.noise_x[k]:
+            continue
+        middle = float(np.median(x[chosen]))
+        near = chosen & (np.abs(x - middle) < STILL * trace.noise_x[k])
+        levels.append(float(x[near].mean()))
+        own = trace.noise_x[k] / np.sqrt(np.count_nonzero(near))
+        errors.append(float(np.hypot(own, trace.zero[k])))
+    if not levels:
+        return None
+    found, own = np.array(levels), np.array(errors)
+    middle = float(np.median(found))
+    same = np.abs(found - middle) < np.maximum(_SAME * own, 0.05 * np.max(np.abs(found)))
+    found, weight = found[same], 1.0 / own[same] ** 2
+    value = float(np.sum(weight * found) / weight.sum())
+    scatter = float(np.sum(weight * (found - value) ** 2) / max(len(found) - 1, 1))
+    return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
+
+
+def misplaced(trace: Trace, foot: str, level: float) -> str | None:
+    """A sentence if a record's foot goes below the ground, or another point stands still where the foot should.
+
+    This is what swapped channels look like, or a displacement with a wrong zero, sign or unit.
+    """
+    k = trace.point(foot)
+    limit = _SAME * trace.noise_x[k] + 0.05 * abs(level)
+    depth = level - float(np.quantile(trace.x[k], 0.001))
+    if depth <= limit:
+        return None
+    for other, name in enumerate(trace.points):
+        if other == k:
+            continue
+        low = float(np.quantile(trace.x[other], 0.001))
+        if abs(low - level) < _SAME * trace.noise_x[other] + 0.05 * abs(level):
+            return f"channels '{foot}' and '{name}' look swapped: it is '{name}' that stops where the other records show the ground"
+    return (
+        f"channel '{foot}' goes {1e6 * depth:.3g} um below the ground that the other records show: are its zero, sign and "
+        "unit right?"
     )
 
 

@@ -1,0 +1,343 @@
+"""The chain: all steps of an identification in order, each given what earlier ones found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.waveforms import SweptSine
+from tarsus.errors import InputError
+from tarsus.experiment.synthesis import Purpose
+from tarsus.identify.adhesion import identify_adhesion
+from tarsus.identify.campaign import Opened, Reading, read_records
+from tarsus.identify.draws import DRAWS
+from tarsus.identify.film import FilmFit, identify_film
+from tarsus.identify.foot import FootModel
+from tarsus.identify.heldout import Comparison, compare
+from tarsus.identify.hysteresis import identify_hysteresis
+from tarsus.identify.known import Known
+from tarsus.identify.resonance import Resonances, identify_resonances
+from tarsus.identify.restitution import identify_restitution
+from tarsus.identify.step import LeftOut, StepResult
+from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+
+__all__ = ["Chain", "Identification", "NotDone", "identify"]
+
+Floats = NDArray[np.float64]
+Progress = Callable[[int, int, str], None]
+
+STEPS = ("resonances", "hysteresis", "film", "adhesion", "restitution")
+
+
+@dataclass(frozen=True)
+class NotDone:
+    """A step that found nothing, and why, one sentence each."""
+
+    name: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How the result depends on the zero position: parameters found with another gap.
+
+    gap [m]; values by path [SI].
+    """
+
+    gap: float
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Everything a campaign has told.
+
+    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
+    known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances: the
+    modal fit; film: the break-offs; comparisons: held-out records; shift; seconds taken.
+    """
+
+    opened: Opened
+    readings: tuple[Reading, ...]
+    left_out: tuple[LeftOut, ...]
+    steps: dict[str, StepResult]
+    not_done: tuple[NotDone, ...]
+    known: Known
+    level: tuple[float, float] | None
+    resonances: Resonances | None
+    film: FilmFit | None
+    comparisons: tuple[Comparison, ...]
+    shift: Shift | None
+    seconds: float
+
+    @property
+    def model(self) -> FootModel:
+        """The device as identified."""
+        return self.known.model()
+
+    @property
+    def all_left_out(self) -> tuple[LeftOut, ...]:
+        """Data that were not used anywhere, with reasons."""
+        return (*self.left_out, *(one for step in self.steps.values() for one in step.left_out))
+
+
+@dataclass
+class Chain:
+    """Runs the steps; what it has found so far.
+
+    Parameters
+    ----------
+    opened
+        The campaign.
+    seed
+        Of all draws.
+    progress
+        Called as ``progress(done, total, what)``.
+    """
+
+    opened: Opened
+    seed: int = 1
+    progress: Progress | None = None
+    readings: list[Reading] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    steps: dict[str, StepResult] = field(default_factory=dict)
+    not_done: list[NotDone] = field(default_factory=list)
+    traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
+    level: tuple[float, float] | None = None
+    resonances: Resonances | None = None
+    film: FilmFit | None = None
+    _told: int = 0
+
+    def __post_init__(self) -> None:
+        self.known = _nothing(self.opened.model)
+
+    def run(self) -> Identification:
+        """All steps, the validation and the shifted zero."""
+        begun = time.perf_counter()
+        self.read()
+        self.find_ground()
+        self.attempt("resonances", self._resonances)
+        self.attempt("hysteresis", self._hysteresis)
+        self.attempt("film", self._film)
+        self.attempt("adhesion", self._adhesion)
+        self.attempt("restitution", self._restitution)
+        comparisons = self.validate()
+        shift = self.shifted()
+        if not self.steps:
+            raise InputError([said for one in self.not_done for said in one.reasons] or ["no step could be done"])
+        return Identification(
+            self.opened,
+            tuple(self.readings),
+            tuple(self.left_out),
+            self.steps,
+            tuple(self.not_done),
+            self.known,
+            self.level,
+            self.resonances,
+            self.film,
+            tuple(comparisons),
+            shift,
+            time.perf_counter() - begun,
+        )
+
+    def read(self) -> None:
+        """Read every file; faults are kept beside it."""
+        for name, one in self.opened.campaign.records.items():
+            self._tell(f"reading {name}")
+            found = read_records(self.opened, name)
+            self.readings += found
+            for reading in found:
+                self.left_out += [_left(reading.file, said) for said in reading.problems]
+            if one.purpose in (Purpose.MODAL, Purpose.AIR):
+                continue
+            for reading in found:
+                if reading.record is None or reading.record.drive is None:
+                    continue
+                try:
+                    trace = trace_of(
+                        reading.record, self.opened.model.points, name, reading.record.drive, one.rest, one.gap
+                    )
+                except InputError as error:
+                    self.left_out += [_left(reading.file, said) for said in error.problems]
+                    continue
+                self.traces.setdefault(one.purpose, []).append(replace(trace, file=reading.file))
+
+    def find_ground(self) -> None:
+        """The contact level of all records, and the records whose foot is not where it says."""
+        foot = self.opened.model.foot_point
+        near = {purpose: [t for t in found if t.gap is None] for purpose, found in self.traces.items()}
+        standing = [t for p in (Purpose.RAMPS, Purpose.LOOPS) for t in near.get(p, [])]
+        self.level = contact_level(standing or near.get(Purpose.BOUNCES, []), foot)
+        if self.level is None:
+            return
+        for purpose, found in self.traces.items():
+            kept = []
+            for trace in found:
+                said = None if trace.gap is not None else misplaced(trace, foot, self.level[0])
+                if said is None:
+                    kept.append(trace)
+                else:
+                    self.left_out.append(LeftOut(trace.file, "", said))
+            self.traces[purpose] = kept
+
+    def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
+        """Run a step; what stops it is kept as its reasons."""
+        self._tell(name)
+        try:
+            found = step()
+        except InputError as error:
+            self.not_done.append(NotDone(name, tuple(error.problems)))
+            return
+        self.steps[name] = found
+        self.known = self.known.after(found)
+
+    def _resonances(self) -> StepResult:
+        records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
+        sets = [one for _, one in self.opened.sets(Purpose.MODAL)]
+        if not records:
+            raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
+        ends = [
+            sorted((one.signal.start_frequency, one.signal.stop_frequency))
+            for one in sets
+            if isinstance(one.signal, SweptSine)
+        ]
+        if not ends:
+            raise InputError("the sets of sweeps state no swept sine as their signal, which tells the band to identify")
+        band = max(low for low, _ in ends), min(high for _, high in ends)
+        self.resonances = identify_resonances(self.opened.model, records, band, self.seed)
+        return self.resonances.step
+
+    def _hysteresis(self) -> StepResult:
+        traces = self.traces.get(Purpose.LOOPS, [])
+        if not traces:
+            raise InputError(self._nothing_for(Purpose.LOOPS, "static loops"))
+        shares = None if self.resonances is None else self.resonances.shares
+        draws = np.zeros((DRAWS, 0)) if self.resonances is None else self.resonances.share_draws
+        return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
+
+    def _film(self) -> StepResult:
+        traces = self.traces.get(Purpose.RAMPS, [])
+        if not traces:
+            raise InputError(self._nothing_for(Purpose.RAMPS, "ramped squares"))
+        self._need("resonances", "hysteresis")
+        if self.level is None:
+            raise InputError("no record of ramped squares shows a foot standing on the ground")
+        self.film = identify_film(self.known.model(), self.known, traces, self.level[0], self.seed + 2)
+        return self.film.step
+
+    def _adhesion(self) -> StepResult:
+        if self.film is None:
+            raise InputError("it needs the break-offs of the step film, which was not done")
+        return identify_adhesion(self.film, self.seed + 3)
+
+    def _restitution(self) -> StepResult:
+        traces = self.traces.get(Purpose.BOUNCES, [])
+        if not traces:
+            raise InputError(self._nothing_for(Purpose.BOUNCES, "bounces"))
+        self._need("resonances", "hysteresis", "film")
+        if self.level is None:
+            raise InputError("no record shows where the ground is")
+        return identify_restitution(self.known.model(), self.known, traces, self.level[0], self.seed + 4)
+
+    def validate(self) -> list[Comparison]:
+        """Held-out records against simulations of the identified device."""
+        out: list[Comparison] = []
+        if self.level is None or self.not_done:
+            return out
+        model = self.known.model()
+        for trace in self.traces.get(Purpose.VALIDATION, []):
+            self._tell(f"validating on {trace.set}")
+            signal = self.opened.campaign.records[trace.set].signal
+            if signal is None:
+                self.left_out.append(LeftOut(trace.file, "", "its set states no signal to simulate"))
+                continue
+            try:
+                out.append(compare(model, trace, signal, self.level[0]))
+            except InputError as error:
+                self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
+        return out
+
+    def shifted(self) -> Shift | None:
+        """The steps again with the campaign's other gap, without draws (Table 2.2)."""
+        gap = self.opened.campaign.other_gap
+        if gap is None or self.not_done:
+            return None
+        self._tell("with the other zero position")
+        model = self.opened.model
+        moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
+        other = Chain(replace(self.opened, model=moved), self.seed)
+        other.traces, other.level, other.resonances = self.traces, self.level, self.resonances
+        other.known = _certain(_nothing(moved).after(self.steps["resonances"]))
+        other.steps["resonances"] = self.steps["resonances"]
+        for name, step in (
+            ("hysteresis", other._hysteresis),
+            ("film", other._film),
+            ("adhesion", other._adhesion),
+            ("restitution", other._restitution),
+        ):
+            other.attempt(name, step)
+            other.known = _certain(other.known)
+        return Shift(gap, dict(zip(other.known.paths, other.known.values.tolist(), strict=True)))
+
+    def _of(self, purpose: Purpose) -> list[Reading]:
+        names = {name for name, _ in self.opened.sets(purpose)}
+        return [one for one in self.readings if one.set in names]
+
+    def _nothing_for(self, purpose: Purpose, what: str) -> list[str]:
+        files = [one.file for one in self._of(purpose)]
+        if not files:
+            return [f"the campaign has no records of {what} (purpose '{purpose.value}')"]
+        return [f"none of the {len(files)} records of {what} can be used", *self._said(files)]
+
+    def _said(self, files: Sequence[str]) -> list[str]:
+        return [one.reason for one in self.left_out if one.file in files]
+
+    def _need(self, *names: str) -> None:
+        missing = [name for name in names if name not in self.steps]
+        if missing:
+            raise InputError(f"it needs what the step {missing[0]} finds, which was not done")
+
+    def _tell(self, what: str) -> None:
+        total = len(self.opened.campaign.records) + len(STEPS) + 1
+        total += sum(len(one.files) for _, one in self.opened.sets(Purpose.VALIDATION))
+        if self.progress is not None:
+            self.progress(min(self._told, total), total, what)
+        self._told += 1
+
+
+def _nothing(model: FootModel) -> Known:
+    return Known(model, (), np.zeros(0), np.zeros((DRAWS, 0)))
+
+
+def _certain(known: Known) -> Known:
+    """The same as if everything found were certain: no draw moves it."""
+    return replace(known, samples=np.repeat(known.values[None], DRAWS, axis=0))
+
+
+def _left(file: str, said: str) -> LeftOut:
+    """A reader's sentence, which names its file already, with that file."""
+    return LeftOut(file, "", said.removeprefix(f"{file}: "))
+
+
+def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:
+    """Identify a device from the records of a campaign.
+
+    Parameters
+    ----------
+    opened
+        From `tarsus.identify.campaign.read_campaign`.
+    seed
+        Of the draws.
+    progress
+        Called as ``progress(done, total, what)``.
+
+    Raises
+    ------
+    InputError
+        If no step could be done at all, with every reason.
+    """
+    return Chain(opened, seed, progress).run()
