@@ -1,4 +1,4 @@
-"""How parameters hang together: correlations, and the products of powers that draws or a ridge hold fixed."""
+"""How parameters hang together: correlations, and the products of powers or sums that draws or a ridge hold fixed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tarsus.identify.ranges import LEVEL, Range
 
-__all__ = ["Combination", "Ties", "correlation", "find_exponents"]
+__all__ = ["Combination", "Sum", "Ties", "correlation", "find_exponents", "find_weight", "left_over"]
 
 Floats = NDArray[np.float64]
 
@@ -39,13 +39,34 @@ class Combination:
 
 
 @dataclass(frozen=True)
+class Sum:
+    """A weighted sum of two parameters, such as a force that grows from a start at a rate, and where it lies.
+
+    weights: by parameter, that of the first is 1, SI; interval: of the sum, SI.
+    """
+
+    weights: tuple[tuple[str, float], ...]
+    interval: Range
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters in the sum."""
+        return tuple(name for name, _ in self.weights)
+
+    def __str__(self) -> str:
+        return " + ".join(
+            name if weight == 1.0 else f"{weight:.3g} * {name}" for name, weight in self.weights
+        )
+
+
+@dataclass(frozen=True)
 class Ties:
     """What counts as parameters tied to each other.
 
-    width: half-width (see `Range.half_width`) up to which a product of powers counts as known, with the exponent of
-    the parameter in question 1; gain: times by which it must be narrower than the parameter itself; partners: largest
-    number of other parameters in it; power: largest whole exponent that is tried; slack: times by which whole
-    exponents may be wider than the fitted ones.
+    width: half-width (see `Range.half_width`) up to which a product of powers, or a sum, counts as known, with the
+    exponent or weight of the parameter in question 1; gain: times by which it must be narrower than the parameter
+    itself; partners: largest number of other parameters in a product; power: largest whole exponent that is tried;
+    slack: times by which whole exponents may be wider than the fitted ones.
     """
 
     width: float = 0.25
@@ -103,6 +124,43 @@ def find_exponents(
         if best is not None and best[0] <= min(ties.width, own / ties.gain):
             return _preferred(v, best[1], best[2], own, ties, level)
     return []
+
+
+def find_weight(
+    x: Floats, j: int, others: list[int], ties: Ties, level: float = LEVEL
+) -> tuple[int, float, float] | None:
+    """The sum ``x_j + w x_k``, ``w x_k`` of the sign of x_j, that a cloud of points holds within ``ties.width``.
+
+    Parameters
+    ----------
+    x
+        Parameters (ns, np), each of one sign.
+    j, others, ties, level
+        As for `find_exponents`.
+
+    Returns
+    -------
+    tuple
+        k, w, and what the sum leaves of x_j (half-width, SI) when x_k is known; None where there is no such sum.
+    """
+    own = float(_half_width(x[:, [j]], level)[0])
+    best: tuple[int, float, float] | None = None
+    for k in others:
+        apart = x[:, k] - x[:, k].mean()
+        weight = -float(apart @ (x[:, j] - x[:, j].mean())) / float(apart @ apart)
+        total = x[:, j] + weight * x[:, k]
+        middle = float(np.median(total))
+        if weight * np.sign(x[0, j] * x[0, k]) <= 0.0:
+            continue
+        left = float(_half_width(total[:, None], level)[0])
+        if left <= min(ties.width * abs(middle), own / ties.gain) and (best is None or left < best[2]):
+            best = (k, weight, left)
+    return best
+
+
+def left_over(u: Floats, j: int, powers: Floats, level: float = LEVEL) -> float:
+    """Half-width of the logarithm of parameter j that a product of powers (np,) leaves when its partners are known."""
+    return float(_half_width((u @ powers)[:, None], level)[0]) / abs(float(powers[j]))
 
 
 def _preferred(

@@ -26,6 +26,7 @@ _NEAR = float(np.log(100.0))
 _MOST_STEPS = 80
 _APART = 0.05
 _TOUCH = 1e-6
+_NUDGE = 1e-3
 
 
 def one_by_one(likelihood: Callable[[Floats], float]) -> LogLikelihood:
@@ -101,6 +102,7 @@ class Profiler:
         self.allowance = float(chi2.ppf(level, 1))
         self.calls = 0
         self._likelihood = likelihood
+        self._limits = dict(limits or {})
         self._step = step
         self._low, self._high = _box(coordinates, limits or {})
         self._given = np.array([name in (limits or {}) for name in coordinates.names])
@@ -144,6 +146,33 @@ class Profiler:
         low, high = (np.exp(base + end) if np.isfinite(end) else end for end in (profile.low, profile.high))
         pieces = tuple((float(np.exp(base + a)), float(np.exp(base + b))) for a, b in profile.pieces)
         return Range(float(np.exp(base + exponents @ self.best)), float(low), float(high), self.level, pieces)
+
+    def range_of_sum(self, j: int, k: int, weight: float) -> Range:
+        """Range of ``x_j + weight x_k``, SI: a profile in the parameters themselves instead of their logarithms."""
+        names, values = self.coordinates.names, self.values
+        sizes = {name: abs(float(v)) for name, v in zip(names, values, strict=True)}
+        sizes |= {n: float(s) for n, s in zip(names, self.coordinates.sizes, strict=True) if np.isfinite(s)}
+        keep_sign: dict[str, tuple[float, float]] = {
+            name: (min(0.0, 1e6 * float(v)), max(0.0, 1e6 * float(v)))
+            for name, v, logarithmic in zip(names, values, self.coordinates.logarithmic, strict=True)
+            if logarithmic
+        }
+        straight = Coordinates.of(names, values, sizes)
+        inner = Profiler(
+            self._likelihood,
+            straight,
+            {**keep_sign, **self._limits},
+            level=self.level,
+            starts=0,
+            step=self._step,
+        )
+        way = np.zeros(len(names))
+        way[[j, k]] = straight.sizes[j], weight * straight.sizes[k]
+        found = inner.along(way)
+        middle = float(values[j] + weight * values[k])
+        pieces = tuple((middle + low, middle + high) for low, high in found.pieces)
+        best = float(inner.values[j] + weight * inner.values[k])
+        return Range(best, middle + found.low, middle + found.high, self.level, pieces)
 
     def _deviances(self, u: Floats) -> Floats:
         """Minus twice the log-likelihoods (n,) of pure parameters (n, np)."""
@@ -202,7 +231,8 @@ class Profiler:
             above, below = (np.where(side >= _WALL, values[0], side) for side in (above, below))
             return float(values[0]), (above - below) / np.diag(up - down)
 
-        begin = np.clip(start[free], low, high)
+        off = _NUDGE * np.cos(1.0 + np.arange(len(free)))  # off a saddle that symmetry would hold it on
+        begin = np.clip(start[free] + off, low, high)
         found = minimize(value_and_slope, begin, jac=True, method="L-BFGS-B", bounds=list(zip(low, high, strict=True)),
                          options={"maxiter": 200, "ftol": 1e-12, "gtol": 1e-6})  # fmt: skip
         v, value = np.asarray(found.x), float(found.fun)
@@ -305,12 +335,17 @@ class Profiler:
         return float(brentq(excess, here, there, xtol=1e-3 * abs(there - here), rtol=1e-6))  # pyright: ignore
 
     def _ran_away(self, point: Floats, maximum: Floats, way: Floats) -> bool:
-        """Whether a parameter that is fitted again has come to a limit that nobody gave."""
-        at_limit = [
-            (np.abs(u - self._low) < _TOUCH) | (np.abs(u - self._high) < _TOUCH) for u in (point, maximum)
-        ]
-        fitted = (way == 0.0) | (np.count_nonzero(way) > 1)
-        return bool(np.any(at_limit[0] & ~at_limit[1] & ~self._given & fitted))
+        """Whether a parameter that is fitted again was stopped by a limit that nobody gave, and would go on."""
+        fitted = ~self._given & ((way == 0.0) | (np.count_nonzero(way) > 1))
+        for k in np.flatnonzero(fitted):
+            for limit, beyond in ((self._low[k], -1.0), (self._high[k], 1.0)):
+                if abs(point[k] - limit) < _TOUCH < abs(maximum[k] - limit):
+                    further = np.repeat(point[None], 5, axis=0)
+                    further[1:, k] += beyond * np.array([1e-3, 1e-2, 1e-1, 1.0])
+                    here, *there = self._deviances(further)
+                    if min(there) < here - 0.01 * self.allowance:
+                        return True
+        return False
 
     def _first_step(self, way: Floats, maximum: Floats, side: float) -> float:
         """A step that uses up part of the allowance along the straight line, from 1e-4 to 0.25."""

@@ -10,7 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.errors import InputError
 from tarsus.identify.coordinates import Coordinates
-from tarsus.identify.correlation import Combination, Ties, correlation, find_exponents
+from tarsus.identify.correlation import (
+    Combination,
+    Sum,
+    Ties,
+    correlation,
+    find_exponents,
+    find_weight,
+    left_over,
+)
 from tarsus.identify.profile import LogLikelihood, Profile, Profiler, one_by_one
 from tarsus.identify.ranges import LEVEL, Range, range_of_draws
 from tarsus.identify.step import StepResult, joined_samples
@@ -30,6 +38,8 @@ Floats = NDArray[np.float64]
 
 _RIDGE = float(np.log(10.0))
 _RELATED = 0.5
+_MUCH = 0.5
+"""Share of what a product leaves open that a sum must leave at most to be named instead."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +56,17 @@ class Determined:
 
 @dataclass(frozen=True)
 class OnlyTogether:
-    """The data fix a product of powers with the number in it, but not the number."""
+    """The data fix a product of powers, or a sum, with the number in it, but not the number."""
 
     name: str
     range: Range
-    combination: Combination
+    combination: Combination | Sum
 
     def sentence(self, unit: str = "1") -> str:
-        """In words, with the range in ``unit``; the product is in SI."""
+        """In words, with the range in ``unit``; the combination is in SI."""
         partners = [name for name in self.combination.names if name != self.name]
         fixed = self.combination.interval
-        percent = 100.0 * fixed.half_width()
+        percent = 100.0 * fixed.half_width(abs(fixed.value))
         return (
             f"{self.name} is determined only together with {' and '.join(partners)}: these data fix "
             f"{self.combination} = {fixed.value:.4g} (SI) within {percent:.2g} %, and leave {self.name} alone "
@@ -66,7 +76,7 @@ class OnlyTogether:
 
 @dataclass(frozen=True)
 class NotFromTheseData:
-    """The data fix neither the number nor a product of powers with it.
+    """The data fix neither the number nor a product of powers or a sum with it.
 
     related: the other parameters it is most correlated with, and how much.
     """
@@ -107,10 +117,10 @@ class Assessment:
         return self.ranges[self.names.index(name)]
 
     @property
-    def combinations(self) -> tuple[Combination, ...]:
-        """Every product of powers that a verdict names, once."""
+    def combinations(self) -> tuple[Combination | Sum, ...]:
+        """Every combination that a verdict names, once."""
         found = [one.combination for one in self.verdicts if isinstance(one, OnlyTogether)]
-        return tuple({one.exponents: one for one in found}.values())
+        return tuple({(type(one), frozenset(one.names)): one for one in found}.values())
 
     def sentences(self, units: Mapping[str, str] | None = None) -> list[str]:
         """One sentence a number; ``units`` are SI units by name."""
@@ -131,8 +141,9 @@ def judge_samples(
 
     A number is `Determined` when the half-width of its range is at most ``ties.width``. Else it is `OnlyTogether` when
     a product of its and at most ``ties.partners`` other numbers' powers is that narrow, and ``ties.gain`` times
-    narrower than the number itself (see `find_exponents`). Else it is `NotFromTheseData`; so is a number whose sign
-    the draws leave open, unless it has a size.
+    narrower than the number itself (see `find_exponents`), or a weighted sum with one other (see `find_weight`), which
+    is named where it says much more than the product. Else it is `NotFromTheseData`; so is a number whose sign the
+    draws leave open, unless it has a size.
 
     Parameters
     ----------
@@ -177,17 +188,36 @@ def judge_samples(
         combination = None
         if one.half_width(_size(coordinates, j)) > wanted.width and usable[j]:
             others = [int(k) for k in np.flatnonzero(usable) if k != j]
-            found = find_exponents(np.where(usable, u, 0.0), j, others, wanted, level)
-            if found:
-                powers, whole = found[0]
-                value = float(np.prod(np.abs(coordinates.values[powers != 0.0]) ** powers[powers != 0.0]))
-                drawn = value * np.exp(u[:, powers != 0.0] @ powers[powers != 0.0])
-                combination = _combination(
-                    coordinates, powers, range_of_draws(drawn, value, level=level), whole
-                )
+            combination = _tied_draws(coordinates, rows, np.where(usable, u, 0.0), j, others, wanted, level)
         verdicts.append(_verdict(coordinates, j, one, combination, related, wanted))
     basis = f"{len(rows)} draws"
     return Assessment(coordinates.names, ranges, related, tuple(verdicts), basis)
+
+
+def _tied_draws(
+    coordinates: Coordinates, rows: Floats, u: Floats, j: int, others: list[int], ties: Ties, level: float
+) -> Combination | Sum | None:
+    """What draws (ns, np), with logarithms u, hold fixed with parameter j."""
+    products = find_exponents(u, j, others, ties, level)
+    summed = find_weight(rows, j, others, ties, level)
+    if summed is not None:
+        k, weight, left = summed
+        if not products or left < _MUCH * abs(coordinates.values[j]) * left_over(u, j, products[0][0], level):
+            value = float(coordinates.values[j] + weight * coordinates.values[k])
+            return _sum(
+                coordinates,
+                j,
+                k,
+                weight,
+                range_of_draws(rows[:, j] + weight * rows[:, k], value, level=level),
+            )
+    if not products:
+        return None
+    powers, whole = products[0]
+    used = powers != 0.0
+    value = float(np.prod(np.abs(coordinates.values[used]) ** powers[used]))
+    drawn = value * np.exp(u[:, used] @ powers[used])
+    return _combination(coordinates, powers, range_of_draws(drawn, value, level=level), whole)
 
 
 def judge_likelihood(
@@ -204,8 +234,9 @@ def judge_likelihood(
 ) -> Assessment:
     """Judge numbers by profile likelihoods (see `Profiler`, which also tells the parameters).
 
-    Verdicts as in `judge_samples`. A product of powers is read off the ridge, the points that all profiles together
-    passed through within a factor of ten of the best, and then has a profile of its own, which decides. Correlations
+    Verdicts as in `judge_samples`. A product of powers, or else a sum, is read off the ridge, the points that all
+    profiles together passed through within a factor of ten of the best, and then has a profile of its own, which
+    decides. Correlations
     are those of the ridges' slopes, ``sqrt(du_k/du_j du_j/du_k)``: exact for a Gaussian likelihood.
 
     Raises
@@ -223,7 +254,7 @@ def judge_likelihood(
     for j, one in enumerate(ranges):
         combination = None
         if one.half_width(_size(coordinates, j)) > wanted.width and coordinates.logarithmic[j]:
-            combination = _tied(profiler, profiles, j, one, wanted)
+            combination = _tied(profiler, profiles, j, one, wanted) or _summed(profiler, profiles, j, wanted)
         verdicts.append(_verdict(coordinates, j, one, combination, related, wanted))
     return Assessment(coordinates.names, ranges, related, tuple(verdicts), "profile likelihoods")
 
@@ -295,6 +326,22 @@ def _tied(profiler: Profiler, profiles: list[Profile], j: int, own: Range, ties:
     return None
 
 
+def _summed(profiler: Profiler, profiles: list[Profile], j: int, ties: Ties) -> Sum | None:
+    """A sum with parameter j that has a narrow profile."""
+    coordinates = profiler.coordinates
+    cloud = np.vstack([profile.ridge for profile in profiles])
+    points = coordinates.outward(cloud[np.all(cloud - profiler.best <= _RIDGE, axis=1)])
+    others = [int(k) for k in np.flatnonzero(coordinates.logarithmic) if k != j]
+    found = find_weight(points, j, others, ties, level=1.0)
+    if found is None:
+        return None
+    k, weight, _ = found
+    interval = profiler.range_of_sum(j, k, weight)
+    if interval.half_width(abs(interval.value)) > ties.width:
+        return None
+    return _sum(coordinates, j, k, weight, interval)
+
+
 def _correlation_of_ridges(profiles: list[Profile]) -> Floats:
     """Correlations (np, np) from how far the others follow when one parameter is moved."""
     count = len(profiles)
@@ -313,11 +360,15 @@ def _combination(coordinates: Coordinates, powers: Floats, interval: Range, whol
     return Combination(tuple(named), interval, whole)
 
 
+def _sum(coordinates: Coordinates, j: int, k: int, weight: float, interval: Range) -> Sum:
+    return Sum(((coordinates.names[j], 1.0), (coordinates.names[k], weight)), interval)
+
+
 def _verdict(
     coordinates: Coordinates,
     j: int,
     one: Range,
-    combination: Combination | None,
+    combination: Combination | Sum | None,
     related: Floats,
     ties: Ties,
 ) -> ParameterVerdict:

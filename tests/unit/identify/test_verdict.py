@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from tarsus.errors import InputError
-from tarsus.identify.correlation import Ties
+from tarsus.identify.correlation import Sum, Ties
 from tarsus.identify.profile import one_by_one
 from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import (
@@ -143,10 +143,41 @@ def test_a_larger_head_far_from_the_start_is_found():
     assert found.range("a").value == pytest.approx(20.0, rel=1e-3) and isinstance(found["a"], Determined)
 
 
-def test_a_ridge_that_is_no_product_of_powers_is_no_combination():
-    found = judge_likelihood(
-        ("a", "b"), (2.0, 3.0), lambda theta: -0.5 * ((theta.sum(axis=1) - 5.0) / 0.05) ** 2
+def test_only_a_sum_is_known():
+    """A force that grows from a start at a rate, seen at one age."""
+    age = 0.03
+
+    def likelihood(theta):
+        return -0.5 * ((theta[:, 0] + age * theta[:, 1] - 250e-9) / 5e-9) ** 2
+
+    names = ("start", "rate")
+    found = judge_likelihood(names, (150e-9, 100e-9 / age), likelihood)
+    for name, weight in (("start", 1.0), ("rate", 1.0 / age)):
+        verdict = found[name]
+        assert isinstance(verdict, OnlyTogether) and isinstance(verdict.combination, Sum)
+        total = verdict.combination.interval
+        assert (total.low, total.high) == pytest.approx(
+            (weight * (250e-9 - REACH * 5e-9), weight * (250e-9 + REACH * 5e-9)), rel=1e-3
+        )
+        assert verdict.range.low == -np.inf and np.isfinite(verdict.range.high)
+    assert found["start"].sentence("N") == (
+        "start is determined only together with rate: these data fix start + 0.03 * rate = 2.5e-07 (SI) within 3.9 %, "
+        "and leave start alone anything below 259.8 nN."
     )
+    random = np.random.default_rng(12)
+    rate = 100e-9 / age * np.exp(random.normal(0.0, 0.35, 600))
+    start = np.abs(random.normal(250e-9, 5e-9, 600) - age * rate)
+    drawn = judge_samples(names, (150e-9, 100e-9 / age), np.column_stack([start, rate]))["start"]
+    assert isinstance(drawn, OnlyTogether) and isinstance(drawn.combination, Sum)
+    assert dict(drawn.combination.weights) == {"start": 1.0, "rate": pytest.approx(age, rel=0.03)}
+    assert drawn.combination.interval.half_width() == pytest.approx(REACH * 0.02, rel=0.1)
+
+
+def test_a_ridge_that_is_neither_product_nor_sum_is_no_combination():
+    def round_about(theta):
+        return -0.5 * ((np.hypot(np.log(theta[:, 0]), np.log(theta[:, 1])) - 1.0) / 0.05) ** 2
+
+    found = judge_likelihood(("a", "b"), (np.e, 1.0), round_about)
     assert all(isinstance(one, NotFromTheseData) for one in found.verdicts)
 
 
