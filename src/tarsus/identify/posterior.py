@@ -1,4 +1,4 @@
-"""The posterior of parameters by an ensemble of walkers (emcee, the optional extra ``posterior``)."""
+"""Posteriors: by weighing draws of a prior, or by walkers (emcee, the optional extra ``posterior``)."""
 
 from __future__ import annotations
 
@@ -16,33 +16,20 @@ from tarsus.identify.profile import LogLikelihood
 from tarsus.identify.ranges import LEVEL
 from tarsus.identify.verdict import Assessment, judge_samples
 
-__all__ = ["Posterior", "sample_posterior"]
+__all__ = ["Drawn", "Posterior", "Weighed", "sample_posterior", "weigh_prior"]
 
 Floats = NDArray[np.float64]
 
 _SETTLED = 50.0
+_FEWEST = 20.0
 
 
 @dataclass(frozen=True)
-class Posterior:
-    """Draws of np parameters given data and what was believed before.
-
-    paths; samples (ns, np), SI, transients dropped; log_probability (ns,), up to a constant; acceptance: share of the
-    steps that were taken (0.2 to 0.5 is usual); autocorrelation (np,): steps after which a walker has forgotten where
-    it was; steps: kept, of each walker.
-    """
+class Drawn:
+    """Draws of np parameters given data and what was believed before: paths; samples (ns, np), SI."""
 
     paths: tuple[str, ...]
     samples: Floats
-    log_probability: Floats
-    acceptance: float
-    autocorrelation: Floats
-    steps: int
-
-    @property
-    def settled(self) -> bool:
-        """Whether the walkers went on for 50 autocorrelation times, emcee's rule for trusting their draws."""
-        return bool(self.steps >= _SETTLED * np.nanmax(self.autocorrelation))
 
     def judge(
         self,
@@ -58,6 +45,67 @@ class Posterior:
     def belief(self) -> Belief:
         """The draws as a normal distribution of the logarithms, for ranking what to measure next."""
         return Belief.of_samples(self.paths, self.samples)
+
+
+@dataclass(frozen=True)
+class Posterior(Drawn):
+    """Draws of an ensemble of walkers, transients dropped.
+
+    log_probability (ns,), up to a constant; acceptance: share of the steps that were taken (0.2 to 0.5 is usual);
+    autocorrelation (np,): steps after which a walker has forgotten where it was; steps: kept, of each walker.
+    """
+
+    log_probability: Floats
+    acceptance: float
+    autocorrelation: Floats
+    steps: int
+
+    @property
+    def settled(self) -> bool:
+        """Whether the walkers went on for 50 autocorrelation times, emcee's rule for trusting their draws."""
+        return bool(self.steps >= _SETTLED * np.nanmax(self.autocorrelation))
+
+
+@dataclass(frozen=True)
+class Weighed(Drawn):
+    """Draws of a prior, drawn again by how likely they make the data; effective: how many of them are left in effect."""
+
+    effective: float
+
+
+def weigh_prior(likelihood: LogLikelihood, prior: Belief, *, draws: int = 1024, seed: int = 0) -> Weighed:
+    """Weigh draws of a prior by a likelihood: one call of it, enough where the data do not narrow much.
+
+    Parameters
+    ----------
+    likelihood
+        Of parameters (n, np) in SI; -inf where they are impossible.
+    prior
+        What is known without these data.
+    draws
+        Of the prior; as many are drawn again (Kitagawa's stratified resampling).
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If fewer than 20 draws are left in effect: take more, or `sample_posterior`.
+    """
+    rows = prior.values * np.exp(prior.draws(draws, seed))
+    values = np.asarray(likelihood(rows), dtype=float)
+    known = np.isfinite(values)
+    weights = np.zeros(draws)
+    weights[known] = np.exp(values[known] - np.max(values[known], initial=-np.inf))
+    effective = float(weights.sum() ** 2 / np.sum(weights**2)) if weights.any() else 0.0
+    if effective < _FEWEST:
+        raise InputError(
+            f"{effective:.0f} of {draws} draws of the prior are left by these data, too few to judge by: take more "
+            "draws, or walkers (sample_posterior)"
+        )
+    places = (np.arange(draws) + np.random.default_rng(seed).random(draws)) / draws
+    chosen = np.searchsorted(np.cumsum(weights) / weights.sum(), places)
+    return Weighed(prior.paths, rows[np.minimum(chosen, draws - 1)], effective)
 
 
 def sample_posterior(

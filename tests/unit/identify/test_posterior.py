@@ -12,7 +12,7 @@ from tarsus.errors import InputError
 from tarsus.identify.belief import Belief
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import features_of
-from tarsus.identify.posterior import sample_posterior
+from tarsus.identify.posterior import sample_posterior, weigh_prior
 from tarsus.identify.verdict import Determined, OnlyTogether
 
 PRIOR = Belief(("a", "b"), np.array([2.0, 3.0]), np.diag([1.0, 1.0]))
@@ -56,6 +56,23 @@ def test_restitution_from_the_features_of_one_record():
     ).judge()
     assert isinstance(found[path], Determined)
     assert found.range(path).low < truth < found.range(path).high
+
+
+def test_weighing_the_prior_gives_the_exact_posterior_too():
+    def likelihood(theta):
+        return -0.5 * ((np.log(theta / [2.2, 2.5]) / [0.5, 0.4]) ** 2).sum(axis=1)
+
+    found = weigh_prior(likelihood, PRIOR, draws=8192, seed=2)
+    variance = 1.0 / (1.0 + 1.0 / np.array([0.5, 0.4]) ** 2)
+    middle = variance / np.array([0.5, 0.4]) ** 2 * np.log([2.2 / 2.0, 2.5 / 3.0])
+    logs = np.log(found.samples / PRIOR.values)
+    assert logs.mean(axis=0) == pytest.approx(middle, abs=0.02)
+    assert logs.std(axis=0) == pytest.approx(np.sqrt(variance), rel=0.05)
+    assert 1000.0 < found.effective < 4000.0
+    with pytest.raises(InputError, match="1 of 64 draws"):
+        weigh_prior(lambda theta: -1e6 * np.log(theta[:, 0] / 2.0) ** 2, PRIOR, draws=64)
+    with pytest.raises(InputError, match="0 of 64 draws"):
+        weigh_prior(lambda theta: np.full(len(theta), -np.inf), PRIOR, draws=64)
 
 
 def test_what_cannot_be_drawn():
