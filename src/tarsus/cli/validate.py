@@ -12,7 +12,7 @@ MOST_SEEDS = 10_000
 
 
 def validate(
-    experiment: Literal["cantilever", "hexapod", "quadruped"],
+    experiment: Literal["cantilever", "hexapod", "quadruped", "millipede"],
     /,
     *,
     device: str | None = None,
@@ -28,6 +28,7 @@ def validate(
     experiment
         cantilever: the micro-cantilever under periodic drive (Table A.1 of the source). hexapod, quadruped: the
         bouncing foot of a bulk PZT robot (Table 3.2), its modes and impact maps, and its motion in the air.
+        millipede: the trends that the source sees in its simulations of walking (Figs. 4.7-4.11).
     device
         the device that is simulated; the packaged one of the experiment's name when left out.
     rows
@@ -39,15 +40,19 @@ def validate(
     json
         print one JSON object instead of tables.
     """
-    from tarsus.cli import requests, validate_cantilever, validate_robot
+    from tarsus.cli import requests, validate_cantilever, validate_millipede, validate_robot
     from tarsus.errors import InputError
 
-    if seeds is not None and experiment == "cantilever":
-        raise InputError("--seeds: the cantilever starts from rest; only the robots have seeds")
+    if seeds is not None and experiment in ("cantilever", "millipede"):
+        raise InputError(f"--seeds: the {experiment} starts from rest; only the robots have seeds")
+    if rows is not None and experiment == "millipede":
+        raise InputError("--rows: the source prints no table for the millipede, only trends in words")
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         raise InputError(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
     if output is not None:
         requests.check_folder(output)
     if experiment == "cantilever":
         return validate_cantilever.run(device or "cantilever", rows, output, json=json)
+    if experiment == "millipede":
+        return validate_millipede.run(device or "millipede", output, json=json)
     return validate_robot.run(experiment, device, rows, seeds, output, json=json)

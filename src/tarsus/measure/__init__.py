@@ -2,10 +2,11 @@
 
 from tarsus.measure.history import FootHistory, foot_history
 from tarsus.measure.periods import RESOLUTION, Measure, Measures, period_statistics, scene_period
-from tarsus.measure.walking import measures_of, walk_statistics
+from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics
 
 __all__ = [
     "RESOLUTION",
+    "STANDSTILL",
     "FootHistory",
     "Measure",
     "Measures",

@@ -46,10 +46,10 @@ class Measures(Mapping[str, Measure]):
         return len(self._values)
 
     def __getattr__(self, name: str) -> Measure:
-        try:
-            return self.__dict__["_values"][name]
-        except KeyError:
-            raise AttributeError(f"there is no measure {name!r}; there are {', '.join(self)}") from None
+        values: dict[str, Measure] = self.__dict__.get("_values", {})  # none yet while it is unpickled
+        if name not in values:
+            raise AttributeError(f"there is no measure {name!r}; there are {', '.join(values)}")
+        return values[name]
 
 
 class Judged(Protocol):

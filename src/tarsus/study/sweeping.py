@@ -25,7 +25,7 @@ from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit
 
-__all__ = ["SweepResult", "collected_variables", "plan_digest", "run_sweep"]
+__all__ = ["SweepResult", "collected_variables", "plan_digest", "run_sweep", "score_runs"]
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,35 @@ def run_sweep(
     counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
     outcomes = {name: count for name, count in zip(OUTCOMES, counts, strict=True) if count}
     return SweepResult(file, sweep.runs, kept, outcomes)
+
+
+def score_runs(
+    sweep: Sweep, *, threads: int | None = None, progress: Callable[[int, int], None] | None = None
+) -> dict[str, np.ndarray]:
+    """Run a sweep in memory: what `tarsus.study.workunit.work_unit` gives for a unit, of all runs.
+
+    Parameters
+    ----------
+    sweep
+        What to run.
+    threads
+        Worker threads; all cores by default.
+    progress
+        Called as ``progress(runs done, runs)`` after each unit.
+    """
+    points, shared = sweep.points(), Shared()
+    simulate_batch(sweep.scene, {}, 1e-6 * sweep.seconds)  # compiles once, before the threads start
+    parts = []
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        slices = [sweep.unit(unit) for unit in range(sweep.units)]
+        chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
+        for part, arrays in zip(
+            slices, pool.map(lambda one: work_unit(sweep, one, shared), chosen), strict=True
+        ):
+            parts.append(arrays)
+            if progress is not None:
+                progress(part.stop, sweep.runs)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def collected_variables(
