@@ -63,6 +63,10 @@ class Coordinates:
         """(np,) True for parameters taken as logarithms."""
         return np.isnan(self.sizes)
 
+    def size(self, j: int) -> float | None:
+        """Size that changes of parameter number j are compared with; None where that is the parameter itself."""
+        return None if self.logarithmic[j] else float(self.sizes[j])
+
     def inward(self, x: ArrayLike) -> Floats:
         """Pure numbers (..., np) of parameters (..., np); NaN where a logarithm has the wrong sign."""
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -193,8 +193,10 @@ def _preferred(
 
 
 def _whole(signs: Floats, power: int) -> Floats:
-    """Whole exponents (m, k) of given signs (k,) up to a power, none a multiple of another."""
-    rows = [row for row in product(range(1, power + 1), repeat=len(signs)) if gcd(*row) == 1]
+    """Whole exponents (m, k) of given signs (k,) up to a power, the smallest 1 or 2, none a multiple of another."""
+    rows = [
+        row for row in product(range(1, power + 1), repeat=len(signs)) if gcd(*row) == 1 and min(row) <= 2
+    ]
     return np.array(rows, dtype=float) * np.where(signs < 0.0, -1.0, 1.0)
 
 

@@ -68,12 +68,19 @@ class Posterior(Drawn):
 
 @dataclass(frozen=True)
 class Weighed(Drawn):
-    """Draws of a prior, drawn again by how likely they make the data; effective: how many of them are left in effect."""
+    """Draws of a prior, drawn again by how likely they make the data; effective: how many of them are left."""
 
     effective: float
 
 
-def weigh_prior(likelihood: LogLikelihood, prior: Belief, *, draws: int = 1024, seed: int = 0) -> Weighed:
+def weigh_prior(
+    likelihood: LogLikelihood,
+    prior: Belief,
+    *,
+    proposal: Belief | None = None,
+    draws: int = 1024,
+    seed: int = 0,
+) -> Weighed:
     """Weigh draws of a prior by a likelihood: one call of it, enough where the data do not narrow much.
 
     Parameters
@@ -82,18 +89,29 @@ def weigh_prior(likelihood: LogLikelihood, prior: Belief, *, draws: int = 1024, 
         Of parameters (n, np) in SI; -inf where they are impossible.
     prior
         What is known without these data.
+    proposal
+        Where to draw instead of the prior, such as what part of the data left of it; of the same paths, and rather
+        wider than the answer. The weights make up for it.
     draws
-        Of the prior; as many are drawn again (Kitagawa's stratified resampling).
+        How many; as many are drawn again (Kitagawa's stratified resampling).
     seed
         Of the draws.
 
     Raises
     ------
     InputError
-        If fewer than 20 draws are left in effect: take more, or `sample_posterior`.
+        If fewer than 20 draws are left in effect: take more, or `sample_posterior`; or if the proposal is of other
+        paths than the prior.
     """
-    rows = prior.values * np.exp(prior.draws(draws, seed))
+    source = proposal or prior
+    if source.paths != prior.paths:
+        raise InputError(
+            f"the proposal is of {', '.join(source.paths)}, the prior of {', '.join(prior.paths)}"
+        )
+    rows = source.values * np.exp(source.draws(draws, seed))
     values = np.asarray(likelihood(rows), dtype=float)
+    if proposal is not None:
+        values = values + prior.log_density(rows) - proposal.log_density(rows)
     known = np.isfinite(values)
     weights = np.zeros(draws)
     weights[known] = np.exp(values[known] - np.max(values[known], initial=-np.inf))

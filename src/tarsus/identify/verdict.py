@@ -19,9 +19,7 @@ from tarsus.identify.correlation import (
     find_weight,
     left_over,
 )
-from tarsus.identify.profile import LogLikelihood, Profile, Profiler, one_by_one
 from tarsus.identify.ranges import LEVEL, Range, range_of_draws
-from tarsus.identify.step import StepResult, joined_samples
 
 __all__ = [
     "Assessment",
@@ -29,14 +27,16 @@ __all__ = [
     "NotFromTheseData",
     "OnlyTogether",
     "ParameterVerdict",
-    "judge_likelihood",
     "judge_samples",
-    "judge_steps",
+    "known_tie",
+    "own_size",
+    "product_of",
+    "sum_of",
+    "verdict_of",
 ]
 
 Floats = NDArray[np.float64]
 
-_RIDGE = float(np.log(10.0))
 _RELATED = 0.5
 _MUCH = 0.5
 """Share of what a product leaves open that a sum must leave at most to be named instead."""
@@ -169,7 +169,7 @@ def judge_samples(
     if rows.ndim != 2 or rows.shape[1] != len(names):
         raise InputError(f"expected samples of shape (draws, {len(names)}), got {rows.shape}")
     rows = rows[np.isfinite(rows).all(axis=1)]
-    own = {name: _own_size(rows[:, j]) for j, name in enumerate(names) if np.asarray(values)[j] == 0.0}
+    own = {name: own_size(rows[:, j]) for j, name in enumerate(names) if np.asarray(values)[j] == 0.0}
     coordinates = Coordinates.of(tuple(names), values, {**own, **(sizes or {})})
     wanted = ties or Ties()
     ends = limits or {}
@@ -183,188 +183,83 @@ def judge_samples(
     usable = coordinates.logarithmic & np.isfinite(u).all(axis=0) & (np.ptp(rows, axis=0) > 0.0)
     spread = np.where(np.isfinite(u).all(axis=0), u, rows)
     related = correlation(spread)
-    verdicts = []
+    verdicts: list[ParameterVerdict] = []
     for j, one in enumerate(ranges):
-        combination = None
-        if one.half_width(_size(coordinates, j)) > wanted.width and usable[j]:
+        tie = None
+        if one.half_width(coordinates.size(j)) > wanted.width and usable[j]:
             others = [int(k) for k in np.flatnonzero(usable) if k != j]
-            combination = _tied_draws(coordinates, rows, np.where(usable, u, 0.0), j, others, wanted, level)
-        verdicts.append(_verdict(coordinates, j, one, combination, related, wanted))
-    basis = f"{len(rows)} draws"
-    return Assessment(coordinates.names, ranges, related, tuple(verdicts), basis)
+            tie = known_tie(verdicts, one, coordinates, j, wanted)
+            tie = tie or _tied_draws(coordinates, rows, np.where(usable, u, 0.0), j, others, wanted, level)
+        verdicts.append(verdict_of(coordinates, j, one, tie, related, wanted))
+    return Assessment(coordinates.names, ranges, related, tuple(verdicts), f"{len(rows)} draws")
 
 
 def _tied_draws(
     coordinates: Coordinates, rows: Floats, u: Floats, j: int, others: list[int], ties: Ties, level: float
 ) -> Combination | Sum | None:
-    """What draws (ns, np), with logarithms u, hold fixed with parameter j."""
+    """What draws (ns, np), with logarithms u, hold fixed with parameter j: a product, or a sum that says more.
+
+    A sum must leave half as much open as a product with whole exponents; one with fitted exponents must leave less.
+    """
     products = find_exponents(u, j, others, ties, level)
     summed = find_weight(rows, j, others, ties, level)
     if summed is not None:
         k, weight, left = summed
-        if not products or left < _MUCH * abs(coordinates.values[j]) * left_over(u, j, products[0][0], level):
+        rival = np.inf
+        if products:
+            powers, whole = products[0]
+            rival = abs(coordinates.values[j]) * left_over(u, j, powers, level) * (_MUCH if whole else 1.0)
+        if left < rival:
             value = float(coordinates.values[j] + weight * coordinates.values[k])
-            return _sum(
-                coordinates,
-                j,
-                k,
-                weight,
-                range_of_draws(rows[:, j] + weight * rows[:, k], value, level=level),
-            )
+            total = range_of_draws(rows[:, j] + weight * rows[:, k], value, level=level)
+            return sum_of(coordinates, j, k, weight, total)
     if not products:
         return None
     powers, whole = products[0]
     used = powers != 0.0
     value = float(np.prod(np.abs(coordinates.values[used]) ** powers[used]))
     drawn = value * np.exp(u[:, used] @ powers[used])
-    return _combination(coordinates, powers, range_of_draws(drawn, value, level=level), whole)
+    return product_of(coordinates, powers, range_of_draws(drawn, value, level=level), whole)
 
 
-def judge_likelihood(
-    names: Sequence[str],
-    values: ArrayLike,
-    likelihood: LogLikelihood,
-    *,
-    ties: Ties | None = None,
-    sizes: Mapping[str, float] | None = None,
-    limits: Mapping[str, tuple[float, float]] | None = None,
-    level: float = LEVEL,
-    starts: int = 64,
-    step: float = 1e-4,
-) -> Assessment:
-    """Judge numbers by profile likelihoods (see `Profiler`, which also tells the parameters).
+def known_tie(
+    before: Sequence[ParameterVerdict], own: Range, coordinates: Coordinates, j: int, ties: Ties
+) -> Combination | Sum | None:
+    """A combination that was named for another number already, where it serves for parameter j as well.
 
-    Verdicts as in `judge_samples`. A product of powers, or else a sum, is read off the ridge, the points that all
-    profiles together passed through within a factor of ten of the best, and then has a profile of its own, which
-    decides. Correlations
-    are those of the ridges' slopes, ``sqrt(du_k/du_j du_j/du_k)``: exact for a Gaussian likelihood.
-
-    Raises
-    ------
-    InputError
-        As `Profiler` and `Coordinates.of`.
+    What it leaves open of the number may then be ``ties.slack`` times as much, so that two numbers that are tied to
+    each other are not given two combinations that differ by chance.
     """
-    coordinates = Coordinates.of(tuple(names), values, sizes)
-    wanted = ties or Ties()
-    profiler = Profiler(likelihood, coordinates, limits, level=level, starts=starts, step=step)
-    profiles = _consistent(profiler)
-    ranges = tuple(profiler.range_of(j, profile) for j, profile in enumerate(profiles))
-    related = _correlation_of_ridges(profiles)
-    verdicts = []
-    for j, one in enumerate(ranges):
-        combination = None
-        if one.half_width(_size(coordinates, j)) > wanted.width and coordinates.logarithmic[j]:
-            combination = _tied(profiler, profiles, j, one, wanted) or _summed(profiler, profiles, j, wanted)
-        verdicts.append(_verdict(coordinates, j, one, combination, related, wanted))
-    return Assessment(coordinates.names, ranges, related, tuple(verdicts), "profile likelihoods")
-
-
-def judge_steps(
-    steps: Mapping[str, StepResult],
-    *,
-    ties: Ties | None = None,
-    sizes: Mapping[str, float] | None = None,
-    limits: Mapping[str, tuple[float, float]] | None = None,
-    level: float = LEVEL,
-) -> Assessment:
-    """Judge all numbers of a chain by the draws of its steps side by side.
-
-    The draws carry what earlier steps do not know into later ones, and tie numbers of different steps together. A range
-    without an end is what draws cannot show: where a step has a likelihood, its profiles are taken, the other steps
-    being as found, and a number whose profile does not close has the range and the verdict of that.
-
-    Raises
-    ------
-    InputError
-        As `judge_samples`; or if the steps have different numbers of draws.
-    """
-    paths, samples = joined_samples(steps)
-    values = np.concatenate([step.values for step in steps.values() if step.paths])
-    found = judge_samples(paths, values, samples, ties=ties, sizes=sizes, limits=limits, level=level)
-    ranges, verdicts = list(found.ranges), list(found.verdicts)
-    for step in steps.values():
-        if step.likelihood is None or not step.paths:
+    name = coordinates.names[j]
+    for verdict in before:
+        if not isinstance(verdict, OnlyTogether) or name not in verdict.combination.names:
             continue
-        own = {path: _own_size(step.draws(path)) for path in step.paths if step.value(path) == 0.0}
-        given = {path: size for path, size in (sizes or {}).items() if path in step.paths}
-        ends = {path: pair for path, pair in (limits or {}).items() if path in step.paths}
-        profiled = judge_likelihood(
-            step.paths, step.values, one_by_one(step.likelihood), ties=ties, sizes={**own, **given}, limits=ends,
-            level=level, starts=0,
-        )  # fmt: skip
-        for path in step.paths:
-            if not profiled.range(path).closed:
-                k = paths.index(path)
-                ranges[k], verdicts[k] = profiled.range(path), profiled[path]
-    return Assessment(paths, tuple(ranges), found.correlation, tuple(verdicts), found.basis)
-
-
-def _consistent(profiler: Profiler) -> list[Profile]:
-    """Profiles of all parameters from one and the same maximum."""
-    for _ in range(4):
-        lowest = profiler.lowest
-        profiles = [profiler.of(j) for j in range(len(profiler.best))]
-        if profiler.lowest >= lowest - 1e-3:
-            return profiles
-    raise InputError("the likelihood has ever higher maxima: give more starts, or narrower limits")
-
-
-def _tied(profiler: Profiler, profiles: list[Profile], j: int, own: Range, ties: Ties) -> Combination | None:
-    """A product of powers with parameter j that has a narrow profile."""
-    coordinates = profiler.coordinates
-    others = [int(k) for k in np.flatnonzero(coordinates.logarithmic) if k != j]
-    cloud = np.vstack([profile.ridge for profile in profiles])
-    near = cloud[np.all(np.abs(cloud - profiler.best) <= _RIDGE, axis=1)]
-    for points in (near, cloud):
-        if len(points) < 2 * len(coordinates.names):
-            continue
-        for powers, whole in find_exponents(points, j, others, ties, level=1.0):
-            found = profiler.range_of_product(powers, profiler.along(powers))
-            width = found.half_width() / abs(powers[j])
-            if width <= min(ties.width, own.half_width() / ties.gain):
-                return _combination(coordinates, powers, found, whole)
+        tie = verdict.combination
+        if isinstance(tie, Sum):
+            left = tie.interval.half_width(1.0) / abs(dict(tie.weights)[name])
+            free = own.half_width(1.0)
+            narrow = tie.interval.half_width(abs(tie.interval.value)) <= ties.width
+        else:
+            left = tie.interval.half_width() / abs(dict(tie.exponents)[name])
+            free = own.half_width()
+            narrow = left <= ties.slack * ties.width
+        if narrow and left <= ties.slack / ties.gain * free:
+            return tie
     return None
 
 
-def _summed(profiler: Profiler, profiles: list[Profile], j: int, ties: Ties) -> Sum | None:
-    """A sum with parameter j that has a narrow profile."""
-    coordinates = profiler.coordinates
-    cloud = np.vstack([profile.ridge for profile in profiles])
-    points = coordinates.outward(cloud[np.all(cloud - profiler.best <= _RIDGE, axis=1)])
-    others = [int(k) for k in np.flatnonzero(coordinates.logarithmic) if k != j]
-    found = find_weight(points, j, others, ties, level=1.0)
-    if found is None:
-        return None
-    k, weight, _ = found
-    interval = profiler.range_of_sum(j, k, weight)
-    if interval.half_width(abs(interval.value)) > ties.width:
-        return None
-    return _sum(coordinates, j, k, weight, interval)
-
-
-def _correlation_of_ridges(profiles: list[Profile]) -> Floats:
-    """Correlations (np, np) from how far the others follow when one parameter is moved."""
-    count = len(profiles)
-    slopes = np.full((count, count), np.nan)
-    for j, profile in enumerate(profiles):
-        moved = profile.ridge - profile.ridge[np.argmin(profile.drop)]
-        weight = float(moved[:, j] @ moved[:, j])
-        if weight > 0.0:
-            slopes[j] = moved.T @ moved[:, j] / weight
-    both = slopes * slopes.T
-    return np.sign(slopes) * np.sqrt(np.clip(both, 0.0, 1.0))
-
-
-def _combination(coordinates: Coordinates, powers: Floats, interval: Range, whole: bool) -> Combination:
+def product_of(coordinates: Coordinates, powers: Floats, interval: Range, whole: bool) -> Combination:
+    """A product of powers (np,) of parameters, with where it lies."""
     named = [(name, float(p)) for name, p in zip(coordinates.names, powers, strict=True) if p != 0.0]
     return Combination(tuple(named), interval, whole)
 
 
-def _sum(coordinates: Coordinates, j: int, k: int, weight: float, interval: Range) -> Sum:
+def sum_of(coordinates: Coordinates, j: int, k: int, weight: float, interval: Range) -> Sum:
+    """The sum of parameter j and ``weight`` times parameter k, with where it lies."""
     return Sum(((coordinates.names[j], 1.0), (coordinates.names[k], weight)), interval)
 
 
-def _verdict(
+def verdict_of(
     coordinates: Coordinates,
     j: int,
     one: Range,
@@ -372,8 +267,9 @@ def _verdict(
     related: Floats,
     ties: Ties,
 ) -> ParameterVerdict:
+    """Verdict on parameter j from its range and what it is tied to; ``related`` (np, np) are correlations."""
     name = coordinates.names[j]
-    if one.half_width(_size(coordinates, j)) <= ties.width:
+    if one.half_width(coordinates.size(j)) <= ties.width:
         return Determined(name, one)
     if combination is not None:
         return OnlyTogether(name, one, combination)
@@ -386,11 +282,7 @@ def _verdict(
     return NotFromTheseData(name, one, tuple(strongest[:3]))
 
 
-def _size(coordinates: Coordinates, j: int) -> float | None:
-    return None if coordinates.logarithmic[j] else float(coordinates.sizes[j])
-
-
-def _own_size(draws: Floats) -> float:
+def own_size(draws: Floats) -> float:
     """Size of a number estimated as zero: its largest draw, so that it does not count as determined."""
     return float(np.abs(draws).max(initial=0.0)) or 1.0
 

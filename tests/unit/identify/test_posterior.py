@@ -69,6 +69,14 @@ def test_weighing_the_prior_gives_the_exact_posterior_too():
     assert logs.mean(axis=0) == pytest.approx(middle, abs=0.02)
     assert logs.std(axis=0) == pytest.approx(np.sqrt(variance), rel=0.05)
     assert 1000.0 < found.effective < 4000.0
+    near = Belief(PRIOR.paths, np.array([2.3, 2.5]), np.diag([0.3, 0.2]))
+    nearer = weigh_prior(likelihood, PRIOR, proposal=near, draws=8192, seed=2)
+    logs = np.log(nearer.samples / PRIOR.values)
+    assert logs.mean(axis=0) == pytest.approx(middle, abs=0.02)
+    assert logs.std(axis=0) == pytest.approx(np.sqrt(variance), rel=0.05)
+    assert nearer.effective > 1.3 * found.effective
+    with pytest.raises(InputError, match="the proposal is of b, a, the prior of a, b"):
+        weigh_prior(likelihood, PRIOR, proposal=Belief(("b", "a"), near.values, near.covariance))
     with pytest.raises(InputError, match="1 of 64 draws"):
         weigh_prior(lambda theta: -1e6 * np.log(theta[:, 0] / 2.0) ** 2, PRIOR, draws=64)
     with pytest.raises(InputError, match="0 of 64 draws"):

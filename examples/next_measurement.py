@@ -1,0 +1,97 @@
+"""Is it determined, and what to measure next: the adhesion of a cantilever from the features of its records.
+
+    python examples/next_measurement.py
+
+The pull-off force of the law is C_a0 + C_a t after a contact of t seconds. One signal, however often repeated, has one
+contact time: its records fix the force at that age, a weighted sum, and neither C_a0 nor C_a. The ranking then asks for
+contacts of another length; a record of these tells C_a, a second one of the first signal does not. No records of such a
+device exist, so they are made here: the truth is known, and noise is that of the instrument.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import tarsus as ts
+from tarsus.identify.belief import Belief
+from tarsus.identify.candidates import Candidate, candidate_grid
+from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
+from tarsus.identify.features import Features, Instrument, features_of
+from tarsus.identify.posterior import Weighed, weigh_prior
+from tarsus.identify.ranking import Ranking, rank
+
+START, RATE = "ground.adhesion.initial", "ground.adhesion.rate"
+UNITS = {START: "N", RATE: "N/s"}
+TRUTH = {START: 170e-9, RATE: 2.8e-6}
+KINDS = ("contact_duration", "peak")
+INSTRUMENT = Instrument(share=0.015)
+
+
+def device() -> ts.Scene:
+    """The packaged cantilever, with a guess of its adhesion."""
+    return ts.load_scene("cantilever", **{START: "150 nN", RATE: "3.4 uN/s"})
+
+
+def recorded(candidate: Candidate, seed: int) -> Observed:
+    """Features of a record of the true device, as the instrument would give them."""
+    scene = candidate.on(device())
+    true = features_of(ts.simulate(ts.with_values(scene, TRUTH), candidate.record), KINDS)
+    noise = true.error(INSTRUMENT) * np.random.default_rng(seed).standard_normal(len(KINDS))
+    seen = Features(true.names, true.units, true.values + noise, true.spread, true.periods)
+    return Observed(scene, seen, candidate.record)
+
+
+def learnt(
+    records: list[Observed], prior: Belief, proposal: Belief | None = None, draws: int = 1024
+) -> Weighed:
+    """What records leave of a belief."""
+    likelihood = FeatureLikelihood(records, prior.paths, instrument=INSTRUMENT)
+    return weigh_prior(likelihood, prior, proposal=proposal, draws=draws)
+
+
+@dataclass(frozen=True)
+class Story:
+    """What was known after the first record, what the ranking said, and what was known after what it asked for."""
+
+    first: Weighed
+    ranking: Ranking
+    second: Weighed
+    instead: Weighed
+
+
+def measured(draws: int = 1024) -> Story:
+    """One record at 15 Hz; then the signal on top of the ranking for C_a; and, instead, the first one once more."""
+    grid = candidate_grid((5.0, 15.0, 100.0), (6.0, 8.0), (0.25,))
+    begin = next(c for c in grid if c.name.startswith("15 Hz, 6 V"))
+    prior = Belief.of_scene(device(), (START, RATE), spread=0.5)
+    record = recorded(begin, 1)
+    first = learnt([record], prior, draws=draws)
+    belief = first.belief()
+    ranking = rank(device(), grid, belief, RATE, budget=2.0, kinds=KINDS, instrument=INSTRUMENT)
+    asked = recorded(ranking.ranked[0].candidate, 2)
+    second = learnt([record, asked], prior, belief, draws)
+    return Story(first, ranking, second, learnt([record, recorded(begin, 2)], prior, belief, draws))
+
+
+def text(story: Story) -> str:
+    """The story for people."""
+    top = story.ranking.ranked[0]
+    lines = ["After one record at 15 Hz:", *story.first.judge().sentences(UNITS), ""]
+    lines += [f"Signals by what they tell of {RATE}:"]
+    lines += [
+        f"  {one.candidate.name:24s} expected standard deviation {one.std:.0%}"
+        for one in story.ranking.ranked
+    ]
+    lines += ["", f"After a record at {top.candidate.name}:", *story.second.judge().sentences(UNITS)]
+    lines += ["", "After a second record at 15 Hz instead:", *story.instead.judge().sentences(UNITS)]
+    lines += [
+        "",
+        f"The truth: {', '.join(f'{path} = {value:.3g} {UNITS[path]}' for path, value in TRUTH.items())}",
+    ]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(text(measured()))
