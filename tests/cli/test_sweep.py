@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from tarsus.study.studyfile import load_sweep
+
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 
 STUDY = """
@@ -26,6 +28,23 @@ hz = 200
 [vary]
 ground.restitution.coefficient = {{ kind = "linspace", start = 0.1, stop = 0.6, count = {count} }}
 ground.adhesion.rate = {{ kind = "logspace", start = "1 uN/s", stop = "100 uN/s", count = 10 }}
+"""
+
+
+MILLIPEDE = """
+name = "Grounds of the millipede"
+scene = "millipede"
+duration = "0.2 s"
+measures = ["stride", "contact_duration", "foot_slip", "cost_of_transport"]
+chunk = 8
+[design]
+kind = "sobol"
+count = 480
+[vary]
+ground.electrostatic.coefficient = { kind = "logspace", start = "1e-13 nN m^2/V^2", stop = "1e-7 nN m^2/V^2" }
+ground.film.coefficient = { kind = "logspace", start = "1e-18 uN m^2 s", stop = "1e-15 uN m^2 s" }
+ground.adhesion.rate = { kind = "logspace", start = "1e-8 N/s", stop = "0.1 N/s" }
+ground.restitution.coefficient = { kind = "linspace", start = 0.1, stop = 0.9 }
 """
 
 
@@ -94,16 +113,35 @@ def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> N
 
 
 def test_killed_five_times_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path):
-    file = study(count=6, chunk=1)
-    assert tarsus("sweep", file, "-o", tmp_path / "unbroken").code == 0
-    folder = tmp_path / "killed"
+    killed_and_resumed(tarsus, study(count=6, chunk=1), tmp_path, runs=60, within=0.04)
+
+
+@pytest.mark.slow
+def test_so_does_a_ground_sweep_of_the_millipede(tarsus, tmp_path):
+    file = tmp_path / "millipede.toml"
+    file.write_text(MILLIPEDE, encoding="utf-8")
+    killed_and_resumed(tarsus, file, tmp_path, runs=480, within=0.15)
+    with xr.open_dataset(tmp_path / "killed" / "sweep.nc") as dataset:
+        assert dataset["stride"].shape == (480,) and (dataset["code"] == 0).all()
+        assert dataset["foot_slip_per_foot"].dims == ("run", "foot")
+        stands = dataset["ground.adhesion.rate"].values > 4e-3
+        assert 0 < stands.sum() < 480
+        assert (
+            np.abs(dataset["stride"].values[stands]).max() < 1e-9 < dataset["stride"].values[~stands].mean()
+        )
+
+
+def killed_and_resumed(tarsus, file: Path, place: Path, *, runs: int, within: float) -> None:
+    """A sweep of so many runs, killed five times, each within so many seconds of a finished unit, is the same."""
+    assert tarsus("sweep", file, "-o", place / "unbroken").code == 0
+    folder = place / "killed"
     moments = random.Random(7)
     finished: dict[str, bytes] = {}
     stamps: dict[str, int] = {}
     for _ in range(5):
         process = start(file, folder)
         wait_for_units(process, folder, 1)
-        time.sleep(moments.uniform(0.0, 0.04))
+        time.sleep(moments.uniform(0.0, within))
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
         process.communicate()
@@ -112,10 +150,11 @@ def test_killed_five_times_and_resumed_it_equals_an_unbroken_sweep(tarsus, study
         assert stamps.items() <= {name: path.stat().st_mtime_ns for name, path in done.items()}.items()
         finished = {name: path.read_bytes() for name, path in done.items()}
         stamps = {name: path.stat().st_mtime_ns for name, path in done.items()}
-    assert len(finished) < 60
+    chunk = load_sweep(file).chunk
+    assert len(finished) * chunk < runs
     last = tarsus("sweep", file, "-o", folder, "--resume")
-    assert last.code == 0 and f"{len(finished)} of them done before" in last.out
-    assert files(folder) == files(tmp_path / "unbroken")
+    assert last.code == 0 and f"{len(finished) * chunk} of them done before" in last.out
+    assert files(folder) == files(place / "unbroken")
 
 
 def test_an_interrupt_says_how_to_resume(study, tmp_path):
