@@ -23,6 +23,8 @@ Floats = NDArray[np.float64]
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
+VALUES = 4_000_000
+"""Numbers that the series of a run have together, about, where that leaves them enough samples."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,9 @@ def grid(run: Run) -> Floats:
     """Even sample times: enough for the drive period and the fastest mode, within bounds."""
     cycles = run.duration * run.plan.rate / (2.0 * np.pi)
     wanted = max(PER_PERIOD * run.duration / run.period, PER_CYCLE * cycles)
-    return np.linspace(0.0, run.end_time, int(np.clip(np.ceil(wanted), FEWEST - 1, MOST - 1)) + 1)
+    kept = VALUES // (2 * len(run.scene.robot.structure.points) + 12 * len(run.foot_names) + 12)
+    most = max(min(MOST, kept), FEWEST)
+    return np.linspace(0.0, run.end_time, int(np.clip(np.ceil(wanted), FEWEST - 1, most - 1)) + 1)
 
 
 def sample(run: Run, times: Floats | None = None) -> Series:
@@ -152,8 +156,8 @@ def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
             continue
         since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]
         ages = np.maximum(time - since, 0.0)
-        values = [type(law).strength(float(age), *law.parameters()) for age in ages[held[i]]]
-        strength[i, held[i]] = values
+        known = law.parameters()
+        strength[i, held[i]] = [type(law).strength(age, *known) for age in ages[held[i]].tolist()]
     return strength
 
 

@@ -64,17 +64,18 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     electrostatic, film, user, smooth = _smooth(run, gap, rate, held, times)
     strength = of_any.strength_of(run, times, held)
     law = scene.ground.friction
-    bound = np.zeros_like(pull)
-    if law is not None:
-        bound = np.vectorize(Friction.bound, otypes=[float])(strength - pull - smooth, *law.parameters())
-    friction = np.where(contact == STUCK, -along, np.where(contact == SLIPPING, -sense * bound, 0.0))
+    friction = np.where(contact == STUCK, -along, 0.0)
+    sliding = contact == SLIPPING
+    if law is not None and sliding.any():
+        bound = np.vectorize(Friction.bound, otypes=[float])
+        friction[sliding] = -sense[sliding] * bound((strength - pull - smooth)[sliding], *law.parameters())
     state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
     return WalkSeries(
         time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
         electrostatic=electrostatic, user=user, contact=np.where(held, -(pull + smooth), 0.0),
         strength=strength, kinetic=_quadratic(system.mass, v), elastic=_quadratic(system.stiffness, x),
         cumulative=_cumulative(run, energy, times), ledger=run.ledger, body=place, foot_x=feet[body.leg, 1, 0],
-        slipping=contact == SLIPPING, friction=friction,
+        slipping=sliding, friction=friction,
     )  # fmt: skip
 
 
