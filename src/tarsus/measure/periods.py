@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -109,74 +110,97 @@ def period_statistics(
     if count == 1:
         edges = np.array([0.0, run.duration])
     histories = histories_of(run) if histories is None else histories
+    feet = [_Seen(history, edges, resolution) for history in histories.values()]
     values: dict[str, Measure] = {}
     for name, (unit, definition, by_period) in _DEFINITIONS.items():
-        rows = {foot: by_period(history, edges, resolution) for foot, history in histories.items()}
-        values[name] = _measure(rows, unit, definition.format(resolution=f"{resolution * 1e6:g} um"))
+        rows = np.array([by_period(foot) for foot in feet]).reshape(len(feet), len(edges) - 1)
+        about = definition.format(resolution=f"{resolution * 1e6:g} um")
+        values[name] = _measure(rows, tuple(histories), unit, about)
     return Measures(values)
 
 
-def _measure(rows: dict[str, np.ndarray], unit: str, definition: str) -> Measure:
-    per_foot, spreads, counts = {}, [], []
-    for foot, row in rows.items():
-        known = row[np.isfinite(row)]
-        per_foot[foot] = float(known.mean()) if known.size else float("nan")
-        spreads.append(float(known.std(ddof=1)) if known.size > 1 else float("nan"))
-        counts.append(known.size)
-    known = [v for v in per_foot.values() if np.isfinite(v)]
-    spread = [s for s in spreads if np.isfinite(s)]
+def _measure(rows: np.ndarray, feet: tuple[str, ...], unit: str, definition: str) -> Measure:
+    """A measure from its values (m, np) by foot and period, NaN where there is none."""
+    known = np.isfinite(rows)
+    count = known.sum(axis=1)
+    mean = np.full(len(feet), np.nan)
+    np.divide(np.where(known, rows, 0.0).sum(axis=1), count, out=mean, where=count > 0)
+    square = np.where(known, rows - mean[:, None], 0.0) ** 2
+    several = count > 1
+    spread = np.sqrt(square.sum(axis=1)[several] / (count[several] - 1))
+    met = mean[count > 0]
     return Measure(
-        value=float(np.mean(known)) if known else float("nan"), unit=unit, spread=max(spread, default=float("nan")),
-        n=min(counts, default=0), definition=definition, per_foot=per_foot,
+        value=float(met.mean()) if met.size else float("nan"), unit=unit,
+        spread=float(spread.max()) if spread.size else float("nan"), n=int(count.min()) if feet else 0,
+        definition=definition, per_foot=dict(zip(feet, mean.tolist(), strict=True)),
     )  # fmt: skip
 
 
-def _count(times: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    return np.histogram(times, bins=edges)[0].astype(float)
+@dataclass(frozen=True)
+class _Seen:
+    """What a foot did, by period: between instants ``edges`` (np + 1,) [s], bounces from ``resolution`` [m] on."""
+
+    history: FootHistory
+    edges: np.ndarray
+    resolution: float
+
+    def count(self, times: np.ndarray) -> np.ndarray:
+        """How many of the times are in each period."""
+        return np.histogram(times, bins=self.edges)[0].astype(float)
+
+    @cached_property
+    def impacts(self) -> np.ndarray:
+        return self.count(self.history.impact_time)
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        return np.diff(self.history.contact_until(self.edges, self.resolution))
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        return np.diff(self.edges)
+
+    def largest(self, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Largest value in each period, NaN where there is none."""
+        out = np.full(len(self.edges) - 1, -np.inf)
+        index = np.searchsorted(self.edges, times * (1.0 - 1e-12), side="right") - 1
+        inside = (index >= 0) & (index < len(out)) & (times >= self.edges[0])
+        np.maximum.at(out, index[inside], values[inside])
+        return np.where(np.isfinite(out), out, np.nan)
 
 
-def _bounces(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return _count(history.bounces(resolution), edges)
+def _bounces(foot: _Seen) -> np.ndarray:
+    return foot.count(foot.history.bounces(foot.resolution))
 
 
-def _contact(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return np.diff(history.contact_until(edges, resolution))
+def _contact(foot: _Seen) -> np.ndarray:
+    return foot.contact
 
 
-def _duty(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return _contact(history, edges, resolution) / np.diff(edges)
+def _duty(foot: _Seen) -> np.ndarray:
+    return foot.contact / foot.lengths
 
 
-def _largest(times: np.ndarray, values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Largest value in each period, NaN where there is none."""
-    out = np.full(len(edges) - 1, -np.inf)
-    index = np.searchsorted(edges, times * (1.0 - 1e-12), side="right") - 1
-    inside = (index >= 0) & (index < len(out)) & (times >= edges[0])
-    np.maximum.at(out, index[inside], values[inside])
-    return np.where(np.isfinite(out), out, np.nan)
-
-
-def _peak(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    peak = _largest(history.top_time, history.top, edges)
-    held = _contact(history, edges, resolution) > 0.999999 * np.diff(edges)
+def _peak(foot: _Seen) -> np.ndarray:
+    peak = foot.largest(foot.history.top_time, foot.history.top)
+    held = foot.contact > 0.999999 * foot.lengths
     return np.where(np.isnan(peak) & held, 0.0, peak)
 
 
-def _hardest(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return _largest(history.impact_time, history.impact_speed, edges)
+def _hardest(foot: _Seen) -> np.ndarray:
+    return foot.largest(foot.history.impact_time, foot.history.impact_speed)
 
 
-def _mean_impact(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    count = _count(history.impact_time, edges)
-    total = np.histogram(history.impact_time, bins=edges, weights=history.impact_speed)[0]
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+def _mean_impact(foot: _Seen) -> np.ndarray:
+    total = np.histogram(foot.history.impact_time, bins=foot.edges, weights=foot.history.impact_speed)[0]
+    return np.where(foot.impacts > 0, total / np.maximum(foot.impacts, 1), np.nan)
 
 
-def _impacts(history: FootHistory, edges: np.ndarray, resolution: float) -> np.ndarray:
-    return _count(history.impact_time, edges)
+def _impacts(foot: _Seen) -> np.ndarray:
+    return foot.impacts
 
 
-_Definition = tuple[str, str, Callable[[FootHistory, np.ndarray, float], np.ndarray]]
+_Definition = tuple[str, str, Callable[[_Seen], np.ndarray]]
 _DEFINITIONS: dict[str, _Definition] = {
     "bounces": (
         "1",
