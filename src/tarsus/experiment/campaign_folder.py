@@ -1,4 +1,5 @@
-"""A folder as a laboratory would hand it over: files of records, a campaign file, and the truth in a place of its own."""
+"""A folder as a laboratory would hand it over: files of records, a campaign file, and the truth in a place of its
+own."""
 
 from __future__ import annotations
 
@@ -7,7 +8,15 @@ from pathlib import Path
 
 from tarsus.errors import InputError
 from tarsus.experiment.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
-from tarsus.experiment.synthesis import Instrument, Purpose, Take, identified_paths, planned, recorded, rest_of
+from tarsus.experiment.synthesis import (
+    Instrument,
+    Purpose,
+    Take,
+    identified_paths,
+    planned,
+    recorded,
+    rest_of,
+)
 from tarsus.files.readers.choices import ChannelChoice
 from tarsus.files.store import write_text
 from tarsus.files.toml import description_text, write_scene
@@ -61,9 +70,7 @@ def unknown_device(scene: Scene) -> Scene:
         values[path] = given
     blank = with_values(scene, values)
     origin = Provenance(source=Source.ASSUMED, note="Placeholder, to be identified.")
-    listed = {
-        path.rpartition(".")[0] if path.rpartition(".")[2].isdecimal() else path for path in values
-    }
+    listed = {path.rpartition(".")[0] if path.rpartition(".")[2].isdecimal() else path for path in values}
     inside = {path for path in scene.provenance if any(path.startswith(f"{one}.") for one in listed)}
     kept = {path: one for path, one in scene.provenance.items() if path not in inside}
     return with_values(blank, {"provenance": kept | dict.fromkeys(listed, origin)})
@@ -149,4 +156,3 @@ def _described(take: Take, files: tuple[str, ...], said: dict[str, ChannelChoice
         channels=said,
         drive=drive,
     )
-

@@ -116,4 +116,4 @@ def write_csv(record: Measurement, path: Path) -> Choices:
 def _rows(record: Measurement, factors: list[float]) -> Floats:
     """Times and channels in the units written (ns, 1 + nc)."""
     time = record.step * np.arange(record.count)
-    return np.concatenate([time[:, None], record.values.T * np.array(factors)], axis=1)
+    return np.concatenate([time[:, None], record.values.T * np.array(factors)], axis=1).astype(np.float64)

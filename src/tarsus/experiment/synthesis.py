@@ -1,9 +1,9 @@
-"""A synthetic campaign: the records that a laboratory would make of a device to identify it, and the truth behind them.
+"""A synthetic campaign: the records that a laboratory would make of a device to identify it, and the truth behind
+them.
 
 The order is that of section 2.4 of the source: frequency responses in the air, slow voltage loops, ramped squares of
-several lambda (adhesion, film), bounces, and signals that are kept for validation. A device whose foot has an electrode
-is recorded close to the ground as well (section 3.4.3).
-"""
+several lambda (adhesion, film), bounces, and signals that are kept for validation. A device whose foot has an
+electrode is recorded close to the ground as well (section 3.4.3)."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class Instrument:
 @dataclass(frozen=True)
 class Take:
     """One experiment: what is driven, how far the ground is at the neutral position [m] (None as in the device), for
-    how long [s], at what share of the rate it is recorded, and how often it is repeated; air: name of the take with the
-    same drive in the air."""
+    how long [s], at what share of the rate it is recorded, and how often it is repeated; air: name of the take with
+    the same drive in the air."""
 
     name: str
     purpose: Purpose
@@ -134,7 +134,10 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
     for _ in range(_TRIES):
         factors = 1.0 + spread * random.uniform(-1.0, 1.0, len(paths))
         values = {path: before[path].value * float(f) for path, f in zip(paths, factors, strict=True)}
-        values = {path: min(v, 0.95) if path.endswith("restitution.coefficient") else v for path, v in values.items()}
+        values = {
+            path: min(v, 0.95) if path.endswith("restitution.coefficient") else v
+            for path, v in values.items()
+        }
         try:
             drawn = with_values(scene, values)
             with_values(drawn, {"initial.displacement": rest_state(drawn)})
@@ -151,7 +154,12 @@ def identified_paths(scene: Scene) -> list[str]:
     The participation of the first coordinate stays: it is the unit of the drive's force.
     """
     kept: list[str] = []
-    wanted = ("robot.structure.frequencies.", "robot.structure.damping_ratios.", "ground.restitution.", "ground.film.")
+    wanted = (
+        "robot.structure.frequencies.",
+        "robot.structure.damping_ratios.",
+        "ground.restitution.",
+        "ground.film.",
+    )
     wanted += ("ground.adhesion.", "ground.electrostatic.")
     for path in float_paths(scene):
         parts = path.split(".")
@@ -214,12 +222,18 @@ def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed:
     channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
     signals.append(_rounded(volts, 20.0 / 2**16))
     return Measurement(
-        tuple(channels), np.array(signals), 1.0 / rate, start=-rest / rate, source=take.name, drive=f"{drive} volts"
+        tuple(channels),
+        np.array(signals),
+        1.0 / rate,
+        start=-rest / rate,
+        source=take.name,
+        drive=f"{drive} volts",
     )
 
 
 def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
-    """The experiments of a campaign on a device with hysteresis and adhesion, as in sections 2.3 to 2.5 of the source.
+    """The experiments of a campaign on a device with hysteresis and adhesion, as in sections 2.3 to 2.5 of the
+    source.
 
     Parameters
     ----------
@@ -231,7 +245,11 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
         Name of the drive.
     """
     takes = _sweeps(rate)
-    takes.append(Take("loops", Purpose.LOOPS, _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0)), 3.0, share=_LOOP_SHARE))
+    takes.append(
+        Take(
+            "loops", Purpose.LOOPS, _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0)), 3.0, share=_LOOP_SHARE
+        )
+    )
     for hz, duty, periods in RAMPS:
         wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
         takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
@@ -246,11 +264,21 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
             for kind, wave in (("square", Square), ("sine", Sine)):
                 signal = wave(amplitude=volts, frequency=hz)
                 name = f"held-out-{kind}-{volts:g}v-{hz:g}hz"
-                takes.append(Take(name, Purpose.VALIDATION, signal, 6.0 / hz if hz > 5.0 else 3.0 / hz, repeats=1))
+                takes.append(
+                    Take(name, Purpose.VALIDATION, signal, 6.0 / hz if hz > 5.0 else 3.0 / hz, repeats=1)
+                )
     return takes
 
 
-RAMPS = ((5.0, 0.25, 3), (5.0, 0.5, 3), (5.0, 1.0, 3), (20.0, 0.5, 4), (20.0, 1.0, 4), (60.0, 1.0, 8), (100.0, 1.0, 10))
+RAMPS = (
+    (5.0, 0.25, 3),
+    (5.0, 0.5, 3),
+    (5.0, 1.0, 3),
+    (20.0, 0.5, 4),
+    (20.0, 1.0, 4),
+    (60.0, 1.0, 8),
+    (100.0, 1.0, 10),
+)
 """Ramped squares: frequency [Hz], lambda, periods."""
 
 BOUNCE_HZ = 300.0
@@ -261,17 +289,15 @@ BOUNCE_S = 0.2
 
 
 def _sweeps(rate: float) -> list[Take]:
-    """Sweeps up and down of different lengths, so that the harmonics of a drive that is not quite linear meet the modes
-    at other times in each, and average out. Each ends where the sine is zero."""
+    """Sweeps up and down of different lengths, so that the harmonics of a drive that is not quite linear meet the
+    modes at other times in each, and average out. Each ends where the sine is zero."""
     takes = []
     for number in range(SWEEPS):
         seconds = 1.0 + 0.1 * number
         low, high = 200.0, 0.45 * rate
         high = 2.0 * np.floor(0.5 * (low + high) * seconds) / seconds - low
         ends = (low, high) if number % 2 == 0 else (high, low)
-        wave = SweptSine(
-            amplitude=SWEEP_V, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds
-        )
+        wave = SweptSine(amplitude=SWEEP_V, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds)
         takes.append(Take(f"sweep-{number + 1}", Purpose.MODAL, wave, 1.8, gap=IN_AIR, repeats=1))
     return takes
 
@@ -288,7 +314,8 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
 
 
 def _bouncing(scene: Scene, rate: float, drive: str) -> list[float]:
-    """The two amplitudes [V] of a square wave whose bounces are told best: most of those with samples enough around."""
+    """The two amplitudes [V] of a square wave whose bounces are told best: most of those with samples enough
+    around."""
     found: list[tuple[int, float]] = []
     for volts in np.arange(0.5, 8.01, 0.25):
         take = Take("", Purpose.BOUNCES, Square(amplitude=float(volts), frequency=BOUNCE_HZ), BOUNCE_S)

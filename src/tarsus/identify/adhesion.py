@@ -58,7 +58,8 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         )
     if np.ptp(fitted.duration) < 0.2 * fitted.duration.mean():
         raise InputError(
-            f"all contacts lasted about {fitted.duration.mean():.3g} s, so that adhesion at first contact cannot be told from "
+            f"all contacts lasted about {fitted.duration.mean():.3g} s, so that adhesion at first contact "
+            "cannot be told from "
             "its growth: vary lambda or the frequency of the ramped squares"
         )
     line = _line(fitted.duration, fitted.pull, fitted.pull_error, half)
@@ -68,7 +69,8 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         LeftOut(
             offs.traces[offs.items[int(r)].trace].file,
             "",
-            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * fitted.duration[r]:.4g} ms is far off the line",
+            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * fitted.duration[r]:.4g} ms "
+            "is far off the line",
         )
         for r in np.flatnonzero(~kept)
     )
@@ -131,7 +133,7 @@ def _line(duration: Floats, pull: Floats, error: Floats, half: float) -> Line:
         if abs(new - scatter) < 1e-3 * (new + np.sqrt(variance.mean())):
             break
         scatter = new
-    return Line(values, scatter, weights)
+    return Line(np.asarray(values, dtype=np.float64), scatter, weights)
 
 
 def _draws(

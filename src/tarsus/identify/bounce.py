@@ -1,7 +1,7 @@
 """Bounces: the motion on both sides of an impact of the foot, fitted together.
 
-The foot is on the ground at the impact and its velocity changes there, together with the rest of the structure's by the
-mass-weighted impact law; before and after it the structure flies free under the drive's force and the film's.
+The foot is on the ground at the impact and its velocity changes there, together with the rest of the structure's by
+the mass-weighted impact law; before and after it the structure flies free under the drive's force and the film's.
 """
 
 from __future__ import annotations
@@ -50,9 +50,8 @@ class Bounce:
 def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[Bounce], list[LeftOut]]:
     """Impacts with a rebound in records, and those that cannot be used, with the reason.
 
-    An impact lies between two samples, at most two apart, at which the foot approaches and departs; between impacts, and
-    between an impact and a stretch on the ground, there must be samples enough.
-    """
+    An impact lies between two samples, at most two apart, at which the foot approaches and departs; between
+    impacts, and between an impact and a stretch on the ground, there must be samples enough."""
     found: list[Bounce] = []
     left: list[LeftOut] = []
     for number, trace in enumerate(traces):
@@ -67,7 +66,10 @@ def find_bounces(traces: Sequence[Trace], foot: str, level: float) -> tuple[list
             after = int(later[0] - i) if len(later) else len(v) - 1 - int(i)
             if min(before, after) < FEWEST:
                 side = "before" if before < after else "after"
-                text = f"the impact at {trace.time[i]:.5g} s has only {min(before, after)} samples of free flight {side} it"
+                text = (
+                    f"the impact at {trace.time[i]:.5g} s has only {min(before, after)} samples of free "
+                    f"flight {side} it"
+                )
                 left.append(LeftOut(trace.file, foot, text))
                 continue
             found.append(Bounce(number, int(i), min(before, LONGEST), min(after, LONGEST)))
@@ -108,8 +110,8 @@ class BounceFit:
     """Impacts as fitted.
 
     unknowns (ni, q): moment [s] after the last sample before the impact, places and speeds of the free coordinates,
-    approach and departure velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the normal;
-    covariance (ni, 2, 2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays.
+    approach and departure velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the
+    normal; covariance (ni, 2, 2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays.
     """
 
     unknowns: Floats
@@ -135,7 +137,9 @@ class Bounces:
             self.traces, [one for one, yes in zip(self.items, keep, strict=True) if yes], self.level
         )
 
-    def fit(self, model: FootModel, film: Film, start: Floats | None = None, rounds: int = _ROUNDS) -> BounceFit:
+    def fit(
+        self, model: FootModel, film: Film, start: Floats | None = None, rounds: int = _ROUNDS
+    ) -> BounceFit:
         """Fit every impact by Levenberg-Marquardt."""
         ready = _Ready(self, model, film)
         unknowns = ready.guess() if start is None else start.copy()
@@ -157,9 +161,12 @@ class Bounces:
             if done.all():
                 break
             diagonal = np.einsum("rqq->rq", good[0])[:, :, None] * np.eye(unknowns.shape[1])
-            unknowns = kept + np.linalg.solve(good[0] + damping[:, None, None] * diagonal, good[1][..., None])[..., 0]
+            unknowns = (
+                kept
+                + np.linalg.solve(good[0] + damping[:, None, None] * diagonal, good[1][..., None])[..., 0]
+            )
             normal, right, cost, residuals = ready.system(unknowns)
-        covariance = np.linalg.inv(good[0])[:, [-1, -2]][:, :, [-1, -2]]
+        covariance = np.asarray(np.linalg.inv(good[0])[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
         counts = np.array([one.size for one in good[2]]) - kept.shape[1]
         return BounceFit(kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]))
 
@@ -182,8 +189,7 @@ class _Ready:
         n, points = len(model.row), len(model.points)
         self.output = np.zeros((2 * points, 2 * n))
         self.output[:points, :n] = self.output[points:, n:] = model.rows
-        first = bounces.traces[0]
-        rest = model.by_drive * float(model.law.force(first.volts[:1], model.history)[0])
+        rest = model.rest(bounces.level)
         self.measured, self.white = [], []
         before = SUBSTEPS * (max(one.before for one in bounces.items) - 1) + 1
         after = SUBSTEPS * (max(one.after for one in bounces.items) - 1) + 1
@@ -239,7 +245,9 @@ class _Ready:
         count, q = unknowns.shape
         m = self.free.shape[1]
         steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, _STEPS[2], _STEPS[2]])
-        tried = np.concatenate([unknowns, *(unknowns + step * one for step, one in zip(steps, np.eye(q), strict=True))])
+        tried = np.concatenate(
+            [unknowns, *(unknowns + step * one for step, one in zip(steps, np.eye(q), strict=True))]
+        )
         before, after = self._states(tried)
         late, times = tried[:, 0], q + 1
         slope = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)

@@ -1,9 +1,9 @@
 """Break-offs: the motion of the structure from the moment at which its foot leaves the ground.
 
-Until the moment the foot stands still, so that the state at it has few unknowns: where the rest of the structure is, and
-how fast. From there on the structure flies free, under the drive's force and the film's. A fit of that flight tells the
-moment, the state at it, and with them the pull (2.13) at which the foot let go; all flights together tell the film.
-"""
+Until the moment the foot stands still, so that the state at it has few unknowns: where the rest of the structure
+is, and how fast. From there on the structure flies free, under the drive's force and the film's. A fit of that
+flight tells the moment, the state at it, and with them the pull (2.13) at which the foot let go; all flights
+together tell the film."""
 
 from __future__ import annotations
 
@@ -82,11 +82,11 @@ class BreakOff:
 class Fitted:
     """Break-offs fitted together with one film.
 
-    unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force that
-    the drive's law misses at the first sample [N] and its drift [N/s]; film; pull, pull_error (nr,) [N]; duration (nr,) [s] of the hold before; chi (nr,):
-    chi-squared per degree of freedom; information (nr, 2, 2) and score (nr, 2) about the film, all unknowns of a flight
-    taken along; by_film (nr, 2): change of each pull with the film; residuals: (nr) arrays (channels, samples).
-    """
+    unknowns (nr, q): time [s] from the moment to the first sample, places and speeds of the free coordinates, force
+    that the drive's law misses at the first sample [N] and its drift [N/s]; film; pull, pull_error (nr,) [N];
+    duration (nr,) [s] of the hold before; chi (nr,): chi-squared per degree of freedom; information (nr, 2, 2) and
+    score (nr, 2) about the film, all unknowns of a flight taken along; by_film (nr, 2): change of each pull with
+    the film; residuals: (nr) arrays (channels, samples)."""
 
     unknowns: Floats
     film: FilmGuess
@@ -101,9 +101,7 @@ class Fitted:
     flights: tuple[Floats, ...]
 
 
-def find_break_offs(
-    traces: Sequence[Trace], foot: str, level: float
-) -> tuple[list[BreakOff], list[LeftOut]]:
+def find_break_offs(traces: Sequence[Trace], foot: str, level: float) -> tuple[list[BreakOff], list[LeftOut]]:
     """Break-offs in records, and those that cannot be used, with the reason."""
     found: list[BreakOff] = []
     left: list[LeftOut] = []
@@ -123,7 +121,11 @@ def find_break_offs(
             at = trace.time[hold.last]
             if not len(away) or end - first < FEWEST:
                 left.append(
-                    LeftOut(trace.file, foot, f"the foot is back on the ground too soon after its release at {at:.5g} s")
+                    LeftOut(
+                        trace.file,
+                        foot,
+                        f"the foot is back on the ground too soon after its release at {at:.5g} s",
+                    )
                 )
                 continue
             found.append(BreakOff(number, hold, first, end - first))
@@ -176,7 +178,7 @@ class BreakOffs:
         for one in self.items:
             trace = self.traces[one.trace]
             near = slice(max(one.hold.last - 4, one.hold.first), one.hold.last + 1)
-            x = trace.x[:, near].mean(axis=1) + self._rest(model)
+            x = trace.x[:, near].mean(axis=1) + model.rest(self.level)
             v = trace.v[:, near].mean(axis=1)
             basis = model.rows @ free
             at = np.linalg.lstsq(basis, x - model.rows @ _grounded(model), rcond=None)[0]
@@ -184,13 +186,13 @@ class BreakOffs:
             out.append([(one.first - one.hold.last - 0.5) * self.step, *at, *speed, 0.0, 0.0])
         return np.array(out)
 
-    def _rest(self, model: FootModel) -> Floats:
-        """Displacements (np,) of the points from the neutral position at rest [m]."""
-        volts = np.array([self.traces[0].volts[0]])
-        return model.by_drive * float(model.law.force(volts, model.history)[0])
-
     def fit(
-        self, model: FootModel, film: FilmGuess, start: Floats | None = None, rounds: int = _ROUNDS, fixed: bool = False
+        self,
+        model: FootModel,
+        film: FilmGuess,
+        start: Floats | None = None,
+        rounds: int = _ROUNDS,
+        fixed: bool = False,
     ) -> Fitted:
         """Fit all flights with one film (Gauss-Newton, with a step that is halved where it does not help).
 
@@ -218,7 +220,8 @@ class BreakOffs:
         return prepared.result(system, unknowns, FilmGuess(float(shared[0]), float(shared[1])))
 
     def _tried(self, model: FootModel, shared: Floats) -> Floats:
-        """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the moment."""
+        """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the
+        moment."""
         items = [replace(one, count=min(one.count, _BEGINNING)) for one in self.items]
         begun = BreakOffs(self.traces, items, self.level, self.volts)
         prepared, unknowns = _Prepared(begun, model), self.guess(model)
@@ -248,7 +251,9 @@ class BreakOffs:
 
 def _profiled(system: _System) -> float:
     """Cost with every flight's unknowns at their best, to second order."""
-    gain = np.einsum("rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0])
+    gain = np.einsum(
+        "rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0]
+    )
     return float(system.cost.sum() - gain)
 
 
@@ -326,9 +331,11 @@ class _System:
         score = self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)
         return information, score
 
-    def solve(self, prior: Floats, right: Floats, damping: Floats, film_damping: float) -> tuple[Floats, Floats]:
-        """Steps of the unknowns (nr, q), damped flight by flight (nr,), and of the film (2,); an infinite damping holds
-        the film."""
+    def solve(
+        self, prior: Floats, right: Floats, damping: Floats, film_damping: float
+    ) -> tuple[Floats, Floats]:
+        """Steps of the unknowns (nr, q), damped flight by flight (nr,), and of the film (2,); an infinite damping
+        holds the film."""
         diagonal = np.einsum("rqq->rq", self.own)[:, :, None] * np.eye(self.own.shape[1])
         own = self.own + damping[:, None, None] * diagonal
         step = np.zeros(2)
@@ -369,7 +376,7 @@ class _Prepared:
         self.flow = Flow(model, offs.step / SUBSTEPS)
         self.free = null_space(model.row[None, :])
         self.grounded = _grounded(model)
-        rest = offs._rest(model)
+        rest = model.rest(offs.level)
         self.groups = _alike(np.array([one.count for one in offs.items]))
         longest = max(one.count for one in offs.items)
         steps = SUBSTEPS * (longest - 1) + 1

@@ -141,7 +141,11 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
         elif given is not None and given not in known:
             said.append(f"{word}: the device has no {word} '{given}'{nearest(given, known)}")
     points = scene.robot.structure.points
-    said += [f"points: the structure has no point '{p}'{nearest(p, points)}" for p in campaign.points if p not in points]
+    said += [
+        f"points: the structure has no point '{p}'{nearest(p, points)}"
+        for p in campaign.points
+        if p not in points
+    ]
     said += [
         f"records.{name}.air: there is no set of records '{one.air}'{nearest(one.air, campaign.records)}"
         for name, one in campaign.records.items()
@@ -167,7 +171,8 @@ def read_records(opened: Opened, name: str) -> list[Reading]:
 
 
 _OFF = 0.25
-"""Part of a drive that may differ from the one meant: a square wave that begins a sample late differs by some of it."""
+"""Part of a drive that may differ from the one meant: a square wave that begins a sample late differs by some of
+it."""
 _CROSSINGS = 40
 
 
@@ -178,7 +183,7 @@ def signal_problems(record: Measurement, one: RecordSet) -> list[str]:
     if one.signal is None:
         return []
     where = f"{record.source}, channel '{record.drive}'"
-    time = record.step * np.arange(record.count) - one.rest
+    time = record.step * np.arange(record.count, dtype=np.float64) - one.rest
     volts = record[record.drive]
     meant = _meant(one, time)
     size = float(np.sqrt(np.mean(meant**2)))
@@ -191,10 +196,13 @@ def signal_problems(record: Measurement, one: RecordSet) -> list[str]:
     scale = _stretch(time, volts, one)
     if scale is not None and abs(scale - 1.0) > 0.005:
         return [
-            f"{where}: the sampling rate of {record.rate:g} Hz is wrong: the drive runs {scale:.4g} times as fast as the "
+            f"{where}: the sampling rate of {record.rate:g} Hz is wrong: the drive runs {scale:.4g} times "
+            "as fast as the "
             f"campaign states, as it would at {record.rate / scale:.4g} Hz"
         ]
-    return [f"{where}: the drive is not the one that the campaign states ({100.0 * off / size:.0f} % of it is off)"]
+    return [
+        f"{where}: the drive is not the one that the campaign states ({100.0 * off / size:.0f} % of it is off)"
+    ]
 
 
 def _meant(one: RecordSet, time: Floats) -> Floats:

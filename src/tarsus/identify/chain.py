@@ -43,12 +43,9 @@ class NotDone:
 
 @dataclass(frozen=True)
 class Shift:
-    """How the result depends on the zero position: parameters found with another gap.
+    """How the result depends on the zero position: title, what was taken to be different; values by path [SI]."""
 
-    gap [m]; values by path [SI].
-    """
-
-    gap: float
+    title: str
     values: dict[str, float]
 
 
@@ -56,10 +53,10 @@ class Shift:
 class Identification:
     """Everything a campaign has told.
 
-    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
-    known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances: the
-    modal fit; film: the break-offs; comparisons: held-out records; shift; seconds taken.
-    """
+    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
+    not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
+    resonances: the modal fit; film: the break-offs; comparisons: held-out records; shifts of the zero; seconds
+    taken."""
 
     opened: Opened
     readings: tuple[Reading, ...]
@@ -71,7 +68,7 @@ class Identification:
     resonances: Resonances | None
     film: FilmFit | None
     comparisons: tuple[Comparison, ...]
-    shift: Shift | None
+    shifts: tuple[Shift, ...]
     seconds: float
 
     @property
@@ -126,9 +123,11 @@ class Chain:
         self.attempt("adhesion", self._adhesion)
         self.attempt("restitution", self._restitution)
         comparisons = self.validate()
-        shift = self.shifted()
+        shifts = self.shifted()
         if not self.steps:
-            raise InputError([said for one in self.not_done for said in one.reasons] or ["no step could be done"])
+            raise InputError(
+                [said for one in self.not_done for said in one.reasons] or ["no step could be done"]
+            )
         return Identification(
             self.opened,
             tuple(self.readings),
@@ -140,7 +139,7 @@ class Chain:
             self.resonances,
             self.film,
             tuple(comparisons),
-            shift,
+            shifts,
             time.perf_counter() - begun,
         )
 
@@ -159,7 +158,12 @@ class Chain:
                     continue
                 try:
                     trace = trace_of(
-                        reading.record, self.opened.model.points, name, reading.record.drive, one.rest, one.gap
+                        reading.record,
+                        self.opened.model.points,
+                        name,
+                        reading.record.drive,
+                        one.rest,
+                        one.gap,
                     )
                 except InputError as error:
                     self.left_out += [_left(reading.file, said) for said in error.problems]
@@ -206,7 +210,9 @@ class Chain:
             if isinstance(one.signal, SweptSine)
         ]
         if not ends:
-            raise InputError("the sets of sweeps state no swept sine as their signal, which tells the band to identify")
+            raise InputError(
+                "the sets of sweeps state no swept sine as their signal, which tells the band to identify"
+            )
         band = max(low for low, _ in ends), min(high for _, high in ends)
         self.resonances = identify_resonances(self.opened.model, records, band, self.seed)
         return self.resonances.step
@@ -226,7 +232,8 @@ class Chain:
         self._need("resonances", "hysteresis")
         if self.level is None:
             raise InputError("no record of ramped squares shows a foot standing on the ground")
-        self.film = identify_film(self.known.model(), self.known, traces, self.level[0], self.seed + 2)
+        model = self.known.model()
+        self.film = identify_film(model, self.known, traces, self.level[0], self.seed + 2, self.film)
         return self.film.step
 
     def _adhesion(self) -> StepResult:
@@ -261,18 +268,29 @@ class Chain:
                 self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
         return out
 
-    def shifted(self) -> Shift | None:
-        """The steps again with the campaign's other gap, without draws (Table 2.2)."""
+    def shifted(self) -> tuple[Shift, ...]:
+        """The steps again with the campaign's other gap, without draws (Table 2.2): as if the foot had been that
+        far from the ground, and with the drive's force alone moved by as much."""
+        model = self.opened.model
         gap = self.opened.campaign.other_gap
         if gap is None or self.not_done:
-            return None
+            return ()
         self._tell("with the other zero position")
-        model = self.opened.model
         moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
-        other = Chain(replace(self.opened, model=moved), self.seed)
+        offset = next((p for p in self.known.paths if p.endswith((".law.constant", ".law.offset"))), None)
+        out = [Shift(f"gap of {1e6 * gap:.4g} um", self._again(moved, None, 0.0))]
+        if offset is not None:
+            force = (model.gap - gap) / self.known.model().static_load
+            title = f"force moved by {1e6 * (gap - model.gap):.4g} um"
+            out.append(Shift(title, self._again(model, offset, force)))
+        return tuple(out)
+
+    def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
+        """Parameters with another model, and the drive's force at one path moved after the loops."""
+        other = Chain(replace(self.opened, model=model), self.seed)
         other.traces, other.level, other.resonances = self.traces, self.level, self.resonances
-        other.known = _certain(_nothing(moved).after(self.steps["resonances"]))
-        other.steps["resonances"] = self.steps["resonances"]
+        other.steps["resonances"], other.film = self.steps["resonances"], self.film
+        other.known = _certain(_nothing(model).after(self.steps["resonances"]))
         for name, step in (
             ("hysteresis", other._hysteresis),
             ("film", other._film),
@@ -280,8 +298,12 @@ class Chain:
             ("restitution", other._restitution),
         ):
             other.attempt(name, step)
+            if name == "hysteresis" and path is not None:
+                values = other.known.values.copy()
+                values[other.known.paths.index(path)] += force
+                other.known = replace(other.known, values=values)
             other.known = _certain(other.known)
-        return Shift(gap, dict(zip(other.known.paths, other.known.values.tolist(), strict=True)))
+        return dict(zip(other.known.paths, other.known.values.tolist(), strict=True))
 
     def _of(self, purpose: Purpose) -> list[Reading]:
         names = {name for name, _ in self.opened.sets(purpose)}

@@ -1,13 +1,13 @@
 """Ring-down after break-off -> the film's C and g0.
 
-Fitted to the flights of `tarsus.identify.breakoff` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What the
-decay near the ground tells best is ``C / g0^3`` [N s/m], the damping at contact; C and g0 alone hang together.
+Fitted to the flights of `tarsus.identify.breakoff` with ``F = -C g' / (g + g0)^3`` (2.10 with the sign of E2). What
+the decay near the ground tells best is ``C / g0^3`` [N s/m], the damping at contact; C and g0 alone hang together.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,12 @@ class FilmFit:
 
 
 def identify_film(
-    model: FootModel, known: Known, traces: Sequence[Trace], level: float, seed: int
+    model: FootModel,
+    known: Known,
+    traces: Sequence[Trace],
+    level: float,
+    seed: int,
+    near: FilmFit | None = None,
 ) -> FilmFit:
     """Film coefficient and thickness, with C / g0^3.
 
@@ -58,17 +63,25 @@ def identify_film(
         Contact level from the rest [m].
     seed
         Of the draws.
+    near
+        A fit of the same records to a device not far from this one, to start from; what it left out stays out.
 
     Raises
     ------
     InputError
         If no break-off can be used.
     """
+    if near is not None:
+        fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns)
+        step, pulls = _result(model, known, near.offs, fitted, seed)
+        return FilmFit(step, near.offs, fitted, pulls)
     items, left = find_break_offs(traces, model.foot_point, level)
     found = len(items) + len(left)
     if not items:
         files = ", ".join(sorted({trace.file for trace in traces}))
-        raise InputError(f"{files}: channel '{model.foot_point}' shows no break-off with a free flight after it")
+        raise InputError(
+            f"{files}: channel '{model.foot_point}' shows no break-off with a free flight after it"
+        )
     if len(items) > MOST:
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
@@ -77,12 +90,16 @@ def identify_film(
     good = fitted.chi < WORST
     if not good.any():
         raise InputError(
-            "no flight after a break-off is a free motion of this structure: are sampling rate, channels and zero right?"
+            "no flight after a break-off is a free motion of this structure: are sampling rate, channels "
+            "and zero right?"
         )
     for r in np.flatnonzero(~good):
         trace = traces[items[int(r)].trace]
         at = trace.time[items[int(r)].hold.last]
-        text = f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared {fitted.chi[r]:.3g})"
+        text = (
+            f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared "
+            f"{fitted.chi[r]:.3g})"
+        )
         left.append(LeftOut(trace.file, model.foot_point, text))
     if not good.all():
         offs = offs.chosen(good)
@@ -93,8 +110,6 @@ def identify_film(
 
 
 def _with(step: StepResult, left: Sequence[LeftOut], used: Used) -> StepResult:
-    from dataclasses import replace
-
     return replace(step, left_out=tuple(left), used=(used,))
 
 

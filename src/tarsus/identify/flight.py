@@ -8,6 +8,7 @@ corrections.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ SUBSTEPS = 3
 """Steps of the flow per sample."""
 
 _CORRECTIONS = 2
-_LEAST = 1e-9
-"""Thickness [m] below which a trial of the film is cut off while a fit searches."""
+_LEAST = 0.2
+"""Part of the film's thickness that is left at least: trials of a fit may dip below the ground."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Film:
 
     def force(self, gap: Floats, rate: Floats) -> Floats:
         """Force [N] along the normal at gaps [m] and gap rates [m/s], each (N,)."""
-        distance = np.maximum(gap + self.thickness, _LEAST)
+        distance = np.maximum(gap + self.thickness, _LEAST * self.thickness)
         return -self.coefficient * rate / (distance * distance * distance)
 
 
@@ -127,9 +128,8 @@ class Flow:
     ) -> Floats:
         """States (2n, N) a short time [s] (N,) later, which may be negative.
 
-        The drive force is ``drive + slope t + bend t^2``, in N, N/s and N/s^2, each (N,), at a time t after the start. Sixteen steps of the classical
-        Runge-Kutta scheme; for times up to a few samples.
-        """
+        The drive force is ``drive + slope t + bend t^2``, in N, N/s and N/s^2, each (N,), at a time t after the
+        start. Sixteen steps of the classical Runge-Kutta scheme; for times up to a few samples."""
         flow, inputs, n = self.model.flow, self.model.inputs, len(self.model.row)
         h = seconds / _SHORT
 
@@ -154,7 +154,8 @@ _SHORT = 16
 
 @dataclass(frozen=True)
 class Volts:
-    """Volts of a record at its samples and between them, see `between_samples`, with the turning points among them."""
+    """Volts of a record at its samples and between them, see `between_samples`, with the turning points among
+    them."""
 
     fine: Floats
     turns: NDArray[np.intp]
@@ -170,8 +171,8 @@ class Volts:
         return Volts(fine, turned, substeps)
 
     def force(self, model: FootModel, first: int, count: int) -> Floats:
-        """Drive force [N] from sample ``first`` on over ``count`` - 1 sampling steps, (substeps (count - 1) + 1,); held
-        beyond the end of the record."""
+        """Drive force [N] from sample ``first`` on over ``count`` - 1 sampling steps, (substeps (count - 1) + 1,);
+        held beyond the end of the record."""
         start = self.substeps * first
         part = self.fine[start : start + self.substeps * (count - 1) + 1]
         before = self.fine[self.turns[: int(np.searchsorted(self.turns, start))]]
@@ -183,9 +184,8 @@ def between_samples(volts: Floats, substeps: int) -> Floats:
     """Volts at the samples and at ``substeps`` - 1 even places between any two of them.
 
     Stretches without a corner are monotone cubics, through samples that a
-    running cubic over 11 of them has rid of most of their rounding. A corner that lies between two samples is where the lines through
-    its neighbours meet. Volts that jump are joined by lines.
-    """
+    running cubic over 11 of them has rid of most of their rounding. A corner that lies between two samples is where
+    the lines through its neighbours meet. Volts that jump are joined by lines."""
     from scipy.interpolate import PchipInterpolator
     from scipy.signal import savgol_filter
 
@@ -208,12 +208,12 @@ def between_samples(volts: Floats, substeps: int) -> Floats:
     at = np.arange(substeps * (len(volts) - 1) + 1) / substeps
     out = np.empty(len(at))
     edges = np.unique(breaks)
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         x = np.arange(int(np.ceil(first)), int(np.floor(last)) + 1)
         wanted = slice(int(np.searchsorted(at, first)), int(np.searchsorted(at, last, side="right")))
         y = volts[x]
         if len(x) >= _SMOOTHED:
-            y = savgol_filter(y, _SMOOTHED, 3)
+            y = np.asarray(savgol_filter(y, _SMOOTHED, 3), dtype=np.float64)
         if len(x) < _FEWEST_NODES or np.ptp(y) == 0.0:
             near = slice(max(int(first), 0), int(np.ceil(last)) + 1)
             out[wanted] = np.interp(at[wanted], place[near], volts[near])

@@ -110,7 +110,7 @@ class FootModel:
     def blow(self) -> Floats:
         """Change (n,) of the coordinates' velocities per unit change of the foot's along its normal, by the
         mass-weighted impact law: ``M^-1 n / (n M^-1 n)``."""
-        return np.linalg.solve(self.mass, self.row) / self.mobility
+        return np.asarray(np.linalg.solve(self.mass, self.row) / self.mobility, dtype=np.float64)
 
     @cached_property
     def flow(self) -> Floats:
@@ -140,6 +140,11 @@ class FootModel:
         n = len(self.mass)
         free = self.flow[n:] @ state + self.inputs[n:, :1] * force
         return (self.row @ free) / self.mobility
+
+    def rest(self, level: float) -> Floats:
+        """Displacements (np,) [m] of the points from the neutral position at rest, where the foot in contact is
+        ``level`` [m] from the rest along +z: the drive holds the foot at ``-gap - level``."""
+        return self.by_drive * ((-self.gap - self.normal * level) / self.static_load)
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

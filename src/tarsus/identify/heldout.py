@@ -7,6 +7,7 @@ stands still at the contact level within five standard deviations.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,13 +46,14 @@ class Contacts:
 class Comparison:
     """One held-out record: its set and file, what was measured and simulated, and their series for a figure.
 
-    off: root mean square of the foot's measured less simulated motion over that of the measured one.
-    """
+    periods: drive periods in the record; off: root mean square of the foot's measured less simulated motion over
+    that of the measured one."""
 
     name: str
     file: str
     measured: Contacts
     simulated: Contacts
+    periods: int
     off: float
     panel: Panel
 
@@ -101,9 +103,7 @@ def contacts_of(
             bounced.append(time[i])
     edges = period * np.arange(skipped, count + 1)
     inside = (time >= edges[0]) & (time < edges[-1])
-    peaks = [
-        float(height[(time >= a) & (time < b)].max(initial=0.0)) for a, b in zip(edges[:-1], edges[1:], strict=True)
-    ]
+    peaks = [float(height[(time >= a) & (time < b)].max(initial=0.0)) for a, b in pairwise(edges)]
     periods = len(edges) - 1
     return Contacts(
         float(np.histogram(bounced, bins=edges)[0].mean()),
@@ -143,7 +143,9 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
     time = np.maximum(trace.time[driven], 0.0)
     run = simulate(scene, float(time[-1]) + trace.step)
     if not run.ok:
-        raise InputError(f"{trace.file}: the identified device cannot be simulated with this drive: {run.code}")
+        raise InputError(
+            f"{trace.file}: the identified device cannot be simulated with this drive: {run.code}"
+        )
     states = run.states(time)
     k, normal = trace.point(model.foot_point), model.normal
     height, speed = model.gap + model.row @ states.x, model.row @ states.v
@@ -155,6 +157,7 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
         trace.file,
         contacts_of(time, seen, felt, period, *noise),
         contacts_of(time, height, speed, period, *noise),
+        max(int((float(time[-1]) + trace.step) / period * (1.0 + 1e-9)), 1),
         float(np.sqrt(np.mean((seen - height) ** 2) / np.mean((seen - seen.mean()) ** 2))),
         Panel(trace.set, "time", "s", "gap", "m", curves),
     )

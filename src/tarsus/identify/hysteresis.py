@@ -3,9 +3,8 @@
 ``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of `tarsus.drive.hysteresis`. All
 parameters of F are linear, so that loops are a linear least-squares problem. Where the foot stands on the ground the
 combination of points counts that the ground's force does not move. Displacements are known from the rest after poling
-only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap - level``,
-where ``level`` is the place of the contact as seen from the rest.
-"""
+only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap -
+level``, where ``level`` is the place of the contact as seen from the rest."""
 
 from __future__ import annotations
 
@@ -49,8 +48,8 @@ class Loops:
     """Static records as sums over blocks, apart for free and held foot, by trace.
 
     rest (p,): the basis at rest; blocks; free, held: one of each a block; trace (nb,): number of the block's trace;
-    noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused: samples left out around contacts.
-    """
+    noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused: samples left out around
+    contacts."""
 
     rest: Floats
     blocks: tuple[Block, ...]
@@ -64,7 +63,11 @@ class Loops:
         """Sums over drawn blocks (nb,), centred trace by trace."""
         whole: Sums | None = None
         for number in np.unique(self.trace):
-            mine = [parts[b] * counts[b] for b in np.flatnonzero(self.trace == number) if counts[b] > 0.0]
+            mine = [
+                parts[int(b)] * float(counts[b])
+                for b in np.flatnonzero(self.trace == number)
+                if counts[b] > 0.0
+            ]
             if not mine:
                 continue
             one = mine[0]
@@ -104,7 +107,8 @@ def fit_loops(
     Parameters
     ----------
     model
-        The device with its structure as identified; of its law only the kind, the thresholds and the history are used.
+        The device with its structure as identified; of its law only the kind, the thresholds and the history are
+        used.
     traces
         Records with a slow drive (repeats).
     level
@@ -126,9 +130,7 @@ def fit_loops(
     values = _estimate(model, loops, neutral, shares, np.ones(count))
     drawn = drawn_counts(count, seed)
     own = np.array([_estimate(model, loops, neutral, shares, one) for one in drawn]) - values
-    return LoopFit(
-        loops, model, neutral, shares, _paths(model, shares), values, own * student(float(count))
-    )
+    return LoopFit(loops, model, neutral, shares, _paths(model, shares), values, own * student(float(count)))
 
 
 def _paths(model: FootModel, shares: Shares | None) -> tuple[str, ...]:
@@ -149,7 +151,9 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
         numbers += [number] * len(found)
         unused += left
     if sum(len(block.index) for block in blocks) < _FEWEST:
-        raise InputError("the static records have hardly any sample away from the making and breaking of contacts")
+        raise InputError(
+            "the static records have hardly any sample away from the making and breaking of contacts"
+        )
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
     free, held = [], []
     for block in blocks:
@@ -170,14 +174,13 @@ def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
     if span < 2.0 * widest:
         names = ", ".join(sorted({trace.file for trace in traces}))
         raise InputError(
-            f"{names}: the voltage spans {span:.3g} V, and the law's widest play of threshold {widest:.3g} V moves only in "
+            f"{names}: the voltage spans {span:.3g} V, and the law's widest play of threshold {widest:.3g} "
+            "V moves only in "
             f"loops of more than {2.0 * widest:.3g} V: record a wider loop, or take narrower plays"
         )
 
 
-def _estimate(
-    model: FootModel, loops: Loops, level: float, shares: Shares | None, counts: Floats
-) -> Floats:
+def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | None, counts: Floats) -> Floats:
     free, held = loops.pooled(loops.free, counts), loops.pooled(loops.held, counts)
     found = np.zeros(0)
     if shares is not None:
@@ -195,9 +198,8 @@ def with_shares(model: FootModel, shares: Floats) -> FootModel:
 def _shared(model: FootModel, loops: Loops, free: Sums, shares: Shares) -> Floats:
     """Participations (n - 1,) from what was known, and from the direction in which free points move together.
 
-    The points' free motion is along ``by_drive``, linear in the participations; what lies across the direction seen is
-    noise.
-    """
+    The points' free motion is along ``by_drive``, linear in the participations; what lies across the direction seen
+    is noise."""
     load = model.scene.robot.drives[model.drive].load
     assert isinstance(load, ModalLoad)
     spread = free.motions / np.outer(loops.noise, loops.noise)
@@ -283,7 +285,9 @@ def identify_hysteresis(
     before = np.concatenate([known.samples, moved[:, None], share_draws], axis=1)
 
     def again(values: Floats) -> Floats:
-        return fit.again(known.model(values[:count]), float(values[count]), values[split:] if len(given) else None)
+        return fit.again(
+            known.model(values[:count]), float(values[count]), values[split:] if len(given) else None
+        )
 
     from_before = carried(again, np.concatenate([known.values, [fit.level], given]), before)
     model = fit.model if shares is None else with_shares(fit.model, fit.values[: len(given)])
@@ -293,7 +297,8 @@ def identify_hysteresis(
     notes = ()
     if level is None:
         notes = (
-            "No record shows the ground, so that the neutral position is not known: the rest is taken to be at the gap.",
+            "No record shows the ground, so that the neutral position is not known: the rest is taken to "
+            "be at the gap.",
         )
     left = tuple(
         LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings")
@@ -341,5 +346,7 @@ def _shown(
                     Curve("measured", trace.volts[index], trace.x[k, index], joined=False),
                     Curve("fitted", trace.volts[index], fitted),
                 )
-                panels.append(Panel(f"{point}, foot in the air", "voltage", "V", f"{point} from rest", "m", curves))
+                panels.append(
+                    Panel(f"{point}, foot in the air", "voltage", "V", f"{point} from rest", "m", curves)
+                )
     return tuple(panels), tuple(residuals)

@@ -1,13 +1,13 @@
 """Static records: the drive's force behind a slow motion, in the air and on the ground.
 
-At rest ``x = by_drive F + by_contact N``: displacements of the points from the drive's force F and the ground's force N
-on the foot. In the air N = 0; on the ground two points tell both.
-"""
+At rest ``x = by_drive F + by_contact N``: displacements of the points from the drive's force F and the ground's
+force N on the foot. In the air N = 0; on the ground two points tell both."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -60,12 +60,12 @@ def blocks_of(trace: Trace, foot: str, level: float | None) -> tuple[list[Block]
         for change in np.flatnonzero(free[1:] != free[:-1]):
             used[max(change - 1, 0) : change + count] = False
     moves = np.sign(np.round(np.diff(trace.volts, prepend=trace.volts[0]) / 1e-3))
-    turns = np.flatnonzero((moves[1:] != moves[:-1])) + 1
+    turns = np.flatnonzero(moves[1:] != moves[:-1]) + 1
     edges = np.unique(np.concatenate([[0], turns, [len(moves)]]))
     edges = edges[np.concatenate([[True], np.diff(edges) > 3])]
     edges[-1] = len(moves)
     out = []
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         index = np.arange(first, last)
         index = index[used[first:last]]
         if len(index):
@@ -108,7 +108,13 @@ def law_paths(law: VoltageLaw, drive: str) -> tuple[str, ...]:
     """Paths of the parameters of `basis_of`."""
     before = f"robot.drives.{drive}.law"
     if isinstance(law, PrandtlIshlinskii):
-        names = ["constant", "linear", "quadratic", "cubic", *(f"weights.{i}" for i in range(len(law.weights)))]
+        names = [
+            "constant",
+            "linear",
+            "quadratic",
+            "cubic",
+            *(f"weights.{i}" for i in range(len(law.weights))),
+        ]
     else:
         names = ["offset", "gain"]
     return tuple(f"{before}.{name}" for name in names)

@@ -1,4 +1,5 @@
-"""Frequency responses in the air -> natural frequencies, damping ratios, and how the drive is shared out over the modes.
+"""Frequency responses in the air -> natural frequencies, damping ratios, and how the drive is shared out over the
+modes.
 
 The response of the displacement of point o to the volts is ``sum_k phi_ko p_k gamma / (m_k (s^2 + 2 zeta_k w_k s +
 w_k^2))``: the residue at the upper pole is ``phi_ko p_k gamma / (2 i w_dk m_k)``. With shapes and masses from the
@@ -74,7 +75,9 @@ def identify_resonances(
     """
     structure = model.scene.robot.structure
     if not isinstance(structure, Beam | Modal):
-        raise InputError("the structure to identify must be a beam or modal, for its frequencies to be its parameters")
+        raise InputError(
+            "the structure to identify must be a beam or modal, for its frequencies to be its parameters"
+        )
     fit = _fitted(model, records, band, structure.size)
     frequencies = tuple(float(mode.frequency.value) for mode in fit.modes)
     ratios = tuple(float(mode.damping.value) for mode in fit.modes)
@@ -122,7 +125,8 @@ def _fitted(
     fit = identify_modes(frf, inside, order=max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
     if len(fit.modes) < count:
         raise InputError(
-            f"{first.source} and its repeats show {len(fit.modes)} modes from {inside[0]:.4g} to {inside[1]:.4g} Hz, and "
+            f"{first.source} and its repeats show {len(fit.modes)} modes from {inside[0]:.4g} to "
+            f"{inside[1]:.4g} Hz, and "
             f"the structure has {count}: sweep wider, or average more"
         )
     strength = [float(np.max(np.abs(mode.residues)) / abs(mode.pole.real)) for mode in fit.modes]
@@ -140,7 +144,8 @@ def _drawn(number: Interval, random: np.random.Generator) -> Floats:
 
 
 def _parts(model: FootModel, fit: ModalFit) -> Floats:
-    """Shape value times participation times gain over mass (nm, no), displacement per volt, for the fitted residues."""
+    """Shape value times participation times gain over mass (nm, no), displacement per volt, for the fitted
+    residues."""
     return np.array([_part(mode, mode.residues[:, 0]) for mode in fit.modes])
 
 
@@ -166,12 +171,14 @@ def _check_shapes(model: FootModel, fit: ModalFit, records: Sequence[Measurement
         order[a], order[b] = order[b], order[a]
         if _mismatch(seen[:, order], known) < _SWAPPED * plain:
             raise InputError(
-                f"{files}: channels '{names[a]}' and '{names[b]}' look swapped: the modes have the shapes of the structure "
+                f"{files}: channels '{names[a]}' and '{names[b]}' look swapped: the modes have the shapes "
+                "of the structure "
                 "only the other way round"
             )
     if plain > _WORST_SHAPE:
         raise InputError(
-            f"{files}: the modes do not have the shapes of the structure at {', '.join(names)} ({100 * plain:.0f} % off): are "
+            f"{files}: the modes do not have the shapes of the structure at {', '.join(names)} "
+            f"({100 * plain:.0f} % off): are "
             "the points, the signs of the channels and the geometry right?"
         )
 

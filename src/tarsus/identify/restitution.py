@@ -1,8 +1,7 @@
 """Bounces -> the coefficient of restitution.
 
-``g'+ = -e g'-`` (2.12, sign by E6) for every impact, with the velocities of the foot from the flights on both sides; all
-impacts together by a regression with errors in both velocities.
-"""
+``g'+ = -e g'-`` (2.12, sign by E6) for every impact, with the velocities of the foot from the flights on both
+sides; all impacts together by a regression with errors in both velocities."""
 
 from __future__ import annotations
 
@@ -31,6 +30,7 @@ FEWEST = 5
 """Bounces that are needed."""
 
 MOST = 200
+_OUTSIDE = 5.0
 _TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 
@@ -63,25 +63,48 @@ def identify_restitution(
     files = ", ".join(sorted({trace.file for trace in traces}))
     if len(items) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}' shows {len(items)} bounces that can be used, of {total} impacts; at least "
+            f"{files}: channel '{model.foot_point}' shows {len(items)} bounces that can be used, of {total} "
+            "impacts; at least "
             f"{FEWEST} are needed: drive it harder, sample faster or record longer"
         )
     bounces = Bounces(traces, items, level)
     fitted = bounces.fit(model, film_of(model))
-    good = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0)
+    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0)
+    good = single & _alike(fitted, single)
     for r in np.flatnonzero(~good):
         trace = traces[items[int(r)].trace]
         at = trace.time[items[int(r)].last]
-        text = f"the motion around the impact at {at:.5g} s is no free motion with one impact (chi-squared {fitted.chi[r]:.3g})"
+        if single[r]:
+            ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
+            text = f"the impact at {at:.5g} s, with a ratio of {ratio:.3g}, is far off the others"
+            left.append(LeftOut(trace.file, model.foot_point, text))
+            continue
+        text = (
+            f"the motion around the impact at {at:.5g} s is no free motion with one impact (chi-squared "
+            f"{fitted.chi[r]:.3g})"
+        )
         left.append(LeftOut(trace.file, model.foot_point, text))
     if np.count_nonzero(good) < FEWEST:
         raise InputError(
-            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single ones between free "
+            f"{files}: channel '{model.foot_point}': {np.count_nonzero(good)} of {total} impacts are single "
+            "ones between free "
             f"motions of this structure; at least {FEWEST} are needed"
         )
     bounces = bounces.chosen(good)
     fitted = _only(fitted, good)
     return _result(model, known, bounces, fitted, left, total, seed)
+
+
+def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Impacts whose ratio is within some spreads of the middle one, the spread told by the middle half of them."""
+    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
+    ratio = departure / np.where(approach > 0.0, approach, np.nan)
+    error = np.sqrt(_variance(fitted.covariance * _TURN, float(np.nanmedian(ratio[single])))) / np.abs(
+        approach
+    )
+    middle = float(np.nanmedian(ratio[single]))
+    spread = 1.4826 * float(np.nanmedian(np.abs(ratio[single] - middle)))
+    return np.abs(ratio - middle) < _OUTSIDE * np.hypot(error, spread)
 
 
 def film_of(model: FootModel) -> Film:
@@ -174,8 +197,8 @@ def _draws(
     std: float,
     seed: int,
 ) -> Floats:
-    """Deviations (draws,) of the ratio over drawn records, or over drawn impacts where there are few records; at least
-    those that the regression's own error allows."""
+    """Deviations (draws,) of the ratio over drawn records, or over drawn impacts where there are few records; at
+    least those that the regression's own error allows."""
     numbers, which = np.unique(groups, return_inverse=True)
     if len(numbers) < FEWEST:
         numbers, which = np.arange(len(departure)), np.arange(len(departure))

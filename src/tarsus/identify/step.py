@@ -86,11 +86,11 @@ class StepResult:
     """What one step found.
 
     name: of the step; paths: of the np parameters in the device, such as "ground.film.coefficient"; values (np,) in
-    SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know drawn along (draw i of
-    every step of a chain belongs together); combinations: named functions of the parameters that the data determine
-    better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of the data;
-    panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the other steps
-    found, up to a constant, or None where it is not cheap.
+    SI; samples (ns, np): draws of the estimate over repeats, with what earlier steps do not know drawn along (draw
+    i of every step of a chain belongs together); combinations: named functions of the parameters that the data
+    determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
+    the data; panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the
+    other steps found, up to a constant, or None where it is not cheap.
 
     Raises
     ------

@@ -28,12 +28,12 @@ SHORTEST = 6
 
 @dataclass(frozen=True)
 class Trace:
-    """One record: displacements x (np, ns) [m] from the rest before the drive, velocities v (np, ns) [m/s], volts (ns,).
+    """One record: displacements x (np, ns) [m] from the rest before the drive, velocities v (np, ns) [m/s], volts
+    (ns,).
 
-    file; set: name of the set of records it belongs to; points (np); time (ns,) [s], 0 where the drive begins; noise_x,
-    noise_v (np,): standard deviations of a sample; zero (np,) [m]: standard deviation of the zero of x; gap [m]: of the
-    foot at the neutral position in this record, None where it is the device's own.
-    """
+    file; set: name of the set of records it belongs to; points (np); time (ns,) [s], 0 where the drive begins;
+    noise_x, noise_v (np,): standard deviations of a sample; zero (np,) [m]: standard deviation of the zero of x;
+    gap [m]: of the foot at the neutral position in this record, None where it is the device's own."""
 
     file: str
     set: str
@@ -95,7 +95,8 @@ def trace_of(
     count = int(np.floor(rest / record.step * (1.0 + 1e-9)))
     if count < _FEWEST_AT_REST:
         problems.append(
-            f"{record.source}: {count} samples at rest before the drive begins, {_FEWEST_AT_REST} or more are needed to "
+            f"{record.source}: {count} samples at rest before the drive begins, {_FEWEST_AT_REST} or more "
+            "are needed to "
             "know the zero and the noise"
         )
     if problems:
@@ -108,7 +109,7 @@ def trace_of(
         record.source,
         name,
         tuple(points),
-        record.step * np.arange(record.count) - count * record.step,
+        record.step * np.arange(record.count, dtype=np.float64) - count * record.step,
         x - quiet_x.mean(axis=1, keepdims=True),
         v - quiet_v.mean(axis=1, keepdims=True),
         record[drive],
@@ -128,8 +129,8 @@ def jumps_of(volts: Floats) -> NDArray[np.intp]:
 
 @dataclass(frozen=True)
 class Hold:
-    """A stretch in which the foot stands still on the ground: first and last sample of it, and the samples between which
-    the foot was last seen moving before."""
+    """A stretch in which the foot stands still on the ground: first and last sample of it, and the samples between
+    which the foot was last seen moving before."""
 
     first: int
     last: int
@@ -138,9 +139,8 @@ class Hold:
 def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
     """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
 
-    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau, combined
-    over records.
-    """
+    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau,
+    combined over records."""
     levels, errors = [], []
     for trace in traces:
         k = trace.point(foot)
@@ -181,55 +181,15 @@ def misplaced(trace: Trace, foot: str, level: float) -> str | None:
             continue
         low = float(np.quantile(trace.x[other], 0.001))
         if abs(low - level) < _SAME * trace.noise_x[other] + 0.05 * abs(level):
-            return f"channels '{foot}' and '{name}' look swapped: it is '{name}' that stops where the other records show the ground"
+            return (
+                f"channels '{foot}' and '{name}' look swapped: it is '{name}' that stops where the other "
+                "records show the ground"
+            )
     return (
-        f"channel '{foot}' goes {1e6 * depth:.3g} um below the ground that the other records show: are its zero, sign and "
+        f"channel '{foot}' goes {1e6 * depth:.3g} um below the ground that the other records show: are its "
+        "zero, sign and "
         "unit right?"
     )
-
-
-def jumps_of(volts: Floats) -> NDArray[np.intp]:
-    """Last samples before the voltage (ns,) jumps, by a tenth of its span or more and far more than around it."""
-    move = np.abs(np.diff(volts))
-    around = np.maximum(np.roll(move, 1), np.roll(move, -1))
-    return np.flatnonzero((move > _JUMP * np.ptp(volts)) & (move > 10.0 * around))
-
-
-@dataclass(frozen=True)
-class Hold:
-    """A stretch in which the foot stands still on the ground: first and last sample of it, and the samples between which
-    the foot was last seen moving before."""
-
-    first: int
-    last: int
-
-
-def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
-    """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
-
-    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau, combined
-    over records.
-    """
-    levels, errors = [], []
-    for trace in traces:
-        k = trace.point(foot)
-        x, v = trace.x[k], trace.v[k]
-        still = np.abs(v) < STILL * trace.noise_v[k]
-        low = x < x.min() + 2.0 * STILL * trace.noise_x[k]
-        chosen = still & low
-        if np.count_nonzero(chosen) < 3 * SHORTEST or np.ptp(x) < 6.0 * STILL * trace.noise_x[k]:
-            continue
-        middle = float(np.median(x[chosen]))
-        near = chosen & (np.abs(x - middle) < STILL * trace.noise_x[k])
-        levels.append(float(x[near].mean()))
-        own = trace.noise_x[k] / np.sqrt(np.count_nonzero(near))
-        errors.append(float(np.hypot(own, trace.zero[k])))
-    if not levels:
-        return None
-    weight = 1.0 / np.array(errors) ** 2
-    value = float(np.sum(weight * levels) / weight.sum())
-    scatter = float(np.sum(weight * (np.array(levels) - value) ** 2) / max(len(levels) - 1, 1))
-    return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
 
 
 def holds(trace: Trace, foot: str, level: float) -> list[Hold]:

@@ -1,0 +1,104 @@
+"""`tarsus identify`: from a campaign of records to a device with intervals, and a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from tarsus.identify.chain import Identification
+
+
+def identify(
+    campaign: Path,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    seed: int = 1,
+    report: bool = True,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Identify a device from a campaign of records: structure, drive, film, adhesion, restitution, with intervals.
+
+    Parameters
+    ----------
+    campaign
+        campaign.toml, or the folder it is in (see `tarsus synthesize` for one).
+    output
+        folder for identified.toml, identification.json, draws.npz and report.html; by default "identified" beside the
+        campaign file.
+    seed
+        of the draws that intervals are made of.
+    report
+        write report.html.
+    json
+        print one JSON object instead of the tables.
+    """
+    from tarsus.cli import console, requests
+    from tarsus.identify.campaign import read_campaign
+    from tarsus.identify.chain import identify as run
+    from tarsus.identify.result import summary_of, write_identification
+
+    opened = read_campaign(campaign)
+    folder = output if output is not None else opened.folder / "identified"
+    requests.check_folder(folder)
+    console.announce_compiling()
+    with console.progress_bar("steps") as progress:
+        found = run(opened, seed, progress)
+    written = write_identification(found, folder)
+    if report:
+        from tarsus.report.identify_page import write_identify_report
+
+        written.append(write_identify_report(found, folder / "report.html"))
+    console.complain([f"left out: {one}" for one in found.left_out])
+    console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
+    if json:
+        console.print_json(summary_of(found))
+    else:
+        _show(found)
+        print(f"\n{found.seconds:.0f} s; wrote {', '.join(str(path) for path in written)}")
+    return 1 if found.not_done else 0
+
+
+def _show(found: Identification) -> None:
+    from tarsus.cli import console
+    from tarsus.spec import float_paths
+    from tarsus.units import format_quantity
+
+    units = float_paths(found.model.scene)
+    rows = []
+    for step in found.steps.values():
+        for path, value in zip(step.paths, step.values, strict=True):
+            unit = units[path].unit
+            ends = [_rounded(end) for end in step.interval(path)]
+            rows.append((path, *(format_quantity(_rounded(float(v)), unit) for v in (value, *ends))))
+        for name, (value, draws, unit) in step.combinations.items():
+            low, high = _middle(draws)
+            rows.append((name, *(format_quantity(_rounded(v), unit) for v in (value, low, high))))
+    console.table(("parameter", "value", "from", "to (95 %)"), rows)
+    used = sum(one.record is not None for one in found.readings)
+    print(f"\n{used} of {len(found.readings)} files used")
+    for step in found.steps.values():
+        left = f", {len(step.left_out)} left out" if step.left_out else ""
+        print(f"  {step.name}: {'; '.join(str(one) for one in step.used)}{left}")
+    if found.comparisons:
+        errors = [abs(one.error("peak")) for one in found.comparisons]
+        contact = [abs(one.error("contact")) for one in found.comparisons]
+        print(
+            f"held-out signals: {len(errors)}; mean absolute error of peaks "
+            f"{100 * sum(errors) / len(errors):.2g} %, of "
+            f"contact durations {100 * sum(contact) / len(contact):.2g} %"
+        )
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.5g}")
+
+
+def _middle(draws: object) -> tuple[float, float]:
+    import numpy as np
+
+    low, high = np.quantile(np.asarray(draws), [0.025, 0.975])
+    return float(low), float(high)

@@ -1,0 +1,63 @@
+"""`tarsus synthesize`: a campaign of records, as a laboratory would hand it over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+
+def synthesize(
+    device: str,
+    /,
+    *,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    seed: int = 1,
+    snr_db: Annotated[float, Parameter(allow_leading_hyphen=True)] = 40.0,
+    rate: str = "20 kHz",
+    perturb: float = 0.0,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+) -> int:
+    """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
+
+    Parameters
+    ----------
+    device
+        a device (see `tarsus devices`) or a scene file: what the records are made of.
+    output
+        folder for campaign.toml, device.toml, the records, and truth/device.toml.
+    seed
+        of the noise and of the perturbation.
+    snr_db
+        noise of each channel below its own motion, in dB.
+    rate
+        samples per second, e.g. "20 kHz".
+    perturb
+        multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
+    set_
+        path=value, changes the device first; may be repeated.
+    """
+    from tarsus.cli import console, requests
+    from tarsus.errors import InputError
+    from tarsus.experiment.campaign_folder import write_campaign
+    from tarsus.experiment.synthesis import Instrument, perturbed
+    from tarsus.units import parse_quantity
+
+    scene = requests.scene_for(device, requests.settings(set_ or ()), ())
+    try:
+        hertz = parse_quantity(rate, "Hz")
+    except InputError as error:
+        raise InputError([f"--rate: {problem}" for problem in error.problems]) from error
+    if not 1e3 <= hertz <= 1e7:
+        raise InputError(f"--rate: expected 1 kHz to 10 MHz, got '{rate}'")
+    requests.check_folder(output)
+    if perturb:
+        scene = perturbed(scene, perturb, seed)
+    console.announce_compiling()
+    with console.progress_bar("records") as progress:
+        written = write_campaign(scene, output, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
+    size = sum(path.stat().st_size for path in written) / 1e6
+    print(f"wrote {len(written)} files, {size:.1f} MB, into {output}")
+    print(f"identify it with `tarsus identify {written[0]} -o FOLDER`; the truth is in {written[-1]}")
+    return 0

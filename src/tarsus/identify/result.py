@@ -1,0 +1,139 @@
+"""What an identification leaves behind: a device that can be simulated, and the numbers as tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.files.store import write_text
+from tarsus.files.toml import scene_text
+from tarsus.identify.chain import Identification
+from tarsus.identify.heldout import Comparison
+from tarsus.identify.step import StepResult
+from tarsus.scene import Provenance, Scene, Source
+from tarsus.spec import FrozenDict, float_paths, with_values
+
+__all__ = ["identified_device", "summary_of", "write_identification"]
+
+_NOTES = {
+    "resonances": "sweeps in the air",
+    "hysteresis": "static loops",
+    "film": "the flights after break-off",
+    "adhesion": "pull-off forces over contact times",
+    "restitution": "bounces",
+    "electrostatics": "records close to the ground",
+}
+
+
+def identified_device(found: Identification) -> Scene:
+    """The device with every number found, marked as calibrated, with its interval.
+
+    What was not identified keeps its value and where it came from.
+    """
+    scene = found.model.scene
+    units = float_paths(scene)
+    origins = dict(scene.provenance)
+    changed: dict[str, Provenance] = {}
+    for step in found.steps.values():
+        for path in step.paths:
+            low, high = step.interval(path)
+            value = units[path].value
+            ends = (min(low, value), max(high, value)) if np.isfinite([low, high]).all() else None
+            note = f"tarsus identify: {_note(step, found)}."
+            changed[path] = Provenance(
+                source=Source.CALIBRATED, note=note, interval=None if ends is None else (ends,)
+            )
+    parents = {path.rpartition(".")[0] for path in changed}
+    spread: dict[str, Provenance] = {}
+    for path, origin in origins.items():
+        inside = [one for one in units if one.startswith(f"{path}.")]
+        if path in parents and any(one in changed for one in inside):
+            # a list of which only some numbers were found: the others keep their origin, one by one
+            plain = origin.model_copy(update={"interval": None})
+            spread |= {one: plain for one in inside if one not in changed}
+        elif path not in changed:
+            spread[path] = origin
+    return with_values(scene, {"provenance": FrozenDict(spread | changed)})
+
+
+def _note(step: StepResult, found: Identification) -> str:
+    used = "; ".join(str(one) for one in step.used)
+    return f"{_NOTES.get(step.name, step.name)} of '{found.opened.campaign.name}', {used}"
+
+
+def summary_of(found: Identification) -> dict[str, Any]:
+    """Everything found as plain tables, for JSON and for tests."""
+    return {
+        "campaign": found.opened.campaign.name,
+        "seconds": found.seconds,
+        "steps": {name: _step(step) for name, step in found.steps.items()},
+        "not_done": {one.name: list(one.reasons) for one in found.not_done},
+        "files": {"read": len(found.readings), "used": sum(one.record is not None for one in found.readings)},
+        "left_out": [str(one) for one in found.left_out],
+        "validation": [_compared(one) for one in found.comparisons],
+        "other_zero": {shift.title: shift.values for shift in found.shifts},
+    }
+
+
+def _step(step: StepResult) -> dict[str, Any]:
+    return {
+        "parameters": {
+            path: {"value": float(value), "interval": list(step.interval(path))}
+            for path, value in zip(step.paths, step.values, strict=True)
+        },
+        "combinations": {
+            name: {"value": value, "unit": unit, "interval": np.quantile(draws, [0.025, 0.975]).tolist()}
+            for name, (value, draws, unit) in step.combinations.items()
+        },
+        "used": [str(one) for one in step.used],
+        "left_out": len(step.left_out),
+        "notes": list(step.notes),
+    }
+
+
+def _compared(one: Comparison) -> dict[str, Any]:
+    sides = {"measured": one.measured, "simulated": one.simulated}
+    return {
+        "name": one.name,
+        "file": one.file,
+        **{
+            side: {"bounces": c.bounces, "contact_s": c.contact, "peak_m": c.peak, "periods": c.periods}
+            for side, c in sides.items()
+        },
+        "off": one.off,
+    }
+
+
+def write_identification(found: Identification, folder: Path) -> list[Path]:
+    """Write identified.toml, identification.json and draws.npz into a folder, and return their paths.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    import json
+
+    folder.mkdir(parents=True, exist_ok=True)
+    device, numbers, draws = (
+        folder / name for name in ("identified.toml", "identification.json", "draws.npz")
+    )
+    write_text(device, scene_text(identified_device(found)))
+    write_text(numbers, json.dumps(_plain(summary_of(found)), indent=2) + "\n")
+    np.savez_compressed(
+        draws, paths=np.array(found.known.paths), values=found.known.values, samples=found.known.samples
+    )
+    return [device, numbers, draws]
+
+
+def _plain(value: Any) -> Any:
+    """The same with numbers that are not finite as None."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value

@@ -1,0 +1,102 @@
+"""Figures of an identification: panels of every step, and held-out records over their simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tarsus.identify.heldout import Comparison
+from tarsus.identify.step import Curve, Panel
+from tarsus.report.figures import Plate
+from tarsus.report.style import BLUE, INK, VERMILION, WIDTH_IN, Scale, decimate, few_ticks, scale_of, to_svg
+
+MOST_PANELS = 8
+"""Panels of one figure; of more, the first ones."""
+
+PERIODS = 1.0
+"""Drive periods of a held-out record that are drawn, after transients."""
+
+_POINTS = 1500
+
+
+def panels(shown: Sequence[Panel], caption: str) -> Plate:
+    """Panels two side by side: measured as points, fitted as lines."""
+    drawn = list(shown[:MOST_PANELS])
+    across = 1 if len(drawn) == 1 else 2
+    down = -(-len(drawn) // across)
+    height = 2.1 * down + 0.25
+    figure = Figure(figsize=(WIDTH_IN, height))
+    grid = figure.subplots(down, across, squeeze=False)
+    figure.subplots_adjust(
+        left=0.095, right=0.985, bottom=0.42 / height, top=1.0 - 0.25 / height, wspace=0.27, hspace=0.62
+    )
+    for axes in grid.flat[len(drawn) :]:
+        axes.set_visible(False)
+    for axes, panel in zip(grid.flat, drawn, strict=False):
+        _draw(axes, panel)
+    return Plate(to_svg(figure, caption), caption)
+
+
+def held_out(comparisons: Sequence[Comparison]) -> Plate:
+    """The last period of held-out records over the simulations of the identified device."""
+    shown = [_last_period(one) for one in comparisons]
+    return panels(
+        shown,
+        "The last drive period of held-out records: the gap of the foot as measured (points) and as "
+        "simulated with the "
+        "identified device (line).",
+    )
+
+
+def _last_period(one: Comparison) -> Panel:
+    curves = []
+    span = float(one.panel.curves[0].x[-1]) / max(one.periods, 1)
+    for curve in one.panel.curves:
+        part = curve.x >= curve.x[-1] - PERIODS * span
+        curves.append(
+            Curve(curve.label, curve.x[part] - curve.x[part][0], curve.y[part], curve.label != "measured")
+        )
+    return Panel(
+        one.name, one.panel.x_label, one.panel.x_unit, one.panel.y_label, one.panel.y_unit, tuple(curves)
+    )
+
+
+def _draw(axes: Axes, panel: Panel) -> None:
+    across = _scale(panel.x_unit, [curve.x for curve in panel.curves])
+    up = _scale(panel.y_unit, [curve.y for curve in panel.curves])
+    for number, curve in enumerate(panel.curves):
+        color = BLUE if number else INK
+        if curve.joined:
+            x, y = curve.x / across.step, curve.y / up.step
+            if len(x) > _POINTS and np.all(np.diff(x) > 0.0):
+                x, y = decimate(x, y)
+            elif len(x) > _POINTS:
+                x, y = x[:: len(x) // _POINTS], y[:: len(y) // _POINTS]
+            axes.plot(x, y, color=color if number else VERMILION, lw=1.0, zorder=3)
+            continue
+        every = max(1, len(curve.x) // _POINTS)
+        x, y = curve.x[::every] / across.step, curve.y[::every] / up.step
+        if curve.error is not None and len(curve.x) <= 300:
+            axes.errorbar(
+                x,
+                y,
+                yerr=2.0 * curve.error[::every] / up.step,
+                fmt=".",
+                ms=3.0,
+                color=color,
+                elinewidth=0.6,
+                zorder=2,
+            )
+        else:
+            axes.plot(x, y, ".", ms=1.6, color=color, zorder=2)
+    axes.set_title(panel.title, loc="left")
+    axes.set_xlabel(f"{panel.x_label} ({across.label})" if across.label else panel.x_label)
+    axes.set_ylabel(f"{panel.y_label} ({up.label})" if up.label else panel.y_label)
+    few_ticks(axes, x=5, y=5)
+
+
+def _scale(unit: str, values: Sequence[np.ndarray]) -> Scale:
+    return Scale(1.0, "") if unit == "1" else scale_of(unit, *values)
