@@ -14,8 +14,8 @@ Body = namedtuple(
     "Body",
     "body_mass body_weight lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load",
 )
-# lengths (nk,); state (nt, nk, 4, N): u of u0, u of w0, w of u0, w of w0; force, film (nt, nk, 2, N, N): u and w at
-# the nodes (last axis) of a force and of a momentum at one node; reach (nt, nk, 2): |u| at the end of a constant one;
+# lengths (nk,); state (nk, nt, 4, N): u of u0, u of w0, w of u0, w of w0; force, film (nk, nt, 2, N, N): u and w at
+# the nodes (last axis) of a force and of a momentum at one node; reach (nk, nt, 2): |u| at the end of a constant one;
 # rate (nt,) [1/s] of the fastest motion; longest (nt,) first class that resolves the block's own oscillation.
 Tables = namedtuple("Tables", "lengths state force film reach rate longest")
 # Runs: parameters (nr, m, np), initial (nr, 2 n); codes, event_end, mark_end (nr,); finish (nr, 3).
@@ -37,8 +37,8 @@ Work = namedtuple(
 
 # State.count; events are counted where core.contact.log counts them
 (MARKROWS, SAMPLE, EVENTS, CLASS, STEPS, STALLED, REJECTED, RUN, FRESH, MARKS, TRACK, ACCOUNT, MAX_STEPS, FIRST_CLASS,
- BASE, MARK_BASE) = range(16)  # fmt: skip
-COUNTS = 16
+ BASE, MARK_BASE, LAUNCH, LAUNCHING) = range(18)  # fmt: skip
+COUNTS = 18
 # State.real
 (TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, MARK,
  PERIOD) = range(12)  # fmt: skip

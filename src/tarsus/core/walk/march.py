@@ -61,7 +61,7 @@ def begin(body, signals, laws, batch, state, work, nb):
         state.energy[e] = 0.0
     state.heave[0] = math.inf
     state.heave[1] = -math.inf
-    for c in (a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS, a.SAMPLE):
+    for c in (a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS, a.SAMPLE, a.LAUNCH):
         count[c] = 0
     count[a.CLASS] = count[a.FIRST_CLASS]
     real[a.TIME] = 0.0
@@ -223,6 +223,8 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
     goal = min(real[a.END], real[a.MARK])
     left = min(kink, goal - t)
     k = max(count[a.CLASS], coarsest(body, tables, state))
+    if count[a.LAUNCHING] != 0:  # what has just changed asks for a step as short as the last time
+        k = max(k, count[a.LAUNCH])
     wanted = k
     while k + 1 < nk and tables.lengths[k + 1] >= left:
         k += 1
@@ -261,6 +263,9 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
         for f in range(body.leg.shape[0]):
             if work.when[f, KIND] != 0.0 and work.when[f, HIGH] <= first * (1.0 + 1e-13):
                 happen(body, signals, laws, state, work, output.events, f, work.when[f, KIND], nb)
+    if count[a.LAUNCHING] != 0:
+        count[a.LAUNCH] = k - 1 if error < 1e-3 else k
+    count[a.LAUNCHING] = 1 if fraction < 1.0 or first <= limit else 0
     if error > 0.5 or sweeps > 12:
         wanted = max(wanted, k + 1)
     elif k <= wanted:

@@ -112,14 +112,14 @@ def by_tables(tables, work, kind, k, width, u0, w0, filmed):
             momentum = momentum * x + work.column[1, c]
     store(work.row, (2,), push)
     store(work.row, (3,), momentum)
-    u = tables.state[kind, k, 0, N - 1] * u0 + tables.state[kind, k, 1, N - 1] * w0
-    w = tables.state[kind, k, 2, N - 1] * u0 + tables.state[kind, k, 3, N - 1] * w0
+    u = tables.state[k, kind, 0, N - 1] * u0 + tables.state[k, kind, 1, N - 1] * w0
+    w = tables.state[k, kind, 2, N - 1] * u0 + tables.state[k, kind, 3, N - 1] * w0
     for j in range(N):
-        u += tables.force[kind, k, 0, j, N - 1] * work.row[2, j]
-        w += tables.force[kind, k, 1, j, N - 1] * work.row[2, j]
+        u += tables.force[k, kind, 0, j, N - 1] * work.row[2, j]
+        w += tables.force[k, kind, 1, j, N - 1] * work.row[2, j]
         if filmed:
-            u += tables.film[kind, k, 0, j, N - 1] * work.row[3, j]
-            w += tables.film[kind, k, 1, j, N - 1] * work.row[3, j]
+            u += tables.film[k, kind, 0, j, N - 1] * work.row[3, j]
+            w += tables.film[k, kind, 1, j, N - 1] * work.row[3, j]
     return u, w
 
 

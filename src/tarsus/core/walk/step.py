@@ -92,7 +92,11 @@ def drives(body, signals, laws, state, work, nd, t, h):
 def held_margin(body, state, work, i, f, nb):
     """Of a held foot: margin = f_a - pull - smooth force = N + f_a at the nodes; work.smooth is f_a - smooth force."""
     k, c = body.stiffness[i, 0], body.damping[i, 0]
-    pull = (hip(body, i, 0, work.bx, nb) - state.foot[i, 0, 0]) * k + hip(body, i, 0, work.bv, nb) * c + load(work.load, (i, 0))
+    pull = (
+        (hip(body, i, 0, work.bx, nb) - state.foot[i, 0, 0]) * k
+        + hip(body, i, 0, work.bv, nb) * c
+        + load(work.load, (i, 0))
+    )
     store(work.margin, (f,), load(work.smooth, (f,)) - pull)
 
 
@@ -104,7 +108,9 @@ def holds(laws, state, work, f, t, h):
     for j in range(N):
         now = t + _tau[j] * h
         strength = hooks.strength(laws.parameters, laws.pointer, f, now - state.since[f]) if latch else 0.0
-        force = hooks.force(laws.parameters, laws.pointer, f, 0.0, 0.0, work.volts[f, j], now) if smooth else 0.0
+        force = (
+            hooks.force(laws.parameters, laws.pointer, f, 0.0, 0.0, work.volts[f, j], now) if smooth else 0.0
+        )
         work.smooth[f, j] = strength - force
 
 
@@ -113,18 +119,18 @@ def free_motion(body, tables, state, work, i, d, k):
     """u and w of a leg at the nodes under the forces work.q."""
     kind = body.kind[i, d]
     u0, w0 = state.foot[i, d, 0], state.foot[i, d, 1]
-    u = load(tables.state, (kind, k, 0)) * u0 + load(tables.state, (kind, k, 1)) * w0
-    w = load(tables.state, (kind, k, 2)) * u0 + load(tables.state, (kind, k, 3)) * w0
+    u = load(tables.state, (k, kind, 0)) * u0 + load(tables.state, (k, kind, 1)) * w0
+    w = load(tables.state, (k, kind, 2)) * u0 + load(tables.state, (k, kind, 3)) * w0
     for j in range(N):
         force = work.q[i, d, j]
-        u += load(tables.force, (kind, k, 0, j)) * force
-        w += load(tables.force, (kind, k, 1, j)) * force
+        u += load(tables.force, (k, kind, 0, j)) * force
+        w += load(tables.force, (k, kind, 1, j)) * force
     f = body.foot[i]
     if d == 0 and work.filmed[i] != 0:
         for j in range(N):
             momentum = work.film[f, j]
-            u += load(tables.film, (kind, k, 0, j)) * momentum
-            w += load(tables.film, (kind, k, 1, j)) * momentum
+            u += load(tables.film, (k, kind, 0, j)) * momentum
+            w += load(tables.film, (k, kind, 1, j)) * momentum
     store(work.u, (i, d), u)
     store(work.w, (i, d), w)
 
@@ -360,9 +366,9 @@ def error_of(body, tables, signals, state, work, k, nb, nd, h):
             if f >= 0 and (state.contact[f] == STUCK or (d == 0 and state.contact[f] != AIR)):
                 continue
             kind = body.kind[i, d]
-            error = abs(total(load(work.q, (i, d)) * load(_tail, ()))) * tables.reach[kind, k, 0]
+            error = abs(total(load(work.q, (i, d)) * load(_tail, ()))) * tables.reach[k, kind, 0]
             if d == 0 and work.filmed[i] != 0:
-                error += abs(total(load(work.film, (f,)) * load(_tail, ()))) * tables.reach[kind, k, 1]
+                error += abs(total(load(work.film, (f,)) * load(_tail, ()))) * tables.reach[k, kind, 1]
             worst = max(worst, error)
     for b in range(nb):
         error = abs(total(load(work.push, (b,)) * load(_tail, ()))) * 0.5 * h

@@ -52,17 +52,17 @@ def step_tables(mass: Floats, stiffness: Floats, damping: Floats, lengths: Float
     push = np.stack([np.zeros(nt), 1.0 / mass], axis=-1)
     film = np.stack([1.0 / mass, -damping / mass**2], axis=-1)
     points, kernel = _panels()
-    flow = block_exponential(blocks, lengths[:, None] * points).transpose(2, 0, 1, 3, 4)  # (nt, nk, ng, 2, 2)
-    inputs = np.stack([np.einsum("tkgij,tj->tkig", flow, b) for b in (push, film)])  # (2, nt, nk, 2, ng)
-    response = inputs @ kernel.reshape(len(points), N * N) * lengths[:, None, None]
-    response = response.reshape(2, nt, nk, 2, N, N)
-    exact = block_exponential(blocks, lengths[:, None] * TAU).transpose(2, 0, 3, 4, 1)  # (nt, nk, 2, 2, N)
+    flow = block_exponential(blocks, lengths[:, None] * points).transpose(0, 2, 1, 3, 4)  # (nk, nt, ng, 2, 2)
+    inputs = np.stack([np.einsum("ktgij,tj->ktig", flow, b) for b in (push, film)])  # (2, nk, nt, 2, ng)
+    response = inputs @ kernel.reshape(len(points), N * N) * lengths[:, None, None, None]
+    response = response.reshape(2, nk, nt, 2, N, N)
+    exact = block_exponential(blocks, lengths[:, None] * TAU).transpose(0, 2, 3, 4, 1)  # (nk, nt, 2, 2, N)
     natural = np.sqrt(stiffness / mass)
     turning = np.where(damping < 2.0 * mass * natural, natural, 0.0)
     longest = np.array([int(np.sum(lengths * rate > _OSCILLATION)) for rate in turning], dtype=np.int64)
     rate = np.maximum(natural, damping / mass)
     return Tables(
-        lengths=np.ascontiguousarray(lengths), state=np.ascontiguousarray(exact.reshape(nt, nk, 4, N)),
+        lengths=np.ascontiguousarray(lengths), state=np.ascontiguousarray(exact.reshape(nk, nt, 4, N)),
         force=np.ascontiguousarray(response[0]), film=np.ascontiguousarray(response[1]),
         reach=np.ascontiguousarray(np.abs(response[:, :, :, 0, :, N - 1].sum(axis=-1)).transpose(1, 2, 0)),
         rate=rate, longest=longest,
