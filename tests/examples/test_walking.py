@@ -11,7 +11,9 @@ from example_files import load
 
 def test_two_legged_millipede_py_steps_cost_the_same_and_fast_ones_take_it_farther():
     example = load("two_legged_millipede")
-    slow, fast = example.walk(50.0), example.walk(400.0)
+    run = example.walk(50.0)
+    slow, fast = run.measures, example.walk(400.0).measures
+    assert example.stride_by_hand(run) == pytest.approx(slow.stride.value, rel=0.03)
     assert slow.stride.value == pytest.approx(0.9514e-6, rel=1e-3)
     drives = ts.load_scene("millipede").robot.drives.values()
     energy = sum(drive.capacitance for drive in drives) * 14.0**2

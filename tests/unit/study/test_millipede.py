@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -141,3 +142,24 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(found):
     assert not {"script", "link", "img"} & set(page.tags)
     assert not re.findall(r"url\((?!#)", text) and "nan" not in page.text
     assert page.text.count("contradicts") >= 10 and "agrees" in page.text
+
+
+@pytest.mark.slow
+def test_the_walking_page_says_what_is_found():
+    whole = validate_millipede()
+    page = (Path(__file__).parents[3] / "docs" / "walking.md").read_text(encoding="utf-8")
+    for verdict in Verdict:
+        counts = " | ".join(str(outcome.count(verdict)) for outcome in whole.outcomes)
+        assert f"\n| {verdict.value} | {counts} |" in page
+    ratios = [outcome.comparisons[1].ratio for outcome in whole.outcomes[:2]]
+    assert f"they alone make {ratios[0]:.2f} times | not determined: {ratios[1]:.1f} times" in page
+    described, ringing = (
+        {(one.trend.figure, one.measure): one.finding for one in o.trends} for o in whole.outcomes[:2]
+    )
+    for finding, factor, unit in (
+        (described["4.8", "max_surge"], 1e6, "µm"),
+        (ringing["4.8", "max_surge"], 1e6, "µm"),
+        (described["4.11", "max_surge"], 1e6, "µm"),
+        (ringing["4.11", "max_heave"], 1e6, "µm"),
+    ):
+        assert f"{finding.first * factor:.3g} to {finding.last * factor:.3g} {unit}" in page
