@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow, Volts
+from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Trace, jumps_of
+from tarsus.identify.volts import Volts
 
 __all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces", "impacts_of"]
 
@@ -198,7 +199,7 @@ class _Ready:
         for r, one in enumerate(bounces.items):
             trace = bounces.traces[one.trace]
             start = one.last - one.before + 1
-            force = bounces.volts[one.trace].force(model, start, one.before + one.after)
+            force = bounces.volts[one.trace].force(model.law, model.history, start, one.before + one.after)
             split = SUBSTEPS * (one.before - 1)
             self._fill(self.past, r, force[: split + 1][::-1])
             self._fill(self.next, r, force[split + SUBSTEPS :])

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow, Volts
+from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Hold, Trace, holds
+from tarsus.identify.volts import Volts
 
 __all__ = ["BreakOff", "BreakOffs", "FilmGuess", "find_break_offs"]
 
@@ -33,6 +34,9 @@ FEWEST = 24
 
 _SKIPPED = 2
 _ROUNDS = 12
+_SETTLED = 1e-3
+"""Change of chi-squared at which a joint fit has ended."""
+_JOINT_ROUNDS = 30
 _STEPS = (1e-7, 1e-8, 1e-5, 1e-10, 1e-8)
 """Steps of the differences for moment [s], places [m], speeds [m/s], force [N] and its drift [N/s]."""
 _LOG_STEP = 1e-3
@@ -215,7 +219,7 @@ class BreakOffs:
         if unknowns is None:
             unknowns = _settled(prepared, self._tried(model, shared), shared, rounds)
         if not fixed:
-            unknowns, shared = _joint(prepared, unknowns, shared, rounds)
+            unknowns, shared = _joint(prepared, unknowns, shared, _JOINT_ROUNDS)
         system = prepared.system(unknowns, shared)
         return prepared.result(system, unknowns, FilmGuess(float(shared[0]), float(shared[1])))
 
@@ -291,7 +295,7 @@ def _joint(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -
         off = shared - middle
         cost = float(system.cost.sum() + off @ prior @ off)
         if cost < best:
-            done = best - cost < 1e-2
+            done = best - cost < _SETTLED
             best, kept, damping, good = cost, (unknowns, shared), 0.1 * damping, system
             if done:
                 break
@@ -362,7 +366,7 @@ def _alike(counts: NDArray[np.intp]) -> list[NDArray[np.intp]]:
 def _parabola(volts: Volts, model: FootModel, first: int, step: float) -> Floats:
     """Coefficients (3,) of the drive force before a sample, ``a t^2 + b t + c`` with t [s] from that sample on."""
     start = max(first - _LOOKING_BACK, 0)
-    force = volts.force(model, start, first - start + 1)
+    force = volts.force(model.law, model.history, start, first - start + 1)
     time = (np.arange(len(force)) / volts.substeps - (first - start)) * step
     size = max(float(-time[0]), step)
     return np.polyfit(time / size, force, min(2, len(force) - 1)) / size ** np.array([2.0, 1.0, 0.0])
@@ -386,7 +390,7 @@ class _Prepared:
         self.white: list[Floats] = []
         for r, one in enumerate(offs.items):
             trace = offs.traces[one.trace]
-            force = offs.volts[one.trace].force(model, one.first, one.count)
+            force = offs.volts[one.trace].force(model.law, model.history, one.first, one.count)
             self.near[:, r] = _parabola(offs.volts[one.trace], model, one.first, offs.step)
             self.drive[: len(force), r] = force
             self.drive[len(force) :, r] = force[-1]

@@ -8,7 +8,6 @@ corrections.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from scipy.linalg import expm
 
 from tarsus.identify.foot import FootModel
 
-__all__ = ["Film", "Flow", "Volts", "between_samples"]
+__all__ = ["SUBSTEPS", "Film", "Flow"]
 
 Floats = NDArray[np.float64]
 
@@ -150,82 +149,3 @@ class Flow:
 
 
 _SHORT = 16
-
-
-@dataclass(frozen=True)
-class Volts:
-    """Volts of a record at its samples and between them, see `between_samples`, with the turning points among
-    them."""
-
-    fine: Floats
-    turns: NDArray[np.intp]
-    substeps: int
-
-    @staticmethod
-    def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
-        """From the samples (ns,)."""
-        fine = between_samples(volts, substeps)
-        moves = np.sign(np.diff(fine))
-        moving = np.flatnonzero(moves)
-        turned = moving[1:][moves[moving[1:]] != moves[moving[:-1]]]
-        return Volts(fine, turned, substeps)
-
-    def force(self, model: FootModel, first: int, count: int) -> Floats:
-        """Drive force [N] from sample ``first`` on over ``count`` - 1 sampling steps, (substeps (count - 1) + 1,);
-        held beyond the end of the record."""
-        start = self.substeps * first
-        part = self.fine[start : start + self.substeps * (count - 1) + 1]
-        before = self.fine[self.turns[: int(np.searchsorted(self.turns, start))]]
-        force = model.law.force(part, (*model.history, *before.tolist()))
-        return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
-
-
-def between_samples(volts: Floats, substeps: int) -> Floats:
-    """Volts at the samples and at ``substeps`` - 1 even places between any two of them.
-
-    Stretches without a corner are monotone cubics, through samples that a
-    running cubic over 11 of them has rid of most of their rounding. A corner that lies between two samples is where
-    the lines through its neighbours meet. Volts that jump are joined by lines."""
-    from scipy.interpolate import PchipInterpolator
-    from scipy.signal import savgol_filter
-
-    if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
-        return np.interp(np.arange(substeps * (len(volts) - 1) + 1) / substeps, np.arange(len(volts)), volts)
-    place = np.arange(len(volts), dtype=float)
-    bend = np.zeros(len(volts))
-    bend[1:-1] = volts[2:] - 2.0 * volts[1:-1] + volts[:-2]
-    size = np.abs(bend)
-    around = np.array([np.roll(size, k) for k in (-4, -3, -2, 2, 3, 4)])
-    corner = size > _CORNER * np.median(around, axis=0) + _LEAST_BEND * float(np.ptp(volts))
-    breaks = [0.0, place[-1]]
-    for i in np.flatnonzero(corner[:-1]):
-        if corner[i + 1] and bend[i] * bend[i + 1] > 0.0 and 1 <= i < len(volts) - 2:
-            left, right = volts[i] - volts[i - 1], volts[i + 2] - volts[i + 1]
-            late = (volts[i + 1] - volts[i] - right) / (left - right)
-            breaks.append(i + float(np.clip(late, 0.0, 1.0)))
-        elif not (i and corner[i - 1]):
-            breaks.append(float(i))
-    at = np.arange(substeps * (len(volts) - 1) + 1) / substeps
-    out = np.empty(len(at))
-    edges = np.unique(breaks)
-    for first, last in pairwise(edges):
-        x = np.arange(int(np.ceil(first)), int(np.floor(last)) + 1)
-        wanted = slice(int(np.searchsorted(at, first)), int(np.searchsorted(at, last, side="right")))
-        y = volts[x]
-        if len(x) >= _SMOOTHED:
-            y = np.asarray(savgol_filter(y, _SMOOTHED, 3), dtype=np.float64)
-        if len(x) < _FEWEST_NODES or np.ptp(y) == 0.0:
-            near = slice(max(int(first), 0), int(np.ceil(last)) + 1)
-            out[wanted] = np.interp(at[wanted], place[near], volts[near])
-            continue
-        out[wanted] = PchipInterpolator(x, y)(np.clip(at[wanted], x[0], x[-1]))
-        out[wanted] += (y[1] - y[0]) * np.minimum(at[wanted] - x[0], 0.0)
-        out[wanted] += (y[-1] - y[-2]) * np.maximum(at[wanted] - x[-1], 0.0)
-    return out
-
-
-_FEWEST_NODES = 5
-_SMOOTHED = 11
-_EDGE = 0.2
-_CORNER = 6.0
-_LEAST_BEND = 2e-4

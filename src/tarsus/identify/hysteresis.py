@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from tarsus.drive.laws import PrandtlIshlinskii
+from tarsus.drive.laws import PrandtlIshlinskii, VoltageLaw
 from tarsus.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
 from tarsus.identify.foot import FootModel
@@ -23,6 +23,7 @@ from tarsus.identify.known import Known
 from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
+from tarsus.identify.volts import Volts
 from tarsus.scene import ModalLoad
 
 __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
@@ -156,12 +157,13 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
         )
     noise = np.sqrt(np.mean([trace.noise_x**2 for trace in traces], axis=0))
     free, held = [], []
-    for block in blocks:
-        basis = basis_of(model.law, block.source.volts, model.history)[block.index]
+    bases = [basis_of(model.law, Volts.of(trace.volts, 1), model.history) for trace in traces]
+    for block, number in zip(blocks, numbers, strict=True):
+        basis = bases[number][block.index]
         motion = block.source.x[:, block.index].T
         free.append(Sums.of(basis[block.free], motion[block.free]))
         held.append(Sums.of(basis[~block.free], motion[~block.free]))
-    rest = basis_of(model.law, np.array([traces[0].volts[0]]), model.history)[0]
+    rest = bases[0][0]
     return Loops(rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, unused)
 
 
@@ -319,16 +321,15 @@ def identify_hysteresis(
 
 
 def _shown(
-    model: FootModel, law: object, fit: LoopFit, traces: Sequence[Trace]
+    model: FootModel, law: VoltageLaw, fit: LoopFit, traces: Sequence[Trace]
 ) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
     """Loops measured and fitted, as the motion of the foot and of the point that moves most on the ground."""
-    assert isinstance(law, type(model.law))
     panels, residuals = [], []
     for number, trace in enumerate(traces):
         blocks = [b for b in fit.loops.blocks if b.source is trace]
         index = np.sort(np.concatenate([b.index[b.free] for b in blocks]))
-        force = law.force(trace.volts, model.history)
-        force = force - float(law.force(trace.volts[:1], model.history)[0])
+        force = Volts.of(trace.volts, 1).force(law, model.history, 0, len(trace.volts))
+        force = force - force[0]
         for k, point in enumerate(model.points):
             fitted = model.by_drive[k] * force[index]
             rest = trace.x[k, index] - fitted

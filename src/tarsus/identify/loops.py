@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tarsus.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 from tarsus.errors import InputError
 from tarsus.identify.traces import STILL, Trace
+from tarsus.identify.volts import Volts
 
 __all__ = ["Block", "Sums", "across", "basis_of", "blocks_of", "law_paths", "law_with"]
 
@@ -73,19 +74,22 @@ def blocks_of(trace: Trace, foot: str, level: float | None) -> tuple[list[Block]
     return out, int(np.count_nonzero(~used))
 
 
-def basis_of(law: VoltageLaw, volts: Floats, history: Sequence[float]) -> Floats:
-    """Force per unit of each parameter of a law along a record (ns, p): 1, V, V^2, V^3 and the plays, or 1, V.
+def basis_of(law: VoltageLaw, volts: Volts, history: Sequence[float]) -> Floats:
+    """Force per unit of each parameter of a law at the samples of a record (ns, p): 1, V, V^2, V^3 and the plays, or
+    1, V.
 
     Raises
     ------
     InputError
         For a law that is not linear in its parameters.
     """
+    levels = volts.fine[:: volts.substeps]
     if isinstance(law, PrandtlIshlinskii):
-        powers = np.column_stack([volts**k for k in range(4)])
-        return np.concatenate([powers, law.states(volts, history)], axis=1)
+        powers = np.column_stack([levels**k for k in range(4)])
+        states = law.states(volts.levels, history)[volts.grid[:: volts.substeps]]
+        return np.concatenate([powers, states], axis=1)
     if isinstance(law, LinearForce):
-        return np.column_stack([np.ones_like(volts), volts])
+        return np.column_stack([np.ones_like(levels), levels])
     raise InputError("the drive's law can be identified as linear or as a Prandtl-Ishlinskii operator only")
 
 

@@ -97,6 +97,8 @@ def identify_restitution(
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Impacts whose ratio is within some spreads of the middle one, the spread told by the middle half of them."""
+    if not single.any():
+        return single
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     ratio = departure / np.where(approach > 0.0, approach, np.nan)
     error = np.sqrt(_variance(fitted.covariance * _TURN, float(np.nanmedian(ratio[single])))) / np.abs(

@@ -1,0 +1,147 @@
+"""Volts between the samples of a record: corners that no sample hit, and the force of a law with memory along them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.laws import VoltageLaw
+from tarsus.identify.flight import SUBSTEPS
+
+__all__ = ["Volts"]
+
+Floats = NDArray[np.float64]
+
+_FEWEST = 5
+"""Samples of a stretch without a corner for it to be curved."""
+_SMOOTHED = 11
+_END = 4
+_EDGE = 0.2
+_CORNER = 6.0
+_LEAST_BEND = 2e-4
+
+
+@dataclass(frozen=True)
+class Volts:
+    """Volts of a record at its samples, at even places between them, and at the corners wherever these are.
+
+    levels (nl,) [V] in order of time; grid (substeps (ns - 1) + 1,): which of them lie on the even places; turns: at
+    which of them the voltage turns; substeps from sample to sample.
+    """
+
+    levels: Floats
+    grid: NDArray[np.intp]
+    turns: NDArray[np.intp]
+    substeps: int
+
+    @staticmethod
+    def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
+        """From the samples (ns,) [V].
+
+        Stretches without a corner are monotone cubics, through samples that a running cubic over 11 of them has rid of
+        most of their rounding. A corner that lies between two samples is where the lines through its neighbours meet.
+        Volts that jump are joined by lines.
+        """
+        place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
+        if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
+            levels, corners, heights = (
+                np.interp(place, np.arange(len(volts)), volts),
+                np.zeros(0),
+                np.zeros(0),
+            )
+        else:
+            levels, corners, heights = _joined(volts, place)
+        where = np.concatenate([place, corners])
+        order = np.argsort(where, kind="stable")
+        merged = np.concatenate([levels, heights])[order]
+        grid = np.flatnonzero(order < len(place))
+        moves = np.sign(np.diff(merged))
+        moving = np.flatnonzero(moves)
+        turned = moving[1:][moves[moving[1:]] != moves[moving[:-1]]] if len(moving) else moving
+        return Volts(merged, grid, turned, substeps)
+
+    @property
+    def fine(self) -> Floats:
+        """Volts at the even places."""
+        return self.levels[self.grid]
+
+    def part(self, first: int, count: int) -> tuple[Floats, Floats, NDArray[np.intp]]:
+        """From sample ``first`` on over ``count`` - 1 sampling steps: the turning points before, the volts in order,
+        and which of these lie on even places. Ends with the record."""
+        start = self.substeps * first
+        stop = min(start + self.substeps * (count - 1), len(self.grid) - 1)
+        low, high = self.grid[start], self.grid[stop]
+        before = self.levels[self.turns[: int(np.searchsorted(self.turns, low))]]
+        return before, self.levels[low : high + 1], self.grid[start : stop + 1] - low
+
+    def force(self, law: VoltageLaw, history: tuple[float, ...], first: int, count: int) -> Floats:
+        """Force [N] by a law from sample ``first`` on over ``count`` - 1 sampling steps, at even places; held beyond
+        the end of the record, (substeps (count - 1) + 1,)."""
+        before, levels, grid = self.part(first, count)
+        force = law.force(levels, (*history, *before.tolist()))[grid]
+        return np.concatenate([force, np.full(self.substeps * (count - 1) + 1 - len(force), force[-1])])
+
+
+def _joined(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
+    """Volts at places [samples], and the places and heights of corners between samples."""
+    from scipy.interpolate import PchipInterpolator
+
+    edges = _corners(volts)
+    out = np.empty(len(place))
+    corners: list[float] = []
+    heights: list[float] = []
+    for first, last in pairwise(edges):
+        x = np.arange(int(np.ceil(first)), int(np.floor(last)) + 1)
+        wanted = slice(int(np.searchsorted(place, first)), int(np.searchsorted(place, last, side="right")))
+        y = _smoothed(volts[x])
+        if len(x) < _FEWEST or float(np.max(y) - np.min(y)) == 0.0:
+            near = np.arange(int(first), int(np.ceil(last)) + 1)
+            out[wanted] = np.interp(place[wanted], near, volts[near])
+        else:
+            out[wanted] = PchipInterpolator(x, y)(np.clip(place[wanted], x[0], x[-1]))
+            out[wanted] += (y[1] - y[0]) * np.minimum(place[wanted] - x[0], 0.0)
+            out[wanted] += (y[-1] - y[-2]) * np.maximum(place[wanted] - x[-1], 0.0)
+        for end, inner in ((first, 0), (last, -1)):
+            if end != np.floor(end) and len(x) >= 2:
+                near = slice(0, _END) if inner == 0 else slice(-_END, None)
+                line = np.polyfit(x[near], y[near], 1)
+                corners.append(float(end))
+                heights.append(float(np.polyval(line, end)))
+    return out, *_averaged(np.array(corners), np.array(heights))
+
+
+def _smoothed(values: Floats) -> Floats:
+    from scipy.signal import savgol_filter
+
+    if len(values) < _SMOOTHED:
+        return values
+    return np.asarray(savgol_filter(values, _SMOOTHED, 3), dtype=np.float64)
+
+
+def _averaged(places: Floats, heights: Floats) -> tuple[Floats, Floats]:
+    """One height for each place: the mean of those given for it."""
+    if not len(places):
+        return places, heights
+    single, which = np.unique(places, return_inverse=True)
+    return single, np.bincount(which, heights) / np.bincount(which)
+
+
+def _corners(volts: Floats) -> Floats:
+    """Places [samples] at which the volts have a corner, with both ends of the record."""
+    bend = np.zeros(len(volts))
+    bend[1:-1] = volts[2:] - 2.0 * volts[1:-1] + volts[:-2]
+    size = np.abs(bend)
+    around = np.array([np.roll(size, k) for k in (-4, -3, -2, 2, 3, 4)])
+    corner = size > _CORNER * np.median(around, axis=0) + _LEAST_BEND * float(np.ptp(volts))
+    found = [0.0, len(volts) - 1.0]
+    for i in np.flatnonzero(corner[:-1]):
+        if corner[i + 1] and bend[i] * bend[i + 1] > 0.0 and 1 <= i < len(volts) - 2:
+            left, right = volts[i] - volts[i - 1], volts[i + 2] - volts[i + 1]
+            late = (volts[i + 1] - volts[i] - right) / (left - right)
+            found.append(i + float(np.clip(late, 0.0, 1.0)))
+        elif not (i and corner[i - 1]):
+            found.append(float(i))
+    return np.unique(found)
