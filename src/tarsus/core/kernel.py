@@ -93,18 +93,7 @@ def attempt(modes, tables, signals, laws, state, work, q, k, m, nd, nc, size, t,
     if mask != 0:
         add_pull_forces(q, k, m, mask, flags, tables.node_input, work.values, work.nodes)
     gap_error, drive_error, growth = tail(
-        q,
-        k,
-        m,
-        nd,
-        mask,
-        flags,
-        _tail,
-        tables.node_constant,
-        work.values,
-        work.nodes,
-        work.constant,
-        signals.span,
+        q, k, m, nd, mask, flags, _tail, tables.node_constant, work.values, work.nodes, work.constant, signals.span
     )
     for i in range(m):
         work.active[i] = not mask >> i & 1 and flags[i] & HAS_MOMENTUM != 0
@@ -180,20 +169,7 @@ def locate(modes, laws, state, work, q, m, nb, ni, size, t, h, limit, verdict, t
         if verdict[i, 1] == 0:
             continue
         held = mask >> i & 1 != 0
-        output_series(
-            modes.outputs,
-            modes.feed,
-            modes.feed_rate,
-            q,
-            i,
-            size,
-            ni,
-            terms,
-            h,
-            work.series,
-            work.power,
-            work.line,
-        )
+        output_series(modes.outputs, modes.feed, modes.feed_rate, q, i, size, ni, terms, h, work.series, work.power, work.line)
         if held and laws.flags[i] & HAS_FORCE:
             for c in range(N):
                 s = 0.0
@@ -218,20 +194,7 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
     Returns (any doubt, first doubtful node interval, too coarse to see the top of a flight).
     """
     mask = modes.mask[q]
-    margins(
-        m,
-        mask,
-        laws.flags,
-        laws.parameters,
-        laws.pointer,
-        state.since,
-        t,
-        h,
-        _tau,
-        work.nodes,
-        work.volts,
-        work.margin,
-    )
+    margins(m, mask, laws.flags, laws.parameters, laws.pointer, state.since, t, h, _tau, work.nodes, work.volts, work.margin)
     block_speeds(
         modes.blocks, modes.inputs, modes.input_norm, work.values, work.constant, work.active, state.w, q, nb, ni,
         work.velocity,
@@ -253,25 +216,7 @@ def look(modes, tables, laws, state, work, q, k, m, nb, ni, size, t, h, limit, v
 
 @fused
 def step(
-    modes,
-    tables,
-    signals,
-    laws,
-    state,
-    work,
-    verdict,
-    r_modes,
-    r_tables,
-    r_signals,
-    r_laws,
-    r_state,
-    r_work,
-    r_output,
-    m,
-    nd,
-    nc,
-    ni,
-    nk,
+    modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
 ):
     """Advance to the end of one step or to the event inside it. Returns (code or -1, foot with an event or -1)."""
     count, real = state.count, state.real
@@ -481,9 +426,7 @@ def make_advance(sources: str):
                 next_kink(signals, state.cursor, nc, real[a.TIME])
                 if m > 1:
                     reorder(r_modes, r_laws, r_state, q, m, size, work.other)
-                if m > 0 and settle(
-                    r_modes, r_laws, r_signals, r_state, output.events, q, m, nd, size, work.other
-                ):
+                if m > 0 and settle(r_modes, r_laws, r_signals, r_state, output.events, q, m, nd, size, work.other):
                     count[a.CHECK] = 1
                     if not progressed(state):
                         finish(r_batch, r_state, a.STALL)
@@ -493,25 +436,7 @@ def make_advance(sources: str):
                 finish(r_batch, r_state, a.STEP_LIMIT)
                 continue
             code, foot = step(
-                modes,
-                tables,
-                signals,
-                laws,
-                state,
-                work,
-                verdict,
-                r_modes,
-                r_tables,
-                r_signals,
-                r_laws,
-                r_state,
-                r_work,
-                r_output,
-                m,
-                nd,
-                nc,
-                ni,
-                nk,
+                modes, tables, signals, laws, state, work, verdict, r_modes, r_tables, r_signals, r_laws, r_state, r_work, r_output, m, nd, nc, ni, nk
             )
             if code >= 0:
                 finish(r_batch, r_state, code)
@@ -519,20 +444,7 @@ def make_advance(sources: str):
                 if modes.mask[q] >> foot & 1:
                     release(r_modes, r_laws, r_state, output.events, q, m, size, foot, work.other)
                 else:
-                    impact(
-                        r_modes,
-                        r_laws,
-                        r_signals,
-                        r_state,
-                        output.events,
-                        q,
-                        m,
-                        nd,
-                        size,
-                        foot,
-                        work.other,
-                        -1.0,
-                    )
+                    impact(r_modes, r_laws, r_signals, r_state, output.events, q, m, nd, size, foot, work.other, -1.0)
                 count[a.CHECK] = 1 if m > 1 else 0
                 if not progressed(state):
                     finish(r_batch, r_state, a.STALL)
