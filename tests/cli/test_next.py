@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 RATE = "ground.adhesion.rate"
@@ -43,6 +44,23 @@ def test_one_json_object(tarsus, _quick):
     assert gains == sorted(gains, reverse=True)
     assert all(one["std"] == pytest.approx(0.1 * math.exp(-one["gain"])) for one in found["signals"])
     assert {one["note"] for one in found["signals"] if one["record_s"] > 0.1} == {"longer than the budget"}
+
+
+def test_draws_beside_an_identified_device_are_used(tarsus, _quick, tmp_path):
+    from tarsus.files.library import load_scene
+    from tarsus.files.toml import write_scene
+
+    device = tmp_path / "identified.toml"
+    write_scene(load_scene("cantilever"), device)
+    logs = np.random.default_rng(1).multivariate_normal([0.0, 0.0], [[0.04, -0.01], [-0.01, 0.01]], 400)
+    samples = np.exp(logs) * [15.43e-9, 3.4e-6]
+    paths = np.array(["ground.adhesion.initial", RATE])
+    np.savez(tmp_path / "draws.npz", paths=paths, values=samples[0], samples=samples)
+    words = ("next", device, "--parameter", RATE, "--budget", "0.1 s", *SMALL, "--json")
+    assert tarsus(*words).json()["std"] == pytest.approx(0.1, rel=0.1)
+    (tmp_path / "draws.npz").write_text("nothing")
+    result = tarsus(*words)
+    assert result.code == 2 and "holds no draws of an identification" in result.sentences[0]
 
 
 def test_nothing_worth_taking_is_said(tarsus, _quick):

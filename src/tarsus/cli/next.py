@@ -36,7 +36,7 @@ def next(
     Parameters
     ----------
     device
-        a device (see `tarsus devices`) or a scene file, such as one that was identified.
+        a device (see `tarsus devices`) or a scene file, such as identified.toml; draws.npz beside it is used.
     parameter
         path of the number in question, e.g. ground.adhesion.rate.
     budget
@@ -62,7 +62,7 @@ def next(
     """
     from tarsus.cli import console, requests
     from tarsus.errors import InputError
-    from tarsus.identify.belief import Belief, unknown_paths
+    from tarsus.identify.belief import Belief, read_draws, unknown_paths
     from tarsus.identify.candidates import grid_about
     from tarsus.identify.ranking import rank
 
@@ -82,7 +82,9 @@ def next(
     if problems:
         raise InputError(problems)
     paths = unknown_paths(scene, [parameter, *(unknown or ())])
-    belief = Belief.of_scene(scene, paths, share)
+    beside = Path(device).parent / "draws.npz"
+    draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
+    belief = Belief.of_scene(scene, paths, share, draws)
     grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
     console.announce_compiling()
     with console.progress_bar("signals", time_left=True) as progress:

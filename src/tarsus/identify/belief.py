@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,7 +15,7 @@ from tarsus.identify.ranges import LEVEL
 from tarsus.scene import Scene
 from tarsus.spec import float_paths, get_value
 
-__all__ = ["Belief", "unknown_paths"]
+__all__ = ["Belief", "read_draws", "unknown_paths"]
 
 Floats = NDArray[np.float64]
 
@@ -64,15 +65,35 @@ class Belief:
         return cls(tuple(paths), np.exp(np.median(logs, axis=0)), covariance)
 
     @classmethod
-    def of_scene(cls, scene: Scene, paths: Sequence[str], spread: float = 0.3) -> Belief:
-        """From a scene's values and their intervals; where a value has none, ``spread`` is its standard deviation."""
+    def of_scene(
+        cls,
+        scene: Scene,
+        paths: Sequence[str],
+        spread: float = 0.3,
+        draws: Mapping[str, Floats] | None = None,
+    ) -> Belief:
+        """From a scene's values and what is known of them.
+
+        Parameters
+        ----------
+        spread
+            Standard deviation of the logarithm of what has neither draws nor an interval in its provenance.
+        draws
+            Draws (ns,) by path that belong together, such as those of an identification (`read_draws`): they bring
+            their correlations. Those of numbers that are zero or less in some draws are left out.
+        """
         values = np.array([float(get_value(scene, path)) for path in paths])
         wide = []
         for path in paths:
             low, high = scene.interval(path) or (0.0, 0.0)
             known = 0.0 < low < high < np.inf
             wide.append(np.log(high / low) / (2.0 * norm.ppf(0.5 + 0.5 * LEVEL)) if known else spread)
-        return cls(tuple(paths), values, np.diag(np.square(wide)))
+        covariance = np.diag(np.square(wide))
+        drawn = [j for j, path in enumerate(paths) if _usable((draws or {}).get(path))]
+        if drawn and draws is not None:
+            logs = np.log(np.column_stack([draws[paths[j]] for j in drawn]))
+            covariance[np.ix_(drawn, drawn)] = np.cov(logs, rowvar=False, ddof=1).reshape(len(drawn), -1)
+        return cls(tuple(paths), values, covariance)
 
     @property
     def std(self) -> Floats:
@@ -107,6 +128,34 @@ def unknown_paths(scene: Scene, more: Sequence[str] = ()) -> tuple[str, ...]:
         if path.startswith("ground.") and not path.startswith(_KNOWN) and info.value > 0.0
     ]
     return tuple(dict.fromkeys([*own, *more]))
+
+
+def read_draws(file: Path) -> dict[str, Floats]:
+    """Draws (ns,) by path of an identification, from the ``draws.npz`` that `tarsus identify` writes.
+
+    Raises
+    ------
+    InputError
+        If the file is none.
+    """
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            paths, samples = (
+                [str(path) for path in stored["paths"]],
+                np.asarray(stored["samples"], dtype=float),
+            )
+    except (OSError, KeyError, ValueError) as error:
+        raise InputError(f"{file} holds no draws of an identification: {error}") from error
+    if samples.ndim != 2 or samples.shape[1] != len(paths):
+        raise InputError(
+            f"{file} holds no draws of an identification: {len(paths)} paths, draws {samples.shape}"
+        )
+    return {path: samples[:, j] for j, path in enumerate(paths)}
+
+
+def _usable(draws: Floats | None) -> bool:
+    """Whether draws have logarithms that vary."""
+    return draws is not None and len(draws) > 10 and bool(np.all(draws > 0.0)) and float(np.ptp(draws)) > 0.0
 
 
 _KNOWN = ("ground.gravity.", "ground.impact.")

@@ -264,5 +264,10 @@ def test_profile_intervals_cover():
         found = judge_likelihood(
             ("level", "rate", "offset"), truth, likelihood, sizes={"offset": 1.0}, starts=0
         )
-        covered += found.range("rate").low <= truth[1] <= found.range("rate").high
+        inside = found.range("rate").low <= truth[1] <= found.range("rate").high
+        columns = np.column_stack([np.exp(-truth[1] * times), np.ones(30)])
+        at_truth = np.sum((data - columns @ np.linalg.lstsq(columns, data, rcond=None)[0]) ** 2) / 0.05**2
+        lowest = -2.0 * likelihood(np.array([[found.range(name).value for name in found.names]]))[0]
+        assert inside == (at_truth - lowest <= REACH**2)
+        covered += inside
     assert 0.90 <= covered / 200 <= 0.98
