@@ -29,8 +29,7 @@ Batch = namedtuple("Batch", "parameters initial codes event_end finish")
 # events (ne, 11), trace (nt, width): filled from the start, emptied by the caller when full.
 Output = namedtuple("Output", "events trace")
 Work = namedtuple(
-    "Work",
-    "values constant active linear nodes volts margin power vpower series line velocity state other matrix",
+    "Work", "values constant active linear nodes volts margin power vpower series line velocity state other matrix"
 )
 
 # State.count
@@ -42,9 +41,7 @@ TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGR
     MARK, PERIOD, GROWTH = range(14)  # fmt: skip
 REALS = 14
 # columns of an event row
-E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME = (
-    range(11)
-)
+E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME = range(11)
 EVENT_WIDTH = 11
 # columns of a trace row before the state and the nodal inputs
 T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)

@@ -125,9 +125,7 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
 def _split_rigid(state, mass, stiffness, damping, w, planes):
     """Take out motions with no stiffness and no damping (rest of the space is mass-orthogonal to them)."""
     n = mass.shape[0]
-    both = np.vstack(
-        [stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)]
-    )
+    both = np.vstack([stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)])
     _, s, vt = np.linalg.svd(both)
     rigid = vt[np.sum(s > 1e-12) :].T if np.any(s <= 1e-12) else np.zeros((n, 0))
     left = both.reshape(2, n, n)
@@ -159,9 +157,7 @@ def _planes(state: Floats, lift: Floats) -> list[tuple[Floats, Floats]]:
         planes.append((lift @ pair, np.array([[a, b], [-b, a]])))
     order = np.flatnonzero(real)[np.argsort(values[real].real)]
     if len(order) % 2:
-        raise DefectiveStructureError(
-            "a mode of the damped structure lies on the edge of overdamping; change one damping value slightly"
-        )
+        raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
     for first, second in zip(order[::2], order[1::2], strict=True):
         # An orthonormal basis of the plane is well conditioned even where the two nearly coincide.
         close = values[[first, second]].real

@@ -55,34 +55,15 @@ def sweep(q, k, m, mask, flags, node_input, linear, values, nodes):
             if half == 0:
                 moved = magnitude(row - load(nodes, (o,)))
                 change = max(change, highest(moved))
-                spoilt = spoilt or not math.isfinite(
-                    total(moved)
-                )  # the largest number of a row passes over NaN
+                spoilt = spoilt or not math.isfinite(total(moved))  # the largest number of a row passes over NaN
             store(nodes, (o,), row)
     return math.nan if spoilt else change
 
 
 @fused
 def solve(
-    q,
-    k,
-    m,
-    mask,
-    flags,
-    par,
-    pointer,
-    t,
-    h,
-    tau,
-    node_input,
-    node_constant,
-    linear,
-    volts,
-    values,
-    nodes,
-    tolerance,
-    probe,
-    room,
+    q, k, m, mask, flags, par, pointer, t, h, tau, node_input, node_constant, linear, volts, values, nodes, tolerance,
+    probe, room,
 ):
     """Picard sweeps for the smooth forces of the free feet; ``linear`` holds the outputs without them.
 

@@ -97,15 +97,7 @@ def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot,
     pull = dot(modes.held, q, foot, size, y) + modes.held_feed[q, foot, ni - 1]
     for d in range(nd):
         pull += modes.held_feed[q, foot, 2 * m + d] * value(
-            signals.first,
-            signals.start,
-            signals.end,
-            signals.coef,
-            signals.loop,
-            signals.period,
-            cursor,
-            d,
-            t,
+            signals.first, signals.start, signals.end, signals.coef, signals.loop, signals.period, cursor, d, t
         )
     for k in range(m):
         factor = modes.held_feed[q, foot, m + k]
@@ -245,9 +237,7 @@ def release(modes, laws, state, events, q, m, size, foot, gaps):
     count, w, t = state.count, state.w, state.real[TIME]
     mask = modes.mask[q]
     age = t - state.since[foot]
-    strength = (
-        hooks.strength(laws.parameters, laws.pointer, foot, age) if laws.flags[foot] & HAS_LATCH else 0.0
-    )
+    strength = hooks.strength(laws.parameters, laws.pointer, foot, age) if laws.flags[foot] & HAS_LATCH else 0.0
     log(events, count, t, foot, RELEASE, 0.0, 0.0, strength, strength, 0.0, 0.0, state.apex)
     film_momenta(modes, laws, q, m, mask, size, w, gaps)
     state.order[foot] = 2
@@ -294,9 +284,7 @@ def settle(modes, laws, signals, state, events, q, m, nd, size, gaps):
         rate = dot(modes.outputs, q, m + i, size, w)
         t = real[TIME]
         if rate <= real[EPS_SPEED]:
-            pull = held_pull(
-                modes, laws, signals, state.cursor, q, m, nd, mask, size, w, gaps, i, t, real[PROBE]
-            )
+            pull = held_pull(modes, laws, signals, state.cursor, q, m, nd, mask, size, w, gaps, i, t, real[PROBE])
             latch = laws.flags[i] & HAS_LATCH
             strength = hooks.strength(laws.parameters, laws.pointer, i, 0.0) if latch else 0.0
             if pull <= strength:
@@ -308,3 +296,5 @@ def settle(modes, laws, signals, state, events, q, m, nd, size, gaps):
             state.order[i] = 1
         remove_momenta(modes, laws, q, m, mask, size, w, gaps)
     return False
+
+

@@ -23,9 +23,7 @@ def margins(m, mask, flags, par, pointer, since, t, h, tau, nodes, volts, margin
     for i in range(m):
         if mask >> i & 1:
             for j in range(N):
-                margin[i, j] = (
-                    hold(i, flags, par, pointer, since[i], t + tau[j] * h, volts[i, j]) - nodes[i, j]
-                )
+                margin[i, j] = hold(i, flags, par, pointer, since[i], t + tau[j] * h, volts[i, j]) - nodes[i, j]
         else:
             store(margin, (i,), load(nodes, (i,)))
 
@@ -92,9 +90,7 @@ def root(i, held, first, a, b, fa, fb, series, terms, flags, par, pointer, since
     slope_hold = 0.0
     if held:
         later = hold(i, flags, par, pointer, since, t + b * h, input_at(vpower, i, b))
-        slope_hold = (later - hold(i, flags, par, pointer, since, t + a * h, input_at(vpower, i, a))) / (
-            b - a
-        )
+        slope_hold = (later - hold(i, flags, par, pointer, since, t + a * h, input_at(vpower, i, a))) / (b - a)
     s = b - fb * (b - a) / (fb - fa)
     last = 1.0
     for _ in range(80):
@@ -186,23 +182,7 @@ def lowest_power(series, first, terms, b):
 
 @inner
 def first_root(
-    i,
-    held,
-    order,
-    doubt,
-    margin,
-    series,
-    terms,
-    limit,
-    epsilon,
-    tau,
-    flags,
-    par,
-    pointer,
-    since,
-    t,
-    h,
-    vpower,
+    i, held, order, doubt, margin, series, terms, limit, epsilon, tau, flags, par, pointer, since, t, h, vpower
 ):
     """First scaled time in (0, limit] at which foot i has its event, or 2.0 if there is none.
 

@@ -27,9 +27,7 @@ def drive(signals, laws, state, work, m, nd, t, h):
     for i in range(m):
         c = laws.volts[i]
         if c >= 0:
-            fill(
-                first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i
-            )
+            fill(first, start, end, coef, flat, sharp, loop, period, state.cursor, c, t, h, _tau, work.volts, i)
 
 
 @rare
@@ -52,15 +50,7 @@ def quiet(modes, laws, state, work, q, m, nb, ni, t, left):
         for b in range(nb):
             most += modes.sway[q, i, b] * math.sqrt(z[b] * z[b] + z[nb + b] * z[nb + b])
         for j in range(N):
-            holds = hold(
-                i,
-                laws.flags,
-                laws.parameters,
-                laws.pointer,
-                state.since[i],
-                t + _tau[j] * left,
-                work.volts[i, 0],
-            )
+            holds = hold(i, laws.flags, laws.parameters, laws.pointer, state.since[i], t + _tau[j] * left, work.volts[i, 0])
             if not holds - most > state.real[a.EPS_FORCE]:
                 return False
     return True

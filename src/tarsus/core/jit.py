@@ -48,9 +48,7 @@ class _Typing:
         return getattr(self._context, name)
 
     def resolve_function_type(self, function: Any, args: Any, kws: Any) -> Any:
-        return self._context.resolve_function_type(
-            function, tuple(unliteral(argument) for argument in args), kws
-        )
+        return self._context.resolve_function_type(function, tuple(unliteral(argument) for argument in args), kws)
 
 
 _resolve = BaseFunction.get_call_type
@@ -86,9 +84,7 @@ class _PartLower(Lower):
         super().setup_function(fndesc)
         arguments = self.call_conv.get_arguments(self.function)
         for argument in arguments:
-            if isinstance(argument.type, ir.PointerType) and isinstance(
-                argument.type.pointee, ir.LiteralStructType
-            ):
+            if isinstance(argument.type, ir.PointerType) and isinstance(argument.type.pointee, ir.LiteralStructType):
                 set.add(argument.attributes, "readonly")  # a reference; llvmlite does not list that attribute
 
 
@@ -117,9 +113,7 @@ class _PartLowering(NativeLowering):
         super().run_pass(state)
         lowered = state["cr"]
         # stands for the part among the overloads of a function; a part has no address to be called at
-        handle = make_function(
-            lowered.fndesc.lookup_module(), name, "a part", 0, lowered.env, (state.library,)
-        )
+        handle = make_function(lowered.fndesc.lookup_module(), name, "a part", 0, lowered.env, (state.library,))
         state.targetctx.insert_user_function(handle, lowered.fndesc, [state.library])
         state["cr"] = lowered._replace(cfunc=handle)
         return True

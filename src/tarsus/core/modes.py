@@ -238,8 +238,7 @@ def _duhamel(blocks: Floats, lengths: Floats) -> tuple[Floats, Floats]:
         phi[k] = right
         for c in range(2):
             phi[k, :, :, c] += (
-                flow[k + 1, :, :, c, 0, None, None] * left[:, :, 0]
-                + flow[k + 1, :, :, c, 1, None, None] * left[:, :, 1]
+                flow[k + 1, :, :, c, 0, None, None] * left[:, :, 0] + flow[k + 1, :, :, c, 1, None, None] * left[:, :, 1]
             )
     return flow, phi
 

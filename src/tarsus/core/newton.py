@@ -73,24 +73,7 @@ def eliminate(matrix, size):
 
 @rare
 def newton(
-    q,
-    k,
-    m,
-    mask,
-    flags,
-    par,
-    pointer,
-    t,
-    h,
-    tau,
-    node_input,
-    linear,
-    volts,
-    values,
-    nodes,
-    matrix,
-    tolerance,
-    probe,
+    q, k, m, mask, flags, par, pointer, t, h, tau, node_input, linear, volts, values, nodes, matrix, tolerance, probe
 ):
     """Nodal gaps consistent with the smooth forces, by damped Newton steps from the gaps of the first node.
 
@@ -129,10 +112,7 @@ def newton(
                     for j in range(N):
                         nodes[i, j] = matrix[i * N + j, size + 1] + damp * matrix[i * N + j, size]
             evaluate_laws(q, m, mask, flags, par, pointer, t, h, tau, nodes, volts, values)
-            if (
-                change * damp <= tolerance
-                or sweep_misfit(q, k, m, mask, flags, node_input, linear, values, nodes) < misfit
-            ):
+            if change * damp <= tolerance or sweep_misfit(q, k, m, mask, flags, node_input, linear, values, nodes) < misfit:
                 break
             damp *= 0.5
         if change * damp <= tolerance:

@@ -50,9 +50,7 @@ MONOMIAL: Floats = np.linalg.inv(np.vander(TAU, N, increasing=True))
 # Highest Legendre coefficient of nodal values: the truncation tail that controls the step.
 TAIL: Floats = np.linalg.inv(legendre.legvander(2.0 * TAU - 1.0, N - 1))[N - 1]
 # Derivative with respect to the scaled time, nodal values to nodal values.
-DERIVATIVE: Floats = np.vander(TAU, N, increasing=True)[:, : N - 1] @ (
-    MONOMIAL[1:] * np.arange(1, N)[:, None]
-)
+DERIVATIVE: Floats = np.vander(TAU, N, increasing=True)[:, : N - 1] @ (MONOMIAL[1:] * np.arange(1, N)[:, None])
 # Values on the left and right half of a step, from the nodal values of the whole step.
 LEFT: Floats = interpolation(0.5 * TAU)
 RIGHT: Floats = interpolation(0.5 + 0.5 * TAU)

@@ -136,13 +136,7 @@ def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -
 
 
 def _store(
-    system: LinearSystem,
-    mode: ContactMode,
-    out: Sampled,
-    chosen: Rows,
-    y: Floats,
-    value: Floats,
-    slope: Floats,
+    system: LinearSystem, mode: ContactMode, out: Sampled, chosen: Rows, y: Floats, value: Floats, slope: Floats
 ) -> None:
     n, m = system.normals.shape
     physical = y @ mode.to_physical.T + mode.offset
@@ -346,11 +340,7 @@ def _states(
     steps = _Steps(book, q, inputs)
     whole = steps.vectors(trace, distinct, inputs)
     size = mode.feed.shape[1]
-    y, value, slope = (
-        np.zeros((len(rows), 2 * steps.nb)),
-        np.zeros((len(rows), size)),
-        np.zeros((len(rows), size)),
-    )
+    y, value, slope = np.zeros((len(rows), 2 * steps.nb)), np.zeros((len(rows), size)), np.zeros((len(rows), size))
     for part in _parts(len(rows), (TERMS + 1) * max(2 * steps.nb, 1)):
         z, s = whole[place[part]], along[part].copy()
         level = trace[rows[part], T_CLASS].astype(int)

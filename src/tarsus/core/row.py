@@ -115,14 +115,8 @@ def _reduction(name: str, *first: Any) -> Any:
         def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             double = ir.DoubleType()
             kind = ir.FunctionType(double, [*(double for _ in first), _VECTOR])
-            function = cgutils.get_or_insert_function(
-                builder.module, kind, f"llvm.vector.reduce.{name}.v{N}f64"
-            )
-            return builder.call(
-                function,
-                [*(ir.Constant(double, value) for value in first), args[0]],
-                fastmath=("reassoc", "nsz"),
-            )
+            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.vector.reduce.{name}.v{N}f64")
+            return builder.call(function, [*(ir.Constant(double, value) for value in first), args[0]], fastmath=("reassoc", "nsz"))
 
         return types.float64(row_type), generate
 

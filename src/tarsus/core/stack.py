@@ -62,10 +62,7 @@ class ModeBook:
 
 
 def _pad(parts: list[np.ndarray]) -> np.ndarray:
-    shape = tuple(
-        max(1, *(p.shape[d] for p in parts)) if len(parts) > 1 else max(1, parts[0].shape[d])
-        for d in range(parts[0].ndim)
-    )
+    shape = tuple(max(1, *(p.shape[d] for p in parts)) if len(parts) > 1 else max(1, parts[0].shape[d]) for d in range(parts[0].ndim))
     out = np.zeros((len(parts), *shape))
     for q, part in enumerate(parts):
         out[(q, *(slice(0, s) for s in part.shape))] = part
