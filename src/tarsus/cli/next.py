@@ -115,11 +115,12 @@ def _number(option: str, text: str, unit: str, problems: list[str]) -> float:
         return 0.0
 
 
-def _factor(std: float) -> float:
-    """Largest ratio to the value within the 95 % interval of a number whose logarithm has that standard deviation."""
+def _known(std: float) -> str:
+    """The 95 % interval of a number whose logarithm has that standard deviation, to either side."""
     from math import exp
 
-    return exp(1.96 * std)
+    factor = exp(1.96 * std)
+    return f"{100.0 * (factor - 1.0):.3g} %" if factor < 1.5 else f"a factor of {factor:.3g}"
 
 
 def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
@@ -130,8 +131,8 @@ def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
     info = float_paths(scene)[found.parameter]
     others = [path for path in paths if path != found.parameter]
     print(
-        f"{found.parameter} = {format_quantity(info.value, info.unit)}, known within a factor of "
-        f"{_factor(found.std):.3g} (95 %)"
+        f"{found.parameter} = {format_quantity(float(f'{info.value:.5g}'), info.unit)}, known within "
+        f"{_known(found.std)} (95 %)"
     )
     print(f"not known either: {', '.join(others) if others else 'nothing'}\n")
     best = found.ranked[:SHOWN]
@@ -139,13 +140,13 @@ def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
         (
             one.candidate.name,
             f"{one.candidate.record:.3g} s",
-            f"{_factor(one.std):.3g}",
+            _known(one.std),
             str(one.repeats or "-"),
             one.note or "-",
         )
         for one in best
     ]
-    console.table(("signal", "record", "factor after it", "in the plan", "note"), rows)
+    console.table(("signal", "record", "known after it within", "in the plan", "note"), rows)
     if len(found.ranked) > len(best):
         print(f"and {len(found.ranked) - len(best)} signals that tell less")
     if not found.plan.steps:
@@ -159,7 +160,7 @@ def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
     print(f"\nRecord, in {found.plan.cost:.3g} s of {found.budget:g} s:")
     for name, count in times.items():
         print(f"  {name}" + (f", {count} times" if count > 1 else ""))
-    print(f"Expected: known within a factor of {_factor(found.plan.std):.3g} (95 %).")
+    print(f"Expected: known within {_known(found.plan.std)} (95 %).")
 
 
 def _object(found: Ranking, paths: tuple[str, ...]) -> dict[str, Any]:

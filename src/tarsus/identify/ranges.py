@@ -66,9 +66,12 @@ class Range:
 
     def text(self, unit: str = "1") -> str:
         """The interval in a unit, as ``2.1 um to 2.4 um``, ``above 2.1 um`` or ``anything``."""
-        if np.isfinite(self.low) and np.isfinite(self.high):
+        if self.closed:
             parts = self.pieces or ((self.low, self.high),)
-            return " or ".join(f"{_shown(low, unit)} to {_shown(high, unit)}" for low, high in parts)
+            digits = _digits(parts)
+            return " or ".join(
+                f"{_shown(low, unit, digits)} to {_shown(high, unit, digits)}" for low, high in parts
+            )
         if np.isfinite(self.low):
             return f"above {_shown(self.low, unit)}"
         if np.isfinite(self.high):
@@ -249,5 +252,12 @@ def _split(known: Floats, low: float, high: float) -> tuple[tuple[float, float],
     return tuple((float(inside[a]), float(inside[b - 1])) for a, b in parts) if len(parts) > 1 else ()
 
 
-def _shown(value: float, unit: str) -> str:
-    return format_quantity(float(f"{value:.4g}"), unit)
+def _digits(parts: tuple[tuple[float, float], ...]) -> int:
+    """Digits that tell the ends of the narrowest part apart, three in its width; from 4 to 9."""
+    width = min(high - low for low, high in parts)
+    largest = max(abs(end) for part in parts for end in part)
+    return int(np.clip(np.ceil(np.log10(largest / width)) + 2, 4, 9)) if width > 0.0 else 4
+
+
+def _shown(value: float, unit: str, digits: int = 4) -> str:
+    return format_quantity(float(f"{value:.{digits}g}"), unit)
