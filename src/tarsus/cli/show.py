@@ -39,7 +39,12 @@ def show(
     rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
     if json:
         console.print_json(
-            {"device": scene.name, "values": rows, "impact_map": _impact(scene), "citations": list(scene.citations)}
+            {
+                "device": scene.name,
+                "values": rows,
+                "impact_map": _impact(scene),
+                "citations": list(scene.citations),
+            }
         )
         return 0
     print(scene.name)

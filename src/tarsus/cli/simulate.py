@@ -51,7 +51,7 @@ def simulate(
     seconds = requests.duration_for(the_scene, duration)
     if output is not None:
         requests.check_folder(output)
-    with console.engine_at_work() as compiling:
+    with console.engine_at_work(the_scene) as compiling:
         if compiling:
             tarsus.simulate(the_scene, duration=1e-6 * seconds)  # so that the time of the run is its own
         run = tarsus.simulate(the_scene, duration=seconds)

@@ -45,7 +45,9 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
             (
                 name.replace("_", " "),
                 short(measure.value, measure.unit),
-                short(0.0 if measure.spread <= ROUNDING * abs(measure.value) else measure.spread, measure.unit),
+                short(
+                    0.0 if measure.spread <= ROUNDING * abs(measure.value) else measure.spread, measure.unit
+                ),
                 str(measure.n),
             )
         )

@@ -40,7 +40,7 @@ def sweep(
     the_sweep = load_sweep(study, requests.laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
     requests.check_folder(folder)
-    console.announce_compiling()
+    console.announce_compiling(the_sweep.scene)
     start = time.perf_counter()
     try:
         with console.progress_bar("runs", time_left=True) as progress:

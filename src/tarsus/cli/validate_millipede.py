@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 def run(device: str, output: Path | None, *, json: bool) -> int:
     """Validate, print and write; the exit code. A contradicted trend is a result, not a failure."""
     from tarsus.cli import console
+    from tarsus.files.library import load_scene
     from tarsus.study.millipede import validate_millipede
 
-    console.announce_compiling()
+    console.announce_compiling(load_scene(device))
     with console.progress_bar("validating") as progress:
         validation = validate_millipede(device, progress=progress)
     result = validation.to_dict()

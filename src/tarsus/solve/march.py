@@ -36,6 +36,11 @@ def march() -> Any:
     return _march
 
 
+def needs_compiling() -> bool:
+    """Whether the next walk compiles the engine first: its machine code is neither in this process nor on disk."""
+    return not is_compiled(march())
+
+
 @dataclass(frozen=True)
 class RawWalks:
     """What the engine made of nr runs: codes (nr,); event rows and mark rows of run i end at event_end[i], mark_end[i].
