@@ -37,6 +37,7 @@ _ROUNDS = 12
 _SETTLED = 1e-3
 """Change of chi-squared at which a joint fit has ended."""
 _JOINT_ROUNDS = 30
+_STUCK = 1e3
 _STEPS = (1e-7, 1e-8, 1e-5, 1e-10, 1e-8)
 """Steps of the differences for moment [s], places [m], speeds [m/s], force [N] and its drift [N/s]."""
 _LOG_STEP = 1e-3
@@ -268,21 +269,19 @@ def _weak() -> Floats:
 def _settled(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> Floats:
     """Unknowns of every flight for one film, each by Levenberg-Marquardt of its own."""
     damping = np.full(len(unknowns), 1e-2)
-    best, kept = np.full(len(unknowns), np.inf), unknowns
-    system = prepared.system(unknowns, shared)
+    good = prepared.system(unknowns, shared)
+    kept, done = unknowns, np.zeros(len(unknowns), dtype=bool)
     for _ in range(rounds):
-        better = system.cost < best
-        done = better & (best - system.cost < 1e-3 * best) & (damping < 1.0)
-        kept = np.where(better[:, None], unknowns, kept)
+        own, _ = good.solve(_weak(), np.zeros(2), damping, np.inf)
+        tried = prepared.system(kept + own, shared)
+        better = tried.cost < good.cost
+        gain = np.where(better, good.cost - tried.cost, 0.0)
+        done = (better & (gain < 1e-3 * good.cost)) | (damping > _STUCK)
+        kept = np.where(better[:, None], kept + own, kept)
+        good = tried.where(better, good)
         damping = np.where(better, 0.1 * damping, 10.0 * damping)
-        best = np.where(better, system.cost, best)
         if done.all():
             break
-        if not better.all():
-            system = prepared.system(kept, shared)
-        own, _ = system.solve(_weak(), np.zeros(2), damping, np.inf)
-        unknowns = kept + own
-        system = prepared.system(unknowns, shared)
     return kept
 
 
@@ -327,6 +326,21 @@ class _System:
     count: Floats
     residuals: tuple[Floats, ...]
     flights: tuple[Floats, ...]
+
+    def where(self, chosen: NDArray[np.bool_], other: _System) -> _System:
+        """This system for the chosen flights (nr,), another one for the rest."""
+        mixed: list[Floats] = [
+            np.where(chosen.reshape(-1, *[1] * (np.ndim(mine) - 1)), mine, theirs)
+            for mine, theirs in zip(self._arrays(), other._arrays(), strict=True)
+        ]
+        residuals, flights = (
+            tuple(a if yes else b for a, b, yes in zip(mine, theirs, chosen, strict=True))
+            for mine, theirs in ((self.residuals, other.residuals), (self.flights, other.flights))
+        )
+        return _System(*mixed, residuals=residuals, flights=flights)
+
+    def _arrays(self) -> tuple[Floats, ...]:
+        return self.own, self.across, self.shared, self.right_own, self.right_shared, self.cost, self.count
 
     def reduced(self) -> tuple[Floats, Floats]:
         """Information (nr, 2, 2) and score (nr, 2) about the film, with each flight's unknowns taken along."""

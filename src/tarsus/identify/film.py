@@ -28,6 +28,7 @@ PATHS = ("ground.film.coefficient", "ground.film.thickness")
 MOST = 120
 """Flights that are fitted at most, evenly from all."""
 _SHOWN = 4
+_ROUGH = 4.0
 
 
 @dataclass(frozen=True)
@@ -83,27 +84,31 @@ def identify_film(
             f"{files}: channel '{model.foot_point}' shows no break-off with a free flight after it"
         )
     if len(items) > MOST:
+        text = f"{len(items) - MOST} of {len(items)} break-offs, evenly from all: {MOST} are enough"
+        left.append(LeftOut("all records of ramped squares", model.foot_point, text))
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
     offs = BreakOffs(traces, items, level)
-    fitted = offs.fit(model, _first_guess(model))
-    good = fitted.chi < WORST
+    rough = offs.fit(model, _first_guess(model), fixed=True)
+    near_enough = rough.chi < max(_ROUGH * WORST, _ROUGH * float(np.median(rough.chi)))
+    first = offs.chosen(near_enough).fit(model, rough.film, start=rough.unknowns[near_enough])
+    whole = offs.fit(model, first.film, fixed=True)
+    good = whole.chi < WORST
     if not good.any():
         raise InputError(
-            "no flight after a break-off is a free motion of this structure: are sampling rate, channels "
-            "and zero right?"
+            "no flight after a break-off is a free motion of this structure: are sampling rate, channels and zero "
+            "right?"
         )
     for r in np.flatnonzero(~good):
         trace = traces[items[int(r)].trace]
         at = trace.time[items[int(r)].hold.last]
         text = (
             f"the flight after the release at {at:.5g} s is no free motion of this structure (chi-squared "
-            f"{fitted.chi[r]:.3g})"
+            f"{whole.chi[r]:.3g})"
         )
         left.append(LeftOut(trace.file, model.foot_point, text))
-    if not good.all():
-        offs = offs.chosen(good)
-        fitted = offs.fit(model, fitted.film, start=fitted.unknowns[good])
+    offs = offs.chosen(good)
+    fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
     step, pulls = _result(model, known, offs, fitted, seed)
     used = Used("break-offs", len(offs.items), found)
     return FilmFit(_with(step, left, used), offs, fitted, pulls)
