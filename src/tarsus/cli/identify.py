@@ -78,7 +78,7 @@ def _show(found: Identification) -> None:
             low, high = _middle(draws)
             rows.append((name, *(format_quantity(_rounded(v), unit) for v in (value, low, high))))
     console.table(("parameter", "value", "from", "to (95 %)"), rows)
-    used = sum(one.record is not None for one in found.readings)
+    used = found.files_used
     print(f"\n{used} of {len(found.readings)} files used")
     for step in found.steps.values():
         left = f", {len(step.left_out)} left out" if step.left_out else ""

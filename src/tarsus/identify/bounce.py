@@ -111,15 +111,18 @@ class BounceFit:
     """Impacts as fitted.
 
     unknowns (ni, q): moment [s] after the last sample before the impact, places and speeds of the free coordinates,
-    approach and departure velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the
-    normal; covariance (ni, 2, 2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays.
-    """
+    where the impact map is free the velocities [m/s] it adds to the mass-weighted one, approach and departure
+    velocity of the foot [m/s]; speeds (ni, 2): departure and approach velocity along the normal; covariance (ni, 2,
+    2) of the two; chi (ni,): chi-squared per degree of freedom; residuals: (ni) arrays; changes (np, q): the
+    points' changes of velocity from the unknowns; inverse (ni, q, q): covariance of the unknowns."""
 
     unknowns: Floats
     speeds: Floats
     covariance: Floats
     chi: Floats
     residuals: tuple[Floats, ...]
+    changes: Floats
+    inverse: Floats
 
 
 class Bounces:
@@ -139,10 +142,16 @@ class Bounces:
         )
 
     def fit(
-        self, model: FootModel, film: Film, start: Floats | None = None, rounds: int = _ROUNDS
+        self,
+        model: FootModel,
+        film: Film,
+        start: Floats | None = None,
+        rounds: int = _ROUNDS,
+        free: bool = False,
     ) -> BounceFit:
-        """Fit every impact by Levenberg-Marquardt."""
-        ready = _Ready(self, model, film)
+        """Fit every impact by Levenberg-Marquardt; ``free``: the velocities of all coordinates jump as they like,
+        rather than by the mass-weighted law."""
+        ready = _Ready(self, model, film, free)
         unknowns = ready.guess() if start is None else start.copy()
         damping = np.full(len(unknowns), 1e-3)
         best, kept = np.full(len(unknowns), np.inf), unknowns
@@ -167,9 +176,12 @@ class Bounces:
                 + np.linalg.solve(good[0] + damping[:, None, None] * diagonal, good[1][..., None])[..., 0]
             )
             normal, right, cost, residuals = ready.system(unknowns)
-        covariance = np.asarray(np.linalg.inv(good[0])[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
+        inverse = np.asarray(np.linalg.inv(good[0]), dtype=np.float64)
+        covariance = np.asarray(inverse[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
         counts = np.array([one.size for one in good[2]]) - kept.shape[1]
-        return BounceFit(kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]))
+        return BounceFit(
+            kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]), ready.changes, inverse
+        )
 
     def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
@@ -181,13 +193,19 @@ class Bounces:
 class _Ready:
     """Everything of bounces that depends on the model but not on the unknowns."""
 
-    def __init__(self, bounces: Bounces, model: FootModel, film: Film) -> None:
+    def __init__(self, bounces: Bounces, model: FootModel, film: Film, free: bool = False) -> None:
         self.bounces, self.model, self.film = bounces, model, film
         step = bounces.step / SUBSTEPS
         self.onward, self.backward = Flow(model, step), Flow(model, -step)
         self.free = null_space(model.row[None, :])
+        self.beside = self.free if free else self.free[:, :0]
         self.grounded = -model.gap * model.row / float(model.row @ model.row)
         n, points = len(model.row), len(model.points)
+        m, k = self.free.shape[1], self.beside.shape[1]
+        self.changes = np.zeros((points, 3 + 2 * m + k))
+        self.changes[:, 1 + 2 * m : 1 + 2 * m + k] = model.rows @ self.beside
+        self.changes[:, -1] = model.rows @ model.blow
+        self.changes[:, -2] = -self.changes[:, -1]
         self.output = np.zeros((2 * points, 2 * n))
         self.output[:points, :n] = self.output[points:, n:] = model.rows
         rest = model.rest(bounces.level)
@@ -228,7 +246,7 @@ class _Ready:
             at = np.linalg.lstsq(basis, last[:points] - shift, rcond=None)[0]
             along = self.model.rows @ (self.model.row / float(self.model.row @ self.model.row))
             speed = np.linalg.lstsq(basis, last[points:] - along * approach, rcond=None)[0]
-            out.append([late, *at, *speed, approach, departure])
+            out.append([late, *at, *speed, *np.zeros(self.beside.shape[1]), approach, departure])
         return np.array(out)
 
     def _states(self, unknowns: Floats) -> tuple[Floats, Floats]:
@@ -239,13 +257,14 @@ class _Ready:
         along = self.model.row / float(self.model.row @ self.model.row)
         before = across + along[:, None] * unknowns[:, -2]
         after = before + self.model.blow[:, None] * (unknowns[:, -1] - unknowns[:, -2])
+        after = after + self.beside @ unknowns[:, 1 + 2 * m : -2].T
         return np.concatenate([x, before]), np.concatenate([x, after])
 
     def system(self, unknowns: Floats) -> tuple[Floats, Floats, Floats, list[Floats]]:
         """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns."""
         count, q = unknowns.shape
         m = self.free.shape[1]
-        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, _STEPS[2], _STEPS[2]])
+        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * (q - 1 - m)])
         tried = np.concatenate(
             [unknowns, *(unknowns + step * one for step, one in zip(steps, np.eye(q), strict=True))]
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,9 +20,10 @@ from tarsus.identify.film import FilmFit, identify_film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
+from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.known import Known
 from tarsus.identify.resonance import Resonances, identify_resonances
-from tarsus.identify.restitution import identify_restitution
+from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import LeftOut, StepResult
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 
@@ -30,7 +32,7 @@ __all__ = ["Chain", "Identification", "NotDone", "identify"]
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-STEPS = ("resonances", "hysteresis", "film", "adhesion", "restitution")
+STEPS = ("resonances", "hysteresis", "film", "adhesion", "restitution", "impact map")
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,12 @@ class Identification:
         return self.known.model()
 
     @property
+    def files_used(self) -> int:
+        """Number of files that were read and not left out as a whole."""
+        out = {one.file for one in self.left_out}
+        return sum(one.record is not None and one.file not in out for one in self.readings)
+
+    @property
     def all_left_out(self) -> tuple[LeftOut, ...]:
         """Data that were not used anywhere, with reasons."""
         return (*self.left_out, *(one for step in self.steps.values() for one in step.left_out))
@@ -107,6 +115,7 @@ class Chain:
     level: tuple[float, float] | None = None
     resonances: Resonances | None = None
     film: FilmFit | None = None
+    bounces: BounceStudy | None = None
     _told: int = 0
 
     def __post_init__(self) -> None:
@@ -122,6 +131,7 @@ class Chain:
         self.attempt("film", self._film)
         self.attempt("adhesion", self._adhesion)
         self.attempt("restitution", self._restitution)
+        self.attempt("impact map", self._impact_map)
         comparisons = self.validate()
         shifts = self.shifted()
         if not self.steps:
@@ -248,7 +258,15 @@ class Chain:
         self._need("resonances", "hysteresis", "film")
         if self.level is None:
             raise InputError("no record shows where the ground is")
-        return identify_restitution(self.known.model(), self.known, traces, self.level[0], self.seed + 4)
+        self.bounces = identify_restitution(
+            self.known.model(), self.known, traces, self.level[0], self.seed + 4
+        )
+        return self.bounces.step
+
+    def _impact_map(self) -> StepResult:
+        if self.bounces is None:
+            raise InputError("it needs the impacts of the step restitution, which was not done")
+        return identify_impact_column(self.known.model(), self.bounces, self.seed + 5)
 
     def validate(self) -> list[Comparison]:
         """Held-out records against simulations of the identified device."""
@@ -341,8 +359,12 @@ def _certain(known: Known) -> Known:
 
 
 def _left(file: str, said: str) -> LeftOut:
-    """A reader's sentence, which names its file already, with that file."""
-    return LeftOut(file, "", said.removeprefix(f"{file}: "))
+    """A reader's sentence, which may name its file and channel already, with both apart."""
+    rest = said.removeprefix(file)
+    named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
+    if named is None or rest == said:
+        return LeftOut(file, "", rest.removeprefix(": "))
+    return LeftOut(file, named[1], rest[named.end() :])
 
 
 def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:

@@ -6,6 +6,7 @@ sides; all impacts together by a regression with errors in both velocities."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,7 @@ from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 
-__all__ = ["identify_restitution"]
+__all__ = ["BounceStudy", "film_of", "identify_restitution"]
 
 Floats = NDArray[np.float64]
 
@@ -34,9 +35,18 @@ _OUTSIDE = 5.0
 _TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 
+@dataclass(frozen=True)
+class BounceStudy:
+    """The step's result, and the impacts it used, as fitted."""
+
+    step: StepResult
+    bounces: Bounces
+    fitted: BounceFit
+
+
 def identify_restitution(
     model: FootModel, known: Known, traces: Sequence[Trace], level: float, seed: int
-) -> StepResult:
+) -> BounceStudy:
     """Coefficient of restitution with its interval.
 
     Parameters
@@ -92,7 +102,7 @@ def identify_restitution(
         )
     bounces = bounces.chosen(good)
     fitted = _only(fitted, good)
-    return _result(model, known, bounces, fitted, left, total, seed)
+    return BounceStudy(_result(model, known, bounces, fitted, left, total, seed), bounces, fitted)
 
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -117,8 +127,14 @@ def film_of(model: FootModel) -> Film:
 
 def _only(fitted: BounceFit, keep: NDArray[np.bool_]) -> BounceFit:
     residuals = tuple(one for one, yes in zip(fitted.residuals, keep, strict=True) if yes)
-    return BounceFit(
-        fitted.unknowns[keep], fitted.speeds[keep], fitted.covariance[keep], fitted.chi[keep], residuals
+    return replace(
+        fitted,
+        unknowns=fitted.unknowns[keep],
+        speeds=fitted.speeds[keep],
+        covariance=fitted.covariance[keep],
+        chi=fitted.chi[keep],
+        residuals=residuals,
+        inverse=fitted.inverse[keep],
     )
 
 

@@ -70,7 +70,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "seconds": found.seconds,
         "steps": {name: _step(step) for name, step in found.steps.items()},
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
-        "files": {"read": len(found.readings), "used": sum(one.record is not None for one in found.readings)},
+        "files": {"read": len(found.readings), "used": found.files_used},
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
         "other_zero": {shift.title: shift.values for shift in found.shifts},

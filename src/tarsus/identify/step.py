@@ -28,7 +28,7 @@ class LeftOut:
 
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
-        return f"{where}: {self.reason}"
+        return f"{where}: {self.reason}" if where else self.reason
 
 
 @dataclass(frozen=True)

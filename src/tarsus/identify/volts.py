@@ -1,4 +1,5 @@
-"""Volts between the samples of a record: corners that no sample hit, and the force of a law with memory along them."""
+"""Volts between the samples of a record: corners that no sample hit, and the force of a law with memory along
+them."""
 
 from __future__ import annotations
 
@@ -41,10 +42,9 @@ class Volts:
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
         """From the samples (ns,) [V].
 
-        Stretches without a corner are monotone cubics, through samples that a running cubic over 11 of them has rid of
-        most of their rounding. A corner that lies between two samples is where the lines through its neighbours meet.
-        Volts that jump are joined by lines.
-        """
+        Stretches without a corner are monotone cubics, through samples that a running cubic over 11 of them has rid
+        of most of their rounding. A corner that lies between two samples is where the lines through its neighbours
+        meet. Volts that jump are joined by lines."""
         place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
         if np.max(np.abs(np.diff(volts)), initial=0.0) > _EDGE * float(np.ptp(volts)):
             levels, corners, heights = (

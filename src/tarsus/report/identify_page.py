@@ -57,7 +57,9 @@ _WHAT = {
     "restitution": "Velocities before and after impacts (2.12), from the flights on both sides; a ratio "
     "with errors in both.",
     "electrostatics": "Records close to the ground, (3.25) and (3.26).",
-    "impact map": "Velocity changes of all points at impacts, near the ground less in the air (3.27).",
+    "impact map": "Changes of the points' velocities at impacts per change of the foot's: a column of the "
+    "map (3.22), with "
+    "the velocities of all coordinates free to jump.",
 }
 
 
@@ -74,7 +76,7 @@ def write_identify_report(found: Identification, path: str | Path) -> Path:
 def identify_html(found: Identification) -> str:
     """The page as text; see `write_identify_report`."""
     name = found.opened.campaign.name
-    used = sum(one.record is not None for one in found.readings)
+    used = found.files_used
     parts = [
         f"<h1>Identification: {escape(name)}</h1>\n",
         f'<p class="lede">{used} of {len(found.readings)} files used; {found.seconds:.0f} s; Tarsus '
