@@ -273,9 +273,13 @@ class _Ready:
         slope = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)
         at = np.tile(self.between[0], times) + slope * late
         gap = self.model.gap
-        back = self.backward.short(before, at, slope, self.film, gap, -late)
+
+        def force(after: Floats) -> Floats:
+            return at + slope * after
+
+        back = self.backward.short(before, force, self.film, gap, -late)
         past = self.backward.fly(back, np.tile(self.past, (1, times)), self.film, gap)
-        ahead = self.onward.short(after, at, slope, self.film, gap, self.bounces.step - late)
+        ahead = self.onward.short(after, force, self.film, gap, self.bounces.step - late)
         coming = self.onward.fly(ahead, np.tile(self.next, (1, times)), self.film, gap)
         seen_past = np.einsum("ci,sin->nsc", self.output, past)
         seen_next = np.einsum("ci,sin->nsc", self.output, coming)

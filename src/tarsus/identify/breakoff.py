@@ -43,7 +43,7 @@ _STEPS = (1e-7, 1e-8, 1e-5, 1e-10, 1e-8)
 _LOG_STEP = 1e-3
 _ALIKE = 2.0
 _BEGINNING = 48
-_LOOKING_BACK = 4
+_LOOKING_BACK = 8
 _TRIED = (0.0, 0.7, -0.7)
 """Samples by which the first guess of the moment of release is varied."""
 _PRIOR = (3.0, 2.0)
@@ -377,15 +377,6 @@ def _alike(counts: NDArray[np.intp]) -> list[NDArray[np.intp]]:
     return [np.array(group) for group in groups]
 
 
-def _parabola(volts: Volts, model: FootModel, first: int, step: float) -> Floats:
-    """Coefficients (3,) of the drive force before a sample, ``a t^2 + b t + c`` with t [s] from that sample on."""
-    start = max(first - _LOOKING_BACK, 0)
-    force = volts.force(model.law, model.history, start, first - start + 1)
-    time = (np.arange(len(force)) / volts.substeps - (first - start)) * step
-    size = max(float(-time[0]), step)
-    return np.polyfit(time / size, force, min(2, len(force) - 1)) / size ** np.array([2.0, 1.0, 0.0])
-
-
 class _Prepared:
     """Everything of break-offs that depends on the model but not on the unknowns."""
 
@@ -399,13 +390,16 @@ class _Prepared:
         longest = max(one.count for one in offs.items)
         steps = SUBSTEPS * (longest - 1) + 1
         self.drive = np.zeros((steps, len(offs.items)))
-        self.near = np.zeros((3, len(offs.items)))
+        self.near = np.zeros((SUBSTEPS * _LOOKING_BACK + 1, len(offs.items)))
         self.measured: list[Floats] = []
         self.white: list[Floats] = []
         for r, one in enumerate(offs.items):
             trace = offs.traces[one.trace]
             force = offs.volts[one.trace].force(model.law, model.history, one.first, one.count)
-            self.near[:, r] = _parabola(offs.volts[one.trace], model, one.first, offs.step)
+            back = min(one.first, _LOOKING_BACK)
+            before = offs.volts[one.trace].force(model.law, model.history, one.first - back, back + 1)
+            self.near[len(self.near) - len(before) :, r] = before
+            self.near[: len(self.near) - len(before), r] = before[0]
             self.drive[: len(force), r] = force
             self.drive[len(force) :, r] = force[-1]
             part = slice(one.first, one.first + one.count)
@@ -424,13 +418,17 @@ class _Prepared:
 
     def pulls(self, unknowns: Floats) -> Floats:
         """Pull of the structure (nr,) [N] at the moments of release."""
-        force = self._at_release(unknowns) + unknowns[:, -2] - unknowns[:, -1] * unknowns[:, 0]
+        late = unknowns[:, 0]
+        force = self._before(np.arange(len(late)), late) + unknowns[:, -2] - unknowns[:, -1] * late
         return self.model.pull(self.states(unknowns), force)
 
-    def _at_release(self, unknowns: Floats) -> Floats:
-        """Drive force (nr,) [N] by the law at the moments of release, on the parabola before the first samples."""
-        bend, slope, level = self.near
-        return (bend * -unknowns[:, 0] + slope) * -unknowns[:, 0] + level
+    def _before(self, group: NDArray[np.intp], late: Floats) -> Floats:
+        """Drive force [N] by the law at times ``late`` (N,) [s] before the first samples of some flights (N,)."""
+        last = len(self.near) - 1
+        place = np.clip(last - late / self.flow.step, 0.0, last - 1e-9)
+        whole = place.astype(np.intp)
+        part = place - whole
+        return (1.0 - part) * self.near[whole, group] + part * self.near[whole + 1, group]
 
     def system(self, unknowns: Floats, shared: Floats) -> _System:
         """Flights at the unknowns (nr, q) and the film, and their derivatives by differences."""
@@ -484,12 +482,12 @@ class _Prepared:
         late, missed, drift = unknowns[:, 0], unknowns[:, -2], unknowns[:, -1]
         time = self.flow.step * np.arange(steps)[:, None]
         drive = np.tile(part, (1, len(tries))) + missed + drift * time
-        bend, slope, level = np.tile(self.near[:, group], (1, len(tries)))
-        slope = slope + drift
-        begin = (bend * -late + slope) * -late + level + missed
-        start = self.flow.short(
-            self.states(unknowns), begin, slope - 2.0 * bend * late, film, self.model.gap, late, bend
-        )
+        many = np.tile(group, len(tries))
+
+        def force(after: Floats) -> Floats:
+            return self._before(many, late - after) + missed + drift * (after - late)
+
+        start = self.flow.short(self.states(unknowns), force, film, self.model.gap, late)
         flown = self.flow.fly(start, drive, film, self.model.gap)
         return np.einsum("ci,sin->scn", self.output, flown)
 

@@ -7,6 +7,7 @@ corrections.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,19 +117,13 @@ class Flow:
         return out
 
     def short(
-        self,
-        state: Floats,
-        drive: Floats,
-        slope: Floats,
-        film: Film,
-        neutral: float,
-        seconds: Floats,
-        bend: Floats | float = 0.0,
+        self, state: Floats, drive: Callable[[Floats], Floats], film: Film, neutral: float, seconds: Floats
     ) -> Floats:
         """States (2n, N) a short time [s] (N,) later, which may be negative.
 
-        The drive force is ``drive + slope t + bend t^2``, in N, N/s and N/s^2, each (N,), at a time t after the
-        start. Sixteen steps of the classical Runge-Kutta scheme; for times up to a few samples."""
+        ``drive`` gives the drive force (N,) [N] at times (N,) [s] after the start. Sixteen steps of the classical
+        Runge-Kutta scheme; for times up to a few samples.
+        """
         flow, inputs, n = self.model.flow, self.model.inputs, len(self.model.row)
         h = seconds / _SHORT
 
@@ -136,10 +131,9 @@ class Flow:
             gap, speed = neutral + self.model.row @ z[:n], self.model.row @ z[n:]
             return flow @ z + inputs[:, :1] * force + inputs[:, 1:] * film.force(gap, speed)
 
+        late = drive(np.zeros_like(h))
         for k in range(_SHORT):
-            early, middle, late = (
-                drive + (slope + bend * h * (k + part)) * h * (k + part) for part in (0.0, 0.5, 1.0)
-            )
+            early, middle, late = late, drive(h * (k + 0.5)), drive(h * (k + 1.0))
             a = rate(state, early)
             b = rate(state + 0.5 * h * a, middle)
             c = rate(state + 0.5 * h * b, middle)

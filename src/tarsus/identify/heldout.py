@@ -29,6 +29,9 @@ Floats = NDArray[np.float64]
 RESOLUTION = 1e-7
 """Height [m] that a bounce must clear at least, as in `tarsus.measure`; noise may ask for more."""
 
+_ALWAYS = 0.999
+"""Part of the time in contact from which a foot counts as held throughout, with a peak of 0."""
+
 
 @dataclass(frozen=True)
 class Contacts:
@@ -103,12 +106,13 @@ def contacts_of(
             bounced.append(time[i])
     edges = period * np.arange(skipped, count + 1)
     inside = (time >= edges[0]) & (time < edges[-1])
+    held = float(near[inside].mean()) > _ALWAYS
     peaks = [float(height[(time >= a) & (time < b)].max(initial=0.0)) for a, b in pairwise(edges)]
     periods = len(edges) - 1
     return Contacts(
         float(np.histogram(bounced, bins=edges)[0].mean()),
         float(np.count_nonzero(near & inside) * step / periods),
-        float(np.mean(peaks)),
+        0.0 if held else float(np.mean(peaks)),
         resolution,
         periods,
     )

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
 
 from tarsus.drive.laws import PrandtlIshlinskii, VoltageLaw
 from tarsus.errors import InputError
@@ -220,7 +219,7 @@ def _shared(model: FootModel, loops: Loops, free: Sums, shares: Shares) -> Float
 
 
 def _law(model: FootModel, loops: Loops, free: Sums, held: Sums, level: float) -> Floats:
-    """Parameters (p,) of the law by least squares; plays get weights of the sign of the drive's mean slope."""
+    """Parameters (p,) of the law by least squares."""
     gains, felt = model.by_drive / loops.noise, model.by_contact / loops.noise
     matrix = free.squares * float(gains @ gains)
     target = (free.cross / loops.noise) @ gains
@@ -229,25 +228,16 @@ def _law(model: FootModel, loops: Loops, free: Sums, held: Sums, level: float) -
     if np.linalg.norm(left) > _INDEPENDENT * np.linalg.norm(gains):
         matrix = matrix + held.squares * float(left @ left)
         target = target + (held.cross / loops.noise) @ (blind.T @ left)
-    inside = _bounded(model, matrix[1:, 1:], target[1:])
+    inside = _solved(matrix[1:, 1:], target[1:])
     at_rest = (-model.gap - model.normal * level) / model.static_load
     return np.concatenate([[at_rest - float(loops.rest[1:] @ inside)], inside])
 
 
-def _bounded(model: FootModel, matrix: Floats, target: Floats) -> Floats:
-    """Least squares from normal equations (p, p), with the weights of plays on one side of zero."""
+def _solved(matrix: Floats, target: Floats) -> Floats:
+    """Least squares from normal equations (p, p), scaled."""
     size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix / np.outer(size, size)
-    scaled = scaled + _RIDGE * np.eye(len(size))
-    factor = np.linalg.cholesky(scaled).T
-    right = np.linalg.solve(factor.T, target / size)
-    free = np.linalg.solve(factor, right)
-    if not isinstance(model.law, PrandtlIshlinskii) or len(free) <= 3:
-        return free / size
-    sign = np.sign(target[0])
-    low, high = np.full(len(free), -np.inf), np.full(len(free), np.inf)
-    (low if sign > 0.0 else high)[3:] = 0.0
-    return lsq_linear(factor, right, bounds=(low, high), method="bvls", tol=1e-12).x / size
+    scaled = matrix / np.outer(size, size) + _RIDGE * np.eye(len(size))
+    return np.linalg.solve(scaled, target / size) / size
 
 
 def identify_hysteresis(
