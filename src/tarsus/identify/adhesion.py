@@ -51,7 +51,7 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         If there are too few break-offs, or all contacts lasted equally long.
     """
     fitted, offs = film.fitted, film.offs
-    half = 0.5 * offs.step / np.sqrt(3.0)
+    late = offs.beginnings(film.foot)
     if len(fitted.pull) < _FEWEST:
         raise InputError(
             f"{len(fitted.pull)} break-offs can be used, at least {_FEWEST} are needed for adhesion over contact time"
@@ -62,7 +62,7 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
             "cannot be told from "
             "its growth: vary lambda or the frequency of the ramped squares"
         )
-    kept = _near_line(fitted.duration, fitted.pull, fitted.pull_error, half)
+    kept = _near_line(fitted.duration, fitted.pull, fitted.pull_error, late)
     left = tuple(
         LeftOut(
             offs.traces[offs.items[int(r)].trace].file,
@@ -73,7 +73,7 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         for r in np.flatnonzero(~kept)
     )
     duration, pull, error = fitted.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
-    line = _line(duration, pull, error, half)
+    line = _line(duration, pull, error, late[kept])
     groups = np.array([one.trace for one in offs.items])[kept]
     samples = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
 
@@ -114,12 +114,12 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
     )
 
 
-def _near_line(duration: Floats, pull: Floats, error: Floats, half: float) -> NDArray[np.bool_]:
+def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> NDArray[np.bool_]:
     """Break-offs near the line of the others; a contact may begin later than seen, after bounces below noise."""
     kept = np.ones(len(pull), dtype=bool)
     for _ in range(_ROUNDS):
-        line = _line(duration[kept], pull[kept], error[kept], half)
-        off = (pull - line.values[0] - line.values[1] * duration) / np.hypot(error, line.values[1] * half)
+        line = _line(duration[kept], pull[kept], error[kept], late[kept])
+        off = (pull - line.values[0] - line.values[1] * duration) / np.hypot(error, line.values[1] * late)
         spread = max(1.4826 * float(np.median(np.abs(off[kept]))), 1.0)
         new = np.abs(off) < _OUTSIDE * spread
         if np.count_nonzero(new) < _FEWEST or np.array_equal(new, kept):
@@ -128,12 +128,13 @@ def _near_line(duration: Floats, pull: Floats, error: Floats, half: float) -> ND
     return kept
 
 
-def _line(duration: Floats, pull: Floats, error: Floats, half: float) -> Line:
-    """Weighted line; a scatter beside the errors is found by moments."""
+def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
+    """Weighted line; ``late`` [s] are the errors of the durations; a scatter beside the errors is found by
+    moments."""
     design = np.column_stack([np.ones_like(duration), duration])
     slope, scatter, weights, values = 0.0, 0.0, np.ones_like(pull), np.zeros(2)
     for _ in range(_ROUNDS):
-        variance = error**2 + (slope * half) ** 2
+        variance = error**2 + (slope * late) ** 2
         weights = 1.0 / (variance + scatter**2)
         normal = design.T @ (weights[:, None] * design)
         values = np.linalg.solve(normal, design.T @ (weights * pull))

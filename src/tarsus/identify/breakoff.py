@@ -44,6 +44,7 @@ _LOG_STEP = 1e-3
 _ALIKE = 2.0
 _BEGINNING = 48
 _LOOKING_BACK = 8
+_LANDING = 8
 _TRIED = (0.0, 0.7, -0.7)
 """Samples by which the first guess of the moment of release is varied."""
 _PRIOR = (3.0, 2.0)
@@ -172,9 +173,17 @@ class BreakOffs:
         kept = [one for one, yes in zip(self.items, keep, strict=True) if yes]
         return BreakOffs(self.traces, kept, self.level, self.volts)
 
-    def durations(self) -> Floats:
-        """Times (nr,) [s] from the sample before each hold to its last sample."""
-        return np.array([(one.hold.last - one.hold.first + 0.5) * self.step for one in self.items])
+    def beginnings(self, foot: str) -> Floats:
+        """How well the moments are known at which the contacts began (nr,) [s]: half a sample, or the time in which a
+        foot that lands slowly crosses the noise."""
+        out = []
+        for one in self.items:
+            trace = self.traces[one.trace]
+            k = trace.point(foot)
+            before = slice(max(one.hold.first - _LANDING, 0), max(one.hold.first - 1, 1))
+            speed = max(float(np.median(np.abs(trace.v[k, before]))), float(trace.noise_v[k]))
+            out.append(np.hypot(0.5 * self.step, STILL * trace.noise_x[k] / speed) / np.sqrt(3.0))
+        return np.array(out)
 
     def guess(self, model: FootModel) -> Floats:
         """First unknowns (nr, q)."""

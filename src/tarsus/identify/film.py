@@ -33,10 +33,11 @@ _ROUGH = 4.0
 
 @dataclass(frozen=True)
 class FilmFit:
-    """The step's result; the break-offs it used, as fitted; and draws of their pulls about the fitted ones: what the
-    film and earlier steps do not know (draws, nr)."""
+    """The step's result; name of the foot's point; the break-offs it used, as fitted; and draws of their pulls
+    about the fitted ones: what the film and earlier steps do not know (draws, nr)."""
 
     step: StepResult
+    foot: str
     offs: BreakOffs
     fitted: Fitted
     pulls: Floats
@@ -75,7 +76,7 @@ def identify_film(
     if near is not None:
         fitted = near.offs.fit(model, near.fitted.film, start=near.fitted.unknowns)
         step, pulls = _result(model, known, near.offs, fitted, seed)
-        return FilmFit(step, near.offs, fitted, pulls)
+        return FilmFit(step, model.foot_point, near.offs, fitted, pulls)
     items, left = find_break_offs(traces, model.foot_point, level)
     found = len(items) + len(left)
     if not items:
@@ -111,7 +112,7 @@ def identify_film(
     fitted = offs.fit(model, whole.film, start=whole.unknowns[good])
     step, pulls = _result(model, known, offs, fitted, seed)
     used = Used("break-offs", len(offs.items), found)
-    return FilmFit(_with(step, left, used), offs, fitted, pulls)
+    return FilmFit(_with(step, left, used), model.foot_point, offs, fitted, pulls)
 
 
 def _with(step: StepResult, left: Sequence[LeftOut], used: Used) -> StepResult:

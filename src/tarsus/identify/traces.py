@@ -139,31 +139,48 @@ class Hold:
 def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
     """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
 
-    The lowest place where the foot stands still for long: the median of each record's longest lowest plateau,
-    combined over records."""
-    levels, errors = [], []
-    for trace in traces:
-        k = trace.point(foot)
-        x, v = trace.x[k], trace.v[k]
-        still = np.abs(v) < STILL * trace.noise_v[k]
-        low = x < x.min() + 2.0 * STILL * trace.noise_x[k]
-        chosen = still & low
-        if np.count_nonzero(chosen) < 3 * SHORTEST or np.ptp(x) < 6.0 * STILL * trace.noise_x[k]:
-            continue
-        middle = float(np.median(x[chosen]))
-        near = chosen & (np.abs(x - middle) < STILL * trace.noise_x[k])
-        levels.append(float(x[near].mean()))
-        own = trace.noise_x[k] / np.sqrt(np.count_nonzero(near))
-        errors.append(float(np.hypot(own, trace.zero[k])))
-    if not levels:
+    In every record the lowest of the places where the foot stands still for a while; over records their weighted
+    mean, without those that disagree with most. A foot may hover above the ground as well."""
+    found = [one for one in (_lowest_stand(trace, foot) for trace in traces) if one is not None]
+    if not found:
         return None
-    found, own = np.array(levels), np.array(errors)
-    middle = float(np.median(found))
-    same = np.abs(found - middle) < np.maximum(_SAME * own, 0.05 * np.max(np.abs(found)))
-    found, weight = found[same], 1.0 / own[same] ** 2
-    value = float(np.sum(weight * found) / weight.sum())
-    scatter = float(np.sum(weight * (found - value) ** 2) / max(len(found) - 1, 1))
+    levels, own = np.array(found).T
+    middle = float(np.median(levels))
+    spread = 1.4826 * float(np.median(np.abs(levels - middle)))
+    same = np.abs(levels - middle) < STILL * np.hypot(own, spread)
+    levels, weight = levels[same], 1.0 / own[same] ** 2
+    value = float(np.sum(weight * levels) / weight.sum())
+    scatter = float(np.sum(weight * (levels - value) ** 2) / max(len(levels) - 1, 1))
     return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
+
+
+def _lowest_stand(trace: Trace, foot: str) -> tuple[float, float] | None:
+    """Where the foot of one record stands still lowest [m], and its standard error."""
+    k = trace.point(foot)
+    x, v, noise = trace.x[k], trace.v[k], trace.noise_x[k]
+    if np.ptp(x) < 6.0 * STILL * noise:
+        return None
+    still = (np.abs(v) < STILL * trace.noise_v[k]) & (x < x.min() + 2.0 * STILL * noise)
+    means, errors = [], []
+    for first, last in _runs_of(still):
+        if last - first >= 2 * SHORTEST:
+            inside = x[first + 1 : last]
+            means.append(float(inside.mean()))
+            errors.append(noise / np.sqrt(len(inside)))
+    if not means:
+        return None
+    mean, error = np.array(means), np.array(errors)
+    low = mean - _SAME * error < (mean + 2.0 * error).min()
+    weight = 1.0 / error[low] ** 2
+    return float(np.sum(weight * mean[low]) / weight.sum()), float(
+        np.hypot(weight.sum() ** -0.5, trace.zero[k])
+    )
+
+
+def _runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last index of every run of a mask."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2] - 1, strict=True)]
 
 
 def misplaced(trace: Trace, foot: str, level: float) -> str | None:
@@ -197,12 +214,19 @@ def holds(trace: Trace, foot: str, level: float) -> list[Hold]:
     k = trace.point(foot)
     near = np.abs(trace.x[k] - level) < STILL * trace.noise_x[k] + 3.0 * trace.zero[k]
     still = near & (np.abs(trace.v[k]) < STILL * trace.noise_v[k])
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    starts, ends = edges[::2], edges[1::2] - 1
     joined: list[Hold] = []
-    for first, last in zip(starts, ends, strict=True):
+    for first, last in _runs_of(still):
         if joined and first - joined[-1].last <= 2 and bool(np.all(near[joined[-1].last : first])):
-            joined[-1] = replace(joined[-1], last=int(last))
+            joined[-1] = replace(joined[-1], last=last)
         else:
-            joined.append(Hold(int(first), int(last)))
-    return [one for one in joined if one.last - one.first + 1 >= SHORTEST]
+            joined.append(Hold(first, last))
+    return [
+        one for one in joined if one.last - one.first + 1 >= SHORTEST and _on_ground(trace, k, one, level)
+    ]
+
+
+def _on_ground(trace: Trace, k: int, hold: Hold, level: float) -> bool:
+    """Whether a hold is at the contact level on the mean of its samples, rather than just above it."""
+    inside = trace.x[k, hold.first : hold.last + 1]
+    error = trace.noise_x[k] / np.sqrt(len(inside))
+    return bool(abs(float(inside.mean()) - level) < STILL * np.hypot(error, trace.zero[k]))
