@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.errors import InputError
+from tarsus.identify.breakoff import BreakOffs
 from tarsus.identify.draws import drawn_counts, student
 from tarsus.identify.film import FilmFit
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
@@ -24,6 +25,8 @@ PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 _FEWEST = 4
 _OUTSIDE = 4.0
 _ROUNDS = 20
+_SAME_EVENT = 2e-3
+"""Time [s] within which the releases of two repeats are the same event."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
     )
     duration, pull, error = fitted.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
     line = _line(duration, pull, error, late[kept])
-    groups = np.array([one.trace for one in offs.items])[kept]
+    groups = _events(offs)[kept]
     samples = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
 
     def likelihood(theta: Floats) -> float:
@@ -112,6 +115,18 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         panels=(panel,),
         likelihood=likelihood,
     )
+
+
+def _events(offs: BreakOffs) -> NDArray[np.intp]:
+    """Number (nr,) of the event that each break-off repeats: the same release of the same drive.
+
+    What the moments of contact are off is the same in all repeats, which therefore are drawn together.
+    """
+    names = [
+        (offs.traces[one.trace].set, round(offs.traces[one.trace].time[one.hold.last] / _SAME_EVENT))
+        for one in offs.items
+    ]
+    return np.unique([f"{name} {place}" for name, place in names], return_inverse=True)[1]
 
 
 def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> NDArray[np.bool_]:
@@ -152,7 +167,7 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
 def _draws(
     duration: Floats, pull: Floats, line: Line, groups: NDArray[np.intp], pulls: Floats, seed: int
 ) -> Floats:
-    """Lines (draws, 2) over drawn records, with the pulls moved as earlier steps may be wrong (draws, n)."""
+    """Lines (draws, 2) over drawn events, with the pulls moved as earlier steps may be wrong (draws, n)."""
     design = np.column_stack([np.ones_like(duration), duration])
     numbers, which = np.unique(groups, return_inverse=True)
     counts = drawn_counts(len(numbers), seed, len(pulls))
