@@ -7,8 +7,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from tarsus.core.arrays import PERIOD_MARK
+from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
@@ -21,6 +23,16 @@ if TYPE_CHECKING:
     from tarsus.core.replay import Integrals, Sampled
     from tarsus.files.series import Variable
     from tarsus.solve.series import Series
+
+
+def increasing(times: npt.ArrayLike) -> np.ndarray:
+    """Times (nt,) [s] as floats. Raises InputError where they are no row in order, which replaying a run needs."""
+    when = np.asarray(times, dtype=float)
+    if when.ndim != 1:
+        raise InputError(f"times: expected a row of times (nt,), got an array of {when.ndim} dimensions")
+    if np.any(np.diff(when) < 0.0):
+        raise InputError("times: expected times in order, each at or after the one before; sort them first")
+    return when
 
 
 @dataclass(frozen=True)
@@ -123,16 +135,19 @@ class Run:
         return ledger(self)
 
     def at(self, times: np.ndarray) -> Series:
-        """Series at the given times [s], increasing: the engine's own solution, not an interpolation."""
+        """Series at the given times [s], increasing: the engine's own solution, not an interpolation.
+
+        Raises InputError where the times are not in order.
+        """
         from tarsus.solve.series import sample
 
-        return sample(self, np.asarray(times, dtype=float))
+        return sample(self, increasing(times))
 
     def states(self, times: np.ndarray) -> Sampled:
         """States and contact forces alone at the given times [s], increasing: a fraction of the cost of `at`."""
         from tarsus.core.replay import sample
 
-        return sample(self.plan.system, self.raw.book.book, self.raw.trace, np.asarray(times, dtype=float))
+        return sample(self.plan.system, self.raw.book.book, self.raw.trace, increasing(times))
 
     def variables(self, times: np.ndarray | None = None) -> dict[str, Variable]:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""

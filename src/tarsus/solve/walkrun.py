@@ -13,7 +13,7 @@ from tarsus.measure import scene_period
 from tarsus.scene import Scene
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import RawWalks, walk
-from tarsus.solve.run import Ledger, Run
+from tarsus.solve.run import Ledger, Run, increasing
 from tarsus.solve.series import grid
 from tarsus.structure.walker import Walker
 from tarsus.walkplan import WalkPlan, lower_walker
@@ -89,10 +89,13 @@ class WalkRun(Run):
         return ledger_of(self, self._sampled[1])
 
     def at(self, times: np.ndarray) -> WalkSeries:  # type: ignore[override]
-        """Series at the given times [s], increasing: the engine's own solution, not an interpolation."""
+        """Series at the given times [s], increasing: the engine's own solution, not an interpolation.
+
+        Raises InputError where the times are not in order.
+        """
         from tarsus.solve.walkseries import series_of
 
-        when = np.asarray(times, dtype=float)
+        when = increasing(times)
         return series_of(self, self._again(when), when)
 
     def states(self, times: np.ndarray) -> Sampled:
