@@ -122,6 +122,7 @@ GROUNDS = {
     "bare": Ground(gravity=ts.Gravity(), restitution=ts.Restitution(coefficient=0.5)),
     "sticky": sticky(friction=None),
     "film": sticky(friction=None, adhesion=None, film=ts.Film(coefficient=1e-23, thickness=1e-6)),
+    "thin film": sticky(friction=None, adhesion=None, film=ts.Film(coefficient=3e-21, thickness=2e-7)),
     "all": sticky(
         friction=None,
         film=ts.Film(coefficient=1e-23, thickness=1e-6),
@@ -298,3 +299,11 @@ def test_one_foot_lets_go_while_others_hold():
     assert gone["pull"][0] == pytest.approx(2e-6, rel=1e-9)
     held = run.at(np.array([gone["time"][0] * (1.0 + 1e-6)])).state.held[:, 0]
     assert held.tolist() == [True, False, True]
+
+
+def test_a_film_far_stiffer_than_the_legs_takes_few_steps():
+    """C/g0^3 = 0.4 N s/m beside a damper of 0.0018 N s/m: a foot creeps off the ground."""
+    scene = ts.with_values(ts.load_scene("millipede"), {"ground.film.thickness": 2e-7})
+    run = ts.simulate(scene, duration=0.02)
+    assert run.ok and run.raw.finish[0, 1] < 3000
+    assert run.ledger.film > 0.0 and run.ledger.closure < 1e-8

@@ -32,7 +32,7 @@ Output = namedtuple("Output", "events marks times samples")
 Work = namedtuple(
     "Work",
     "drive volts bx bv nx push drag momentum place q u w load smooth film filmed gap rate margin bound along solver key "
-    "foot body series column row matrix line when",
+    "foot body series column row matrix newton line when",
 )
 
 # State.count; events are counted where core.contact.log counts them
@@ -41,8 +41,8 @@ Work = namedtuple(
 COUNTS = 18
 # State.real
 (TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGRESS, MIN_PROGRESS, MARK,
- PERIOD) = range(12)  # fmt: skip
-REALS = 12
+ PERIOD, PROBE) = range(13)  # fmt: skip
+REALS = 13
 # Powers of time in which the body's velocity goes on into the next step.
 AHEAD = 5
 # State.energy

@@ -21,6 +21,7 @@ from tarsus.core.nodes import DERIVATIVE, MONOMIAL, TAIL, TAU, N
 from tarsus.core.row import highest, load, magnitude, store, total
 from tarsus.core.signals import fill
 from tarsus.core.walk import arrays as a
+from tarsus.core.walk.film import is_stiff, stiff_film
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 
 SWEEPS = 24
@@ -116,7 +117,7 @@ def holds(laws, state, work, f, t, h):
 
 @fused
 def free_motion(body, tables, state, work, i, d, k):
-    """u and w of a leg at the nodes under the forces work.q."""
+    """u and w of a leg at the nodes under the forces work.q, without the film."""
     kind = body.kind[i, d]
     u0, w0 = state.foot[i, d, 0], state.foot[i, d, 1]
     u = load(tables.state, (k, kind, 0)) * u0 + load(tables.state, (k, kind, 1)) * w0
@@ -125,39 +126,44 @@ def free_motion(body, tables, state, work, i, d, k):
         force = work.q[i, d, j]
         u += load(tables.force, (k, kind, 0, j)) * force
         w += load(tables.force, (k, kind, 1, j)) * force
-    f = body.foot[i]
-    if d == 0 and work.filmed[i] != 0:
-        for j in range(N):
-            momentum = work.film[f, j]
-            u += load(tables.film, (k, kind, 0, j)) * momentum
-            w += load(tables.film, (k, kind, 1, j)) * momentum
     store(work.u, (i, d), u)
     store(work.w, (i, d), w)
 
 
 @fused
-def laws_at_nodes(body, laws, work, i, f, t, h):
+def add_film(tables, work, i, f, kind, k):
+    """What the film's momentum work.film adds to u and w of a foot in the air."""
+    u, w = load(work.u, (i, 0)), load(work.w, (i, 0))
+    for j in range(N):
+        momentum = work.film[f, j]
+        u += load(tables.film, (k, kind, 0, j)) * momentum
+        w += load(tables.film, (k, kind, 1, j)) * momentum
+    store(work.u, (i, 0), u)
+    store(work.w, (i, 0), w)
+
+
+@fused
+def laws_at_nodes(body, tables, laws, state, work, i, f, k, t, h):
     """Gap, rate, film momentum and smooth force of a free foot at the nodes. Returns the largest change of the gap."""
-    gap = load(work.u, (i, 0)) + body.gap[i]
-    change = highest(magnitude(gap - load(work.gap, (f,))))
-    store(work.gap, (f,), gap)
+    before = load(work.gap, (f,))
     if work.filmed[i] != 0:
+        kind = body.kind[i, 0]
+        if is_stiff(tables, laws, state, work, f, kind, k):
+            if not stiff_film(body, tables, laws, state, work, i, f, kind, k):
+                return math.nan
+        add_film(tables, work, i, f, kind, k)
+        store(work.gap, (f,), load(work.u, (i, 0)) + body.gap[i])
         hooks.momenta(laws.parameters, laws.pointer, f, work.gap, work.film)
         store(work.rate, (f,), load(work.w, (i, 0)) + load(work.film, (f,)) * (1.0 / body.mass[i]))
     else:
+        store(work.gap, (f,), load(work.u, (i, 0)) + body.gap[i])
         store(work.rate, (f,), load(work.w, (i, 0)))
     if laws.flags[f] & HAS_FORCE:
         for j in range(N):
             work.smooth[f, j] = hooks.force(
-                laws.parameters,
-                laws.pointer,
-                f,
-                work.gap[f, j],
-                work.rate[f, j],
-                work.volts[f, j],
-                t + _tau[j] * h,
+                laws.parameters, laws.pointer, f, work.gap[f, j], work.rate[f, j], work.volts[f, j], t + _tau[j] * h
             )
-    return change
+    return highest(magnitude(load(work.gap, (f,)) - before))
 
 
 @fused
@@ -209,7 +215,7 @@ def leg(body, tables, laws, state, work, i, k, nb, t, h):
         )
         free_motion(body, tables, state, work, i, 0, k)
         if f >= 0:
-            change = laws_at_nodes(body, laws, work, i, f, t, h)
+            change = laws_at_nodes(body, tables, laws, state, work, i, f, k, t, h)
         carry_free(body, state, work, i, 0, own, nb, h)
     else:
         held_margin(body, state, work, i, f, nb)
@@ -368,7 +374,11 @@ def error_of(body, tables, signals, state, work, k, nb, nd, h):
             kind = body.kind[i, d]
             error = abs(total(load(work.q, (i, d)) * load(_tail, ()))) * tables.reach[k, kind, 0]
             if d == 0 and work.filmed[i] != 0:
-                error += abs(total(load(work.film, (f,)) * load(_tail, ()))) * tables.reach[k, kind, 1]
+                reach = tables.reach[k, kind, 1]
+                swing = abs(work.gap[f, N - 1] - work.gap[f, 0])
+                # a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
+                yields = reach * abs(work.film[f, N - 1] - work.film[f, 0]) / swing if swing > 0.0 else 0.0
+                error += abs(total(load(work.film, (f,)) * load(_tail, ()))) * reach / (1.0 + yields)
             worst = max(worst, error)
     for b in range(nb):
         error = abs(total(load(work.push, (b,)) * load(_tail, ()))) * 0.5 * h
