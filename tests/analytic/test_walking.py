@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import tarsus as ts
 from tarsus.laws import Friction
 from tarsus.plan import lower_scene
-from tarsus.scene import Ground
+from tarsus.scene import Ground, Initial
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED
@@ -307,3 +307,13 @@ def test_a_film_far_stiffer_than_the_legs_takes_few_steps():
     run = ts.simulate(scene, duration=0.02)
     assert run.ok and run.raw.finish[0, 1] < 3000
     assert run.ledger.film > 0.0 and run.ledger.closure < 1e-8
+
+
+def test_a_walker_that_leaves_small_angles_says_so():
+    scene = trotter(legs=3, ground=sticky(adhesion=None))
+    assert ts.simulate(scene).remarks == ()
+    velocity = np.zeros(scene.robot.structure.size)
+    velocity[3] = 1000.0  # rad/s
+    spun = scene.model_copy(update={"initial": Initial(velocity=tuple(velocity))})
+    remark = ts.simulate(spun, duration=0.01).remarks[-1]
+    assert remark.startswith("The body's pitch reached") and "small angles" in remark

@@ -20,6 +20,7 @@ def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
         "ok": run.ok,
         "code": run.code.name,
         "sentence": str(run.code.value),
+        "remarks": list(run.remarks),
         "duration_s": run.duration,
         "wall_s": run.wall_s,
         "feet": list(run.foot_names),
@@ -38,6 +39,8 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
 
     print(f"{run.scene.name}: {run.duration:g} s simulated in {run.wall_s:.2g} s, {len(run.events)} events")
     print(str(run.code.value))
+    for remark in run.remarks:
+        print(remark)
     print()
     rows = []
     for name, measure in run.measures.items():

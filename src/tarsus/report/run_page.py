@@ -162,6 +162,7 @@ def _head(run: RunLike, series: Series) -> str:
         f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
         f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
         warning(creation_warning(scene)),
+        *(warning(remark) for remark in getattr(run, "remarks", ())),
         f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
         f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
     ]

@@ -85,6 +85,11 @@ class Run:
         return self.code is ResultCode.DONE
 
     @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what the run left that its model assumes; none as a rule."""
+        return ()
+
+    @property
     def end_time(self) -> float:
         """Time reached [s]; the duration unless the run stopped early."""
         return float(self.raw.finish[0, 0])

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from tarsus.files.series import Variable
     from tarsus.solve.walkseries import WalkSeries
 
+SMALL = 0.3
+"""Angle [rad] up to which a walker's geometry is linear, to about 5 %."""
+
 __all__ = ["WalkRun", "run_walker", "structured_marks"]
 
 
@@ -57,6 +60,16 @@ class WalkRun(Run):
     def marks(self) -> np.ndarray:
         """Where the walker is at the start, at the end of every drive period and at the end; see `structured_marks`."""
         return structured_marks(self.raw.marks_of(0), len(self.walk.body.body_mass), self.plan.feet)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """A sentence for each turn of the body, seen at the marks, beyond the small angles that a walker assumes."""
+        angles = np.abs(self.marks["body"]).max(axis=0)
+        return tuple(
+            f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
+            for name, angle in zip(self.walker.body_coordinates, angles, strict=True)
+            if name in ("roll", "pitch") and angle > SMALL
+        )
 
     def _again(self, times: np.ndarray) -> RawWalks:
         return walk(

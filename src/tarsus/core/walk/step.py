@@ -148,9 +148,9 @@ def laws_at_nodes(body, tables, laws, state, work, i, f, k, t, h):
     before = load(work.gap, (f,))
     if work.filmed[i] != 0:
         kind = body.kind[i, 0]
-        if is_stiff(tables, laws, state, work, f, kind, k):
-            if not stiff_film(body, tables, laws, state, work, i, f, kind, k):
-                return math.nan
+        stiff = is_stiff(tables, laws, state, work, f, kind, k)
+        if stiff and not stiff_film(body, tables, laws, state, work, i, f, kind, k):
+            return math.nan
         add_film(tables, work, i, f, kind, k)
         store(work.gap, (f,), load(work.u, (i, 0)) + body.gap[i])
         hooks.momenta(laws.parameters, laws.pointer, f, work.gap, work.film)
