@@ -3,7 +3,7 @@ own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tarsus.errors import InputError
@@ -82,6 +82,7 @@ def write_campaign(
     instrument: Instrument,
     seed: int,
     progress: Progress | None = None,
+    takes: Sequence[Take] | None = None,
 ) -> list[Path]:
     """Simulate a campaign on a device and write its folder.
 
@@ -97,6 +98,8 @@ def write_campaign(
         Of the noise.
     progress
         Called as ``progress(done, total, what)``.
+    takes
+        What is recorded; by default all of `planned`.
 
     Returns
     -------
@@ -111,7 +114,8 @@ def write_campaign(
     if len(scene.robot.drives) != 1 or not scene.robot.feet:
         raise InputError("a campaign needs a device with one drive and a foot")
     drive, foot = next(iter(scene.robot.drives)), next(iter(scene.robot.feet))
-    takes = planned(scene, instrument.rate, drive)
+    if takes is None:
+        takes = planned(scene, instrument.rate, drive)
     total = sum(take.repeats for take in takes)
     folder.mkdir(parents=True, exist_ok=True)
     sets: dict[str, RecordSet] = {}

@@ -164,16 +164,24 @@ def read_records(opened: Opened, name: str) -> list[Reading]:
             record = read_measurement(opened.folder / file, **choices)
             problems = signal_problems(record, one)
         except InputError as error:
-            out.append(Reading(name, file, None, tuple(error.problems)))
+            out.append(Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems)))
             continue
         out.append(Reading(name, file, None if problems else record, tuple(problems)))
     return out
+
+
+def _of_drive(said: str, one: RecordSet) -> str:
+    """A sentence on a missing channel, which says so if the channel is the drive's."""
+    names = {one.drive, *(key for key, choice in one.channels.items() if choice.name == one.drive)}
+    missing = any(f"has no channel '{name}'" in said for name in names)
+    return said.replace(" has no channel", ": the drive is missing: there is no channel") if missing else said
 
 
 _OFF = 0.25
 """Part of a drive that may differ from the one meant: a square wave that begins a sample late differs by some of
 it."""
 _CROSSINGS = 40
+_UNEVEN = 0.01
 
 
 def signal_problems(record: Measurement, one: RecordSet) -> list[str]:
@@ -222,7 +230,7 @@ def _stretch(time: Floats, volts: Floats, one: RecordSet) -> float | None:
         return None
     a, b = seen[:count] - seen[0], meant[:count] - meant[0]
     scale = float(a @ b / (a @ a))
-    return scale if np.max(np.abs(scale * a - b)) < 0.05 * b[-1] else None
+    return scale if np.max(np.abs(scale * a - b)) < _UNEVEN * b[-1] else None
 
 
 def _crossings(time: Floats, volts: Floats) -> Floats:

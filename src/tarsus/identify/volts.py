@@ -42,7 +42,7 @@ class Volts:
     def of(volts: Floats, substeps: int = SUBSTEPS) -> Volts:
         """From the samples (ns,) [V].
 
-        Stretches without a corner are monotone cubics, through samples that a running cubic over 11 of them has rid
+        Stretches without a corner are cubic splines, through samples that a running cubic over 11 of them has rid
         of most of their rounding. A corner that lies between two samples is where the lines through its neighbours
         meet. Volts that jump are joined by lines."""
         place = np.arange(substeps * (len(volts) - 1) + 1) / substeps
@@ -87,7 +87,7 @@ class Volts:
 
 def _joined(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
     """Volts at places [samples], and the places and heights of corners between samples."""
-    from scipy.interpolate import PchipInterpolator
+    from scipy.interpolate import CubicSpline
 
     edges = _corners(volts)
     out = np.empty(len(place))
@@ -101,7 +101,7 @@ def _joined(volts: Floats, place: Floats) -> tuple[Floats, Floats, Floats]:
             near = np.arange(int(first), int(np.ceil(last)) + 1)
             out[wanted] = np.interp(place[wanted], near, volts[near])
         else:
-            out[wanted] = PchipInterpolator(x, y)(np.clip(place[wanted], x[0], x[-1]))
+            out[wanted] = CubicSpline(x, y)(np.clip(place[wanted], x[0], x[-1]))
             out[wanted] += (y[1] - y[0]) * np.minimum(place[wanted] - x[0], 0.0)
             out[wanted] += (y[-1] - y[-2]) * np.maximum(place[wanted] - x[-1], 0.0)
         for end, inner in ((first, 0), (last, -1)):

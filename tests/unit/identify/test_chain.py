@@ -1,0 +1,133 @@
+"""The chain of an identification, blind at 40 dB and 20 kHz: what it finds, how sure it is, what it leaves behind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from identify.campaigns import folder, identified, truth
+
+import tarsus as ts
+from tarsus.files.toml import read_scene
+from tarsus.identify.campaign import read_campaign
+from tarsus.identify.result import identified_device, summary_of, write_identification
+from tarsus.scene import Source
+from tarsus.spec import float_paths
+
+GOALS = {
+    "robot.structure.frequencies.0": 5e-4,
+    "robot.structure.frequencies.1": 5e-4,
+    "robot.structure.damping_ratios.0": 0.03,
+    "robot.structure.damping_ratios.1": 0.03,
+    "ground.restitution.coefficient": 0.03,
+    "ground.adhesion.initial": 0.10,
+    "ground.adhesion.rate": 0.10,
+}
+
+
+def test_nothing_of_the_truth_is_in_what_is_known_beforehand():
+    known, true = read_campaign(folder()).model.scene, truth()
+    for path in GOALS:
+        assert float_paths(known)[path].value != pytest.approx(float_paths(true)[path].value, rel=0.01)
+    assert known.origin("ground.film.coefficient").note.startswith("Placeholder")
+
+
+def test_every_step_is_done():
+    found = identified()
+    assert not found.not_done and not found.left_out
+    assert list(found.steps) == ["resonances", "hysteresis", "film", "adhesion", "restitution", "impact map"]
+    assert found.files_used == len(found.readings)
+
+
+@pytest.mark.parametrize("path", GOALS)
+def test_numbers_are_within_the_goals(path):
+    known = identified().known
+    value = dict(zip(known.paths, known.values, strict=True))[path]
+    assert value == pytest.approx(float_paths(truth())[path].value, rel=GOALS[path])
+
+
+def test_the_film_at_contact_is_within_its_goal_and_interval():
+    film = truth().ground.film
+    value, draws, unit = identified().steps["film"].combinations["C / g0^3"]
+    true = film.coefficient / film.thickness**3
+    assert unit == "N s/m" and value == pytest.approx(true, rel=0.15)
+    low, high = np.quantile(draws, [0.025, 0.975])
+    assert low <= true <= high and (high - low) / true < 0.6
+
+
+def test_intervals_are_narrow_and_mostly_right():
+    true = float_paths(truth())
+    inside = []
+    for step in identified().steps.values():
+        for path in step.paths:
+            low, high = step.interval(path)
+            inside.append(low <= true[path].value <= high)
+            if path in GOALS:
+                assert 0.0 < high - low < 3.0 * GOALS[path] * true[path].value
+    assert np.mean(inside) > 0.8, inside
+
+
+def test_the_force_of_the_drive_is_that_of_the_true_law():
+    found, true = identified().model, truth().robot.drives["pzt"]
+    volts = np.array([0.0, -8.0, 8.0, -5.0, 3.0, -1.0, 6.0, 0.0])
+    force, wanted = found.law.force(volts, true.history), true.law.force(volts, true.history)
+    assert force == pytest.approx(wanted, abs=0.004 * np.ptp(wanted))
+
+
+def test_the_impact_map_is_mass_weighted():
+    found = identified().steps["impact map"]
+    value, draws, _ = found.combinations["jump of center over the foot's"]
+    structure = truth().robot.structure
+    blow = np.linalg.solve(structure.matrices().mass, structure.row("tip"))
+    true = float(structure.row("center") @ blow / (structure.row("tip") @ blow))
+    assert abs(value - true) < 3.5 * np.std(draws) < 0.05 * abs(true)
+    assert "agrees" in found.notes[0]
+
+
+def test_held_out_records_are_met():
+    comparisons = identified().comparisons
+    assert len(comparisons) == 2
+    for one in comparisons:
+        assert abs(one.error("peak")) < 0.02 and abs(one.error("contact")) < 0.05 and one.off < 0.05
+
+
+def test_another_zero_changes_the_law_but_not_the_contact():
+    found = identified()
+    own = dict(zip(found.known.paths, found.known.values, strict=True))
+    far = found.shifts[0]
+    assert far.title == "gap of 90 um"
+    path = "robot.drives.pzt.law.constant"
+    moved = (far.values[path] - own[path]) * found.model.static_load
+    assert moved == pytest.approx(-20e-6, rel=1e-6)
+    for name in ("ground.adhesion.initial", "ground.adhesion.rate", "ground.restitution.coefficient"):
+        assert far.values[name] == pytest.approx(own[name], rel=1e-3)
+
+
+def test_the_result_is_a_device_that_runs(tmp_path):
+    found = identified()
+    written = write_identification(found, tmp_path)
+    device = read_scene(written[0])
+    assert device == identified_device(found)
+    assert device.ground.adhesion.rate == found.steps["adhesion"].value("ground.adhesion.rate")
+    origin = device.origin("ground.film.thickness")
+    assert origin.source is Source.CALIBRATED and "break-offs" in origin.note
+    assert device.interval("ground.film.thickness") is not None
+    assert device.origin("robot.drives.pzt.load.participation.0").source is Source.ASSUMED
+    assert ts.simulate(device, 0.02).ok
+    with np.load(written[2]) as kept:
+        assert kept["samples"].shape == (400, len(found.known.paths))
+
+
+def test_the_account_names_what_was_used():
+    told = summary_of(identified())
+    assert told["files"] == {"read": len(identified().readings), "used": len(identified().readings)}
+    assert all(step["used"] for step in told["steps"].values())
+
+
+def test_the_report_shows_every_step():
+    from tarsus.report.identify_page import identify_html
+
+    page = identify_html(identified())
+    for word in ("Parameters", "Resonances", "Hysteresis", "Film", "Adhesion", "Restitution", "Held-out"):
+        assert f"<h2>{word}" in page
+    assert "<h2>Zero position" in page and page.count("<svg") >= 7
+    assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")

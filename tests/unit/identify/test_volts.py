@@ -1,0 +1,66 @@
+"""Volts between samples: corners where they are, memory that turns where the voltage did."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tarsus.drive.waveforms import RampedSquare, Sine, Square
+from tarsus.files.library import load_scene
+from tarsus.identify.volts import Volts
+
+RATE = 20e3
+
+
+def samples(wave, seconds: float = 0.1, start: float = 1.3e-5) -> tuple[np.ndarray, np.ndarray]:
+    time = start + np.arange(int(seconds * RATE)) / RATE
+    return time, np.round(wave.volts(time) * 2**15 / 10.0) * 10.0 / 2**15
+
+
+@pytest.mark.parametrize(
+    "wave", [RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0), Sine(amplitude=5.0, frequency=300.0)]
+)
+def test_between_samples_the_volts_are_those_of_the_wave(wave):
+    time, levels = samples(wave)
+    made = Volts.of(levels, 4)
+    places = np.interp(np.arange(len(made.fine)) / 4, np.arange(len(time)), time)
+    inside = (places > time[12]) & (places < time[-12])
+    assert made.fine[inside] == pytest.approx(wave.volts(places[inside]), abs=2e-3)
+
+
+def test_a_corner_that_no_sample_hit_is_found():
+    _, levels = samples(RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0))
+    made = Volts.of(levels, 1)
+    turns = made.levels[made.turns[2:-2]]
+    assert np.max(levels) < 7.995
+    assert turns == pytest.approx(8.0 * np.sign(turns), abs=1e-3)
+
+
+def test_memory_is_that_of_the_whole_record():
+    drive = load_scene("cantilever").robot.drives["pzt"]
+    wave = RampedSquare(amplitude=8.0, frequency=60.0, duty=1.0)
+    time, levels = samples(wave, start=0.0)
+    made = Volts.of(levels, 3)
+    first, count = 700, 40
+    dense = np.sort(
+        np.concatenate([np.linspace(0.0, time[first + count - 1], 200_001), time[first : first + count]])
+    )
+    whole = drive.law.force(wave.volts(dense), drive.history)
+    wanted = np.interp(time[first : first + count], dense, whole)
+    force = made.force(drive.law, drive.history, first, count)
+    assert len(force) == 3 * (count - 1) + 1
+    assert force[::3] == pytest.approx(wanted, abs=2e-3 * np.ptp(whole))
+
+
+def test_square_waves_are_joined_by_lines():
+    _, levels = samples(Square(amplitude=2.0, frequency=300.0))
+    made = Volts.of(levels, 2)
+    assert made.fine[::2] == pytest.approx(levels)
+    assert np.all(np.abs(made.fine) <= np.max(np.abs(levels)))
+
+
+def test_forces_beyond_the_record_are_held():
+    drive = load_scene("cantilever").robot.drives["pzt"]
+    _, levels = samples(Sine(amplitude=5.0, frequency=300.0), 0.01)
+    force = Volts.of(levels, 3).force(drive.law, drive.history, len(levels) - 4, 10)
+    assert len(force) == 28 and np.all(force[10:] == force[9])
