@@ -21,7 +21,8 @@ Tables = namedtuple("Tables", "lengths state force film reach rate longest")
 # Runs: parameters (nr, m, np), initial (nr, 2 n); codes, event_end, mark_end (nr,); finish (nr, 3).
 Batch = namedtuple("Batch", "parameters initial codes event_end mark_end finish")
 # count, real; body (2, nb) displacement and velocity; foot (nl, 2, 2): per direction u and flowing rate w; contact
-# (m,) state; sense (m,) of sliding, +-1, 0 without friction; since (m,); order (m,) 1 while it has just left; apex (m, 2);
+# (m,) state; sense (m,) of sliding, +-1, 0 without friction; since (m,); order (m,) 1 where it has just left, 2 where it has just
+# begun to slide; apex (m, 2);
 # slipped (m,); heave (2,) lowest and highest; energy (5,); ahead (nb, AHEAD) of the body's velocity in powers of time;
 # cursor; since as in core.arrays.
 State = namedtuple(
