@@ -12,6 +12,7 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from tarsus.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.errors import InputError
@@ -143,7 +144,7 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
             with_values(drawn, {"initial.displacement": rest_state(drawn)})
         except InputError:
             continue
-        if _clear(drawn):
+        if _rests_clear(drawn):
             return drawn
     raise InputError(f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling")
 
@@ -173,7 +174,7 @@ def identified_paths(scene: Scene) -> list[str]:
     return kept
 
 
-def _clear(scene: Scene) -> bool:
+def _rests_clear(scene: Scene) -> bool:
     x = np.array(rest_state(scene))
     for foot in scene.robot.feet.values():
         gap = foot.gap + foot.normal * float(scene.robot.structure.row(foot.point) @ x)
@@ -244,6 +245,8 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     drive
         Name of the drive.
     """
+    if any(foot.electrode is not None for foot in scene.robot.feet.values()):
+        return _robot_plan(scene, rate, drive)
     takes = _sweeps(rate)
     takes.append(
         Take(
@@ -253,9 +256,8 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     for hz, duty, periods in RAMPS:
         wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
         takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
-    for volts in _bouncing(scene, rate, drive):
-        wave = Square(amplitude=volts, frequency=BOUNCE_HZ)
-        level = f"{1000.0 * volts:g}mv"
+    for wave in _bouncing(scene, rate, drive):
+        level = f"{1000.0 * wave.amplitude:g}mv-{wave.frequency:g}hz"
         near, far = f"bounces-{level}", f"air-{level}"
         takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
         takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
@@ -270,6 +272,82 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     return takes
 
 
+def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Take]:
+    """The experiments on a robot whose height can be set, as in section 3.4 of the source: in the air, close to the
+    ground without contact, and bouncing."""
+    signal = scene.signals[drive]
+    top = float(np.max(signal.volts(np.linspace(0.0, 0.1, 2001))))
+    takes = _robot_sweeps(scene, rate, top)
+    takes.append(
+        Take("loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE)
+    )
+    own = min(foot.gap for foot in scene.robot.feet.values())
+    for share in CLOSE_GAPS:
+        for hz in CLOSE_HZ:
+            gap = share * own
+            wave = _clear(scene, drive, gap, hz, top)
+            name = f"close-{1e6 * gap:.4g}um-{hz:g}hz".replace(".", "p")
+            takes.append(Take(name, Purpose.CLOSE, wave, CLOSE_S, gap=gap))
+    for number, wave in enumerate((signal, *_half_size(signal))):
+        near, far = f"bounces-{number + 1}", f"air-{number + 1}"
+        takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
+        takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
+    for hz in (40.0, 90.0):
+        for kind, wave in (("square", Square), ("sine", Sine)):
+            held = wave(amplitude=0.5 * top, frequency=hz, offset=0.5 * top)
+            takes.append(Take(f"held-out-{kind}-{hz:g}hz", Purpose.VALIDATION, held, 12.0 / hz, repeats=1))
+    return takes
+
+
+CLOSE_GAPS = (1.5, 2.5, 4.0)
+"""Gaps of the records close to the ground, in gaps of the device."""
+
+CLOSE_HZ = (60.0, 150.0)
+CLOSE_S = 0.12
+
+
+def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Take]:
+    """Sweeps over all modes, long enough for the sharpest to be resolved and to ring down."""
+    m = scene.robot.structure.matrices()
+    squared, modes = eigh(m.stiffness, m.mass)
+    omega = np.sqrt(squared)
+    decay = 0.5 * np.einsum("ij,ik,kj->j", modes, m.damping, modes)
+    low, high = 0.6 * omega.min() / (2.0 * np.pi), 1.25 * omega.max() / (2.0 * np.pi)
+    share = max(int(0.45 * rate / high), 1)
+    seconds, tail = 5.0 * np.pi / decay.min(), 5.0 / decay.min()
+    takes = []
+    for number in range(4):
+        length = float(np.round(seconds * (1.0 + 0.1 * number), 2))
+        last = 2.0 * np.floor(0.5 * (low + high) * length) / length - low
+        ends = (low, last) if number % 2 == 0 else (last, low)
+        wave = SweptSine(
+            amplitude=0.1 * top, start_frequency=ends[0], stop_frequency=ends[1], duration=length
+        )
+        whole = float(np.round(1.3 * seconds + tail, 2))
+        takes.append(
+            Take(f"sweep-{number + 1}", Purpose.MODAL, wave, whole, gap=IN_AIR, repeats=1, share=share)
+        )
+    return takes
+
+
+def _clear(scene: Scene, drive: str, gap: float, hz: float, top: float) -> Sine:
+    """The strongest sine from 0 V up that keeps the foot clear of the ground by a fifth of its gap."""
+    for volts in top * np.arange(3.0, 0.05, -0.1):
+        wave = Sine(amplitude=0.5 * volts, frequency=hz, offset=0.5 * volts)
+        run = simulate(_placed(scene, Take("", Purpose.CLOSE, wave, CLOSE_S, gap=gap), drive), CLOSE_S)
+        if not len(run.events) and float(run.states(np.linspace(0.0, CLOSE_S, 4001)).gap.min()) > 0.2 * gap:
+            return wave
+    raise InputError(
+        f"no drive at {hz:g} Hz keeps the foot clear of the ground at a gap of {1e6 * gap:.3g} um"
+    )
+
+
+def _half_size(signal: Waveform) -> list[Waveform]:
+    """The same signal at 70 % of its voltage, where it has one."""
+    scaled = {name: 0.7 * getattr(signal, name) for name in ("amplitude", "offset") if hasattr(signal, name)}
+    return [with_values(signal, scaled)] if scaled else []
+
+
 RAMPS = (
     (5.0, 0.25, 3),
     (5.0, 0.5, 3),
@@ -281,8 +359,8 @@ RAMPS = (
 )
 """Ramped squares: frequency [Hz], lambda, periods."""
 
-BOUNCE_HZ = 300.0
-"""Frequency of the bouncing experiment, section 2.4."""
+BOUNCE_HZ = (300.0, 200.0, 120.0)
+"""Frequency of the bouncing experiment, section 2.4, and others to try."""
 
 BOUNCE_S = 0.2
 """Its duration [s]."""
@@ -313,21 +391,27 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
     return Sampled(times=tuple(times.tolist()), levels=tuple(levels))
 
 
-def _bouncing(scene: Scene, rate: float, drive: str) -> list[float]:
-    """The two amplitudes [V] of a square wave whose bounces are told best: most of those with samples enough
-    around."""
-    found: list[tuple[int, float]] = []
-    for volts in np.arange(0.5, 8.01, 0.25):
-        take = Take("", Purpose.BOUNCES, Square(amplitude=float(volts), frequency=BOUNCE_HZ), BOUNCE_S)
-        run = simulate(_placed(scene, take, drive), BOUNCE_S)
-        touch = run.events[run.events["kind"] != 3]
-        far = np.diff(touch["time"]) * rate > _APART
-        clear = (touch["kind"][1:-1] == 1) & far[:-1] & far[1:]
-        found.append((int(np.count_nonzero(clear)), float(volts)))
-    best = sorted(found, key=lambda one: (-one[0], one[1]))[:2]
-    return [volts for _, volts in best]
+def _bouncing(scene: Scene, rate: float, drive: str) -> list[Square]:
+    """The two square waves whose bounces are told best: most of those with samples enough around.
+
+    At the frequency of section 2.4, or below it where the foot does not bounce well there.
+    """
+    found: list[tuple[int, Square]] = []
+    for hz in BOUNCE_HZ:
+        for volts in np.arange(0.5, 8.01, 0.25):
+            wave = Square(amplitude=float(volts), frequency=hz)
+            run = simulate(_placed(scene, Take("", Purpose.BOUNCES, wave, BOUNCE_S), drive), BOUNCE_S)
+            touch = run.events[run.events["kind"] != 3]
+            far = np.diff(touch["time"]) * rate > _APART
+            clear = (touch["kind"][1:-1] == 1) & far[:-1] & far[1:]
+            found.append((int(np.count_nonzero(clear)), wave))
+        if sorted(count for count, _ in found)[-2] >= _ENOUGH:
+            break
+    return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]]
 
 
+_ENOUGH = 15
+"""Bounces that a record should show."""
 _APART = 9.0
 """Samples between impacts that a bounce needs on both sides to be told well."""
 

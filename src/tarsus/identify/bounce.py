@@ -185,7 +185,8 @@ class Bounces:
 
     def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
-        normal, right, _, _ = _Ready(self, model, film).system(fitted.unknowns)
+        free = fitted.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
+        normal, right, _, _ = _Ready(self, model, film, free).system(fitted.unknowns)
         moved = fitted.unknowns + np.linalg.solve(normal, right[..., None])[..., 0]
         return moved[:, [-1, -2]]
 

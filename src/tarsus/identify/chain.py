@@ -16,6 +16,7 @@ from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.campaign import Opened, Reading, read_records
 from tarsus.identify.draws import DRAWS
+from tarsus.identify.electrostatics import identify_close
 from tarsus.identify.film import FilmFit, identify_film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
@@ -32,7 +33,8 @@ __all__ = ["Chain", "Identification", "NotDone", "identify"]
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-STEPS = ("resonances", "hysteresis", "film", "adhesion", "restitution", "impact map")
+_STEPS = 7
+_FILM = "ground.film.coefficient"
 
 
 @dataclass(frozen=True)
@@ -126,12 +128,9 @@ class Chain:
         begun = time.perf_counter()
         self.read()
         self.find_ground()
-        self.attempt("resonances", self._resonances)
-        self.attempt("hysteresis", self._hysteresis)
-        self.attempt("film", self._film)
-        self.attempt("adhesion", self._adhesion)
-        self.attempt("restitution", self._restitution)
-        self.attempt("impact map", self._impact_map)
+        for name, purpose, step in self.planned():
+            if any(self.opened.sets(purpose)):
+                self.attempt(name, step)
         comparisons = self.validate()
         shifts = self.shifted()
         if not self.steps:
@@ -151,6 +150,19 @@ class Chain:
             tuple(comparisons),
             shifts,
             time.perf_counter() - begun,
+        )
+
+    def planned(self) -> tuple[tuple[str, Purpose, Callable[[], StepResult]], ...]:
+        """Steps in order, with the records that each is for; one without such records in the campaign is not
+        tried."""
+        return (
+            ("resonances", Purpose.MODAL, self._resonances),
+            ("hysteresis", Purpose.LOOPS, self._hysteresis),
+            ("film", Purpose.RAMPS, self._film),
+            ("adhesion", Purpose.RAMPS, self._adhesion),
+            ("electrostatics", Purpose.CLOSE, self._electrostatics),
+            ("restitution", Purpose.BOUNCES, self._restitution),
+            ("impact map", Purpose.BOUNCES, self._impact_map),
         )
 
     def read(self) -> None:
@@ -251,16 +263,22 @@ class Chain:
             raise InputError("it needs the break-offs of the step film, which was not done")
         return identify_adhesion(self.film, self.seed + 3)
 
+    def _electrostatics(self) -> StepResult:
+        traces = self.traces.get(Purpose.CLOSE, [])
+        if not traces:
+            raise InputError(self._nothing_for(Purpose.CLOSE, "a foot close to the ground"))
+        self._need("resonances", "hysteresis")
+        return identify_close(self.known.model(), self.known, traces, self.seed + 6)
+
     def _restitution(self) -> StepResult:
         traces = self.traces.get(Purpose.BOUNCES, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.BOUNCES, "bounces"))
-        self._need("resonances", "hysteresis", "film")
-        if self.level is None:
-            raise InputError("no record shows where the ground is")
-        self.bounces = identify_restitution(
-            self.known.model(), self.known, traces, self.level[0], self.seed + 4
-        )
+        self._need("resonances", "hysteresis")
+        if self.opened.model.scene.ground.acting.film is not None and _FILM not in self.known.paths:
+            raise InputError("it needs the film, which no step has found")
+        model = self.known.model()
+        self.bounces = identify_restitution(model, self.known, traces, self._ground(), self.seed + 4)
         return self.bounces.step
 
     def _impact_map(self) -> StepResult:
@@ -271,7 +289,7 @@ class Chain:
     def validate(self) -> list[Comparison]:
         """Held-out records against simulations of the identified device."""
         out: list[Comparison] = []
-        if self.level is None or self.not_done:
+        if "hysteresis" not in self.steps or self.not_done:
             return out
         model = self.known.model()
         for trace in self.traces.get(Purpose.VALIDATION, []):
@@ -281,7 +299,7 @@ class Chain:
                 self.left_out.append(LeftOut(trace.file, "", "its set states no signal to simulate"))
                 continue
             try:
-                out.append(compare(model, trace, signal, self.level[0]))
+                out.append(compare(model, trace, signal, self._ground()))
             except InputError as error:
                 self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
         return out
@@ -291,7 +309,7 @@ class Chain:
         far from the ground, and with the drive's force alone moved by as much."""
         model = self.opened.model
         gap = self.opened.campaign.other_gap
-        if gap is None or self.not_done:
+        if gap is None or self.not_done or self.level is None:
             return ()
         self._tell("with the other zero position")
         moved = model.changed({f"robot.feet.{model.foot}.gap": gap})
@@ -309,12 +327,9 @@ class Chain:
         other.traces, other.level, other.resonances = self.traces, self.level, self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
         other.known = _certain(_nothing(model).after(self.steps["resonances"]))
-        for name, step in (
-            ("hysteresis", other._hysteresis),
-            ("film", other._film),
-            ("adhesion", other._adhesion),
-            ("restitution", other._restitution),
-        ):
+        for name, _, step in other.planned():
+            if name not in self.steps or name in ("resonances", "impact map"):
+                continue
             other.attempt(name, step)
             if name == "hysteresis" and path is not None:
                 values = other.known.values.copy()
@@ -322,6 +337,15 @@ class Chain:
                 other.known = replace(other.known, values=values)
             other.known = _certain(other.known)
         return dict(zip(other.known.paths, other.known.values.tolist(), strict=True))
+
+    def _ground(self) -> float:
+        """Contact level from the rest [m]: seen in the records, else by the gap of the device and the drive's force
+        at rest."""
+        if self.level is not None:
+            return self.level[0]
+        model = self.known.model()
+        rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
+        return -model.normal * (model.gap + rest)
 
     def _of(self, purpose: Purpose) -> list[Reading]:
         names = {name for name, _ in self.opened.sets(purpose)}
@@ -342,7 +366,7 @@ class Chain:
             raise InputError(f"it needs what the step {missing[0]} finds, which was not done")
 
     def _tell(self, what: str) -> None:
-        total = len(self.opened.campaign.records) + len(STEPS) + 1
+        total = len(self.opened.campaign.records) + _STEPS + 1
         total += sum(len(one.files) for _, one in self.opened.sets(Purpose.VALIDATION))
         if self.progress is not None:
             self.progress(min(self._told, total), total, what)

@@ -30,15 +30,23 @@ _LEAST = 0.2
 
 @dataclass(frozen=True)
 class Film:
-    """Film coefficient C [N m^2 s] and thickness g0 [m], each a number or one for each flight (N,)."""
+    """Film coefficient C [N m^2 s] and thickness g0 [m], each a number or one for each flight (N,); beside it the
+    electrostatic attraction ``-C_e V^2 / (g + g_e)^2``, by C_e [N m^2/V^2] and g_e [m] (3.25)."""
 
     coefficient: Floats | float
     thickness: Floats | float
+    attraction: Floats | float = 0.0
+    offset: Floats | float = 1.0
 
-    def force(self, gap: Floats, rate: Floats) -> Floats:
-        """Force [N] along the normal at gaps [m] and gap rates [m/s], each (N,)."""
+    def force(self, gap: Floats, rate: Floats, squares: Floats | None = None) -> Floats:
+        """Force [N] along the normal at gaps [m], gap rates [m/s] and, where it is attracted, squared volts [V^2],
+        each (N,)."""
         distance = np.maximum(gap + self.thickness, _LEAST * self.thickness)
-        return -self.coefficient * rate / (distance * distance * distance)
+        damped = -self.coefficient * rate / (distance * distance * distance)
+        if squares is None:
+            return damped
+        away = np.maximum(gap + self.offset, _LEAST * self.offset)
+        return damped - self.attraction * squares / (away * away)
 
 
 class Flow:
@@ -70,7 +78,15 @@ class Flow:
         n = len(self.model.row)
         return neutral + self.model.row @ state[:n], self.model.row @ state[n:]
 
-    def fly(self, state: Floats, drive: Floats, film: Film, neutral: float, every: int = SUBSTEPS) -> Floats:
+    def fly(
+        self,
+        state: Floats,
+        drive: Floats,
+        film: Film,
+        neutral: Floats | float,
+        every: int = SUBSTEPS,
+        squares: Floats | None = None,
+    ) -> Floats:
         """States after every ``every``-th step, the first one included.
 
         Parameters
@@ -82,7 +98,11 @@ class Flow:
         film
             At the foot.
         neutral
-            Gap of the foot where x = 0 [m].
+            Gap of the foot where x = 0 [m], a number or one for each flight (N,).
+        every
+            Steps from one state that is returned to the next.
+        squares
+            Squared volts [V^2] at the ends of the steps (steps + 1, N), where the foot is attracted.
 
         Returns
         -------
@@ -98,7 +118,8 @@ class Flow:
         foot[0, :size], foot[1, size:] = row, row
         by_film = foot @ last_film
         at = foot @ state
-        force = film.force(at[0] + neutral, at[1])
+        felt = None if squares is None else squares[0]
+        force = film.force(at[0] + neutral, at[1], felt)
         last = self.last[:, :1]
         step = np.concatenate([self.free, self.first, last], axis=1)
         stacked = np.empty((step.shape[1], state.shape[1]))
@@ -108,8 +129,9 @@ class Flow:
             moved = step @ stacked
             base = foot @ moved
             at = base + by_film * force
+            felt = None if squares is None else squares[k + 1]
             for _ in range(_CORRECTIONS):
-                force = film.force(at[0] + neutral, at[1])
+                force = film.force(at[0] + neutral, at[1], felt)
                 at = base + by_film * force
             state = moved + last_film * force
             if (k + 1) % every == 0:

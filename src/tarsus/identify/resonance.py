@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,9 @@ from tarsus.errors import InputError
 from tarsus.identify.bootstrap import Interval
 from tarsus.identify.draws import DRAWS, drawn_counts, student
 from tarsus.identify.foot import FootModel
-from tarsus.identify.frf import estimate_frf
+from tarsus.identify.frf import Frf, estimate_frf
 from tarsus.identify.hysteresis import Shares
-from tarsus.identify.lsfd import residues_of
+from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
 from tarsus.measurement import Measurement, Quantity
@@ -36,6 +36,12 @@ Floats = NDArray[np.float64]
 _ORDERS_PER_MODE = 6
 _FEWEST_ORDERS = 12
 _EDGE = 0.01
+_PARTS = (2, 3, 4)
+"""Parts of the band, overlapping, that are searched one by one until there are modes enough: weak modes show beside
+strong ones of their own neighbourhood only."""
+_OVERLAP = 1.25
+_KNOWN_TO = 3e-4
+"""Relative error that a participation has at least: the drive is not quite linear, and all sweeps share that."""
 _SWAPPED = 0.5
 _WORST_SHAPE = 0.5
 
@@ -123,6 +129,10 @@ def _fitted(
     inside = band[0] + margin, band[1] - margin
     frf = estimate_frf(records, [drive], names, inside)
     fit = identify_modes(frf, inside, order=max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
+    for parts in _PARTS:
+        if len(fit.modes) >= count:
+            break
+        fit = _in_parts(frf, inside, parts, max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
     if len(fit.modes) < count:
         raise InputError(
             f"{first.source} and its repeats show {len(fit.modes)} modes from {inside[0]:.4g} to "
@@ -135,6 +145,32 @@ def _fitted(
     if chosen.refused:
         raise InputError([f"{first.source} and its repeats: {said}" for said in chosen.refused])
     return chosen
+
+
+def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> ModalFit:
+    """Modes of a band from several parts of it, with the synthesis of all over the whole band."""
+    edges = np.geomspace(*band, parts + 1)
+    modes: list[IdentifiedMode] = []
+    poles: dict[int, list[NDArray[np.complex128]]] = {}
+    for low, high in pairwise(edges):
+        part = max(low / _OVERLAP, band[0]), min(high * _OVERLAP, band[1])
+        try:
+            fit = identify_modes(frf, part, order)
+        except InputError:
+            continue
+        for mode in fit.modes:
+            f = mode.frequency.value
+            if low <= f <= high and all(abs(f - m.frequency.value) > m.damping.value * f for m in modes):
+                modes.append(mode)
+        for number, found in fit.poles.items():
+            poles.setdefault(number, []).append(found)
+    whole = frf.between(*band)
+    modes.sort(key=lambda mode: mode.frequency.value)
+    channels = whole.values.reshape(-1, len(whole.frequency))
+    ends = np.array([mode.pole for mode in modes], dtype=complex)
+    residues, background = residues_of(whole.frequency, channels, ends)
+    synthesis = (synthesise(whole.frequency, ends, residues) + background).reshape(whole.values.shape)
+    return ModalFit(whole, tuple(modes), {n: np.concatenate(one) for n, one in poles.items()}, synthesis)
 
 
 def _drawn(number: Interval, random: np.random.Generator) -> Floats:
@@ -215,5 +251,5 @@ def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, 
     drawn = counts @ table
     off = load.participation[0] * drawn[:, 1:] / drawn[:, :1] - values
     off = off * student(float(len(table)))
-    covariance = np.atleast_2d(np.cov(off.T)) + np.diag((1e-4 * values) ** 2)
+    covariance = np.atleast_2d(np.cov(off.T)) + np.diag((_KNOWN_TO * values) ** 2)
     return Shares(values, covariance), values + off

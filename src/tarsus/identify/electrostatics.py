@@ -1,0 +1,298 @@
+"""Records close to the ground, without contact -> electrostatics and film.
+
+From rest on, the structure moves under the drive's force, the film's ``-C g' / (g + g0)^3`` (3.26) and, where the
+foot has an electrode, the attraction ``-C_e V^2 / (g + g_e)^2`` (3.25). Whole records at several gaps and voltages
+are fitted together by the logarithms of the constants. Near one gap only ``C / (g + g0)^3`` and ``C_e / (g +
+g_e)^2`` are seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.identify.draws import carried, newton_draws
+from tarsus.identify.flight import SUBSTEPS, Film, Flow
+from tarsus.identify.foot import FootModel
+from tarsus.identify.known import Known
+from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.traces import Trace
+from tarsus.identify.volts import Volts
+
+__all__ = ["identify_close"]
+
+Floats = NDArray[np.float64]
+
+FILM = ("ground.film.coefficient", "ground.film.thickness")
+ATTRACTION = ("ground.electrostatic.coefficient", "ground.electrostatic.offset")
+
+LONGEST = 0.1
+"""Time [s] of a record that is fitted, from the beginning of the drive."""
+
+_CLOSEST = 0.05
+"""Part of the gap below which a foot counts as having touched."""
+_ROUNDS = 25
+_STEP = 1e-4
+_SPREAD = 2.3
+"""Standard deviation of the logarithms about the first guess, a factor of ten, which keeps a fit from running
+away."""
+_SETTLED = 1e-3
+_SHOWN = 4
+
+
+@dataclass(frozen=True)
+class _Close:
+    """Records close to the ground, ready to be fitted with any model.
+
+    names (p,) of the constants; centre (p,): logarithms of the first guess.
+    """
+
+    traces: tuple[Trace, ...]
+    volts: tuple[Volts, ...]
+    first: tuple[int, ...]
+    counts: tuple[int, ...]
+    names: tuple[str, ...]
+    centre: Floats
+
+    def film(self, theta: Floats, model: FootModel) -> Film:
+        """Forces for logarithms (p, N) of the constants; those that are not fitted are the model's."""
+        own = dict(zip(self.names, np.exp(np.clip(theta, *_LIMITS)), strict=True))
+        ground = model.scene.ground.acting
+        known = {FILM[0]: 0.0, FILM[1]: 1.0, ATTRACTION[0]: 0.0, ATTRACTION[1]: 1.0}
+        if ground.film is not None:
+            known |= {FILM[0]: ground.film.coefficient, FILM[1]: ground.film.thickness}
+        if ground.electrostatic is not None:
+            known |= {
+                ATTRACTION[0]: ground.electrostatic.coefficient,
+                ATTRACTION[1]: ground.electrostatic.offset,
+            }
+        return Film(*(own.get(name, known[name]) for name in (*FILM, *ATTRACTION)))
+
+    def system(
+        self, model: FootModel, theta: Floats
+    ) -> tuple[Floats, Floats, Floats, list[Floats], list[Floats]]:
+        """By record: information (nr, p, p), score (nr, p), cost (nr,), residuals and flights."""
+        count, p = len(self.traces), len(theta)
+        flow = Flow(model, self.traces[0].step / SUBSTEPS)
+        steps = SUBSTEPS * (max(self.counts) - 1) + 1
+        drive, squares = np.zeros((steps, count)), np.zeros((steps, count))
+        for r, volts in enumerate(self.volts):
+            force = volts.force(model.law, model.history, self.first[r], self.counts[r])
+            level = volts.fine[SUBSTEPS * self.first[r] :][: len(force)]
+            drive[: len(force), r], squares[: len(level), r] = force, level**2
+            drive[len(force) :, r], squares[len(level) :, r] = force[-1], level[-1] ** 2
+        tries = np.concatenate([theta[:, None], theta[:, None] + _STEP * np.eye(p)], axis=1)
+        film = self.film(np.repeat(tries, count, axis=1), model)
+        start = np.zeros((len(model.flow), count))
+        start[: len(model.row)] = self._start(model)
+        gaps = np.array([model.gap if one.gap is None else one.gap for one in self.traces])
+        many = p + 1
+        flown = flow.fly(
+            np.tile(start, (1, many)),
+            np.tile(drive, (1, many)),
+            film,
+            np.tile(gaps, many),
+            squares=np.tile(squares, (1, many)),
+        )
+        points = len(model.points)
+        output = np.zeros((2 * points, len(start)))
+        output[:points, : len(model.row)] = output[points:, len(model.row) :] = model.rows
+        seen = np.einsum("ci,sin->nsc", output, flown)
+        rest = model.rows @ start[: len(model.row)]
+        information, score, cost = np.zeros((count, p, p)), np.zeros((count, p)), np.zeros(count)
+        residuals, flights = [], []
+        for r, trace in enumerate(self.traces):
+            part = slice(self.first[r], self.first[r] + self.counts[r])
+            measured = np.concatenate([trace.x[:, part] + rest[:, [r]], trace.v[:, part]])
+            white = np.concatenate([trace.noise_x, trace.noise_v])[:, None]
+            mine = seen[r::count, : self.counts[r]].transpose(0, 2, 1)
+            residual = (measured - mine[0]) / white
+            slopes = ((mine[1:] - mine[0]) / white / _STEP).reshape(p, -1)
+            information[r], score[r] = slopes @ slopes.T, slopes @ residual.ravel()
+            cost[r] = float(np.sum(residual**2))
+            residuals.append(residual)
+            flights.append(mine[0])
+        return information, score, cost, residuals, flights
+
+    def _start(self, model: FootModel) -> Floats:
+        """Coordinates (n, nr) at rest before the drive."""
+        columns = [
+            np.linalg.solve(model.stiffness, model.load)
+            * float(model.law.force(trace.volts[:1], model.history)[0])
+            for trace in self.traces
+        ]
+        return np.array(columns, dtype=np.float64).T
+
+
+_LIMITS = (np.log(1e-30), np.log(1.0))
+
+
+def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed: int) -> StepResult:
+    """Constants of the attraction, and of the film where no earlier step has found them.
+
+    Parameters
+    ----------
+    model
+        Structure and drive as identified; the laws that its ground has are the ones that are looked for.
+    known
+        What earlier steps found, with draws.
+    traces
+        Records close to the ground that never touch it, each with its gap at the neutral position.
+    seed
+        Of the draws.
+
+    Raises
+    ------
+    InputError
+        If the device's ground has neither law, or every record touches the ground.
+    """
+    ground = model.scene.ground.acting
+    names: list[str] = []
+    if ground.film is not None and FILM[0] not in known.paths:
+        names += FILM
+    if ground.electrostatic is not None and model.scene.robot.feet[model.foot].electrode is not None:
+        names += ATTRACTION
+    if not names:
+        raise InputError("the device's ground has no attraction, and no film that is still unknown")
+    used, left = _apart(model, traces)
+    if not used:
+        raise InputError([str(one) for one in left])
+    close = _prepared(model, used, tuple(names))
+    theta, system = _fitted(close, model)
+    information, score, _, residuals, flights = system
+    prior = np.eye(len(theta)) / _SPREAD**2
+
+    def again(values: Floats) -> Floats:
+        moved = close.system(known.model(values), theta)
+        return theta + np.linalg.solve(
+            moved[0].sum(axis=0) + prior, moved[1].sum(axis=0) + prior @ (close.centre - theta)
+        )
+
+    own = newton_draws(information, score, seed, prior)
+    logs = theta + own + carried(again, known.values, known.samples)
+    samples = np.exp(np.clip(logs, *_LIMITS))
+
+    def likelihood(values: Floats) -> float:
+        return -0.5 * float(close.system(model, np.log(np.maximum(values, 1e-30)))[2].sum())
+
+    return StepResult(
+        "electrostatics",
+        close.names,
+        np.exp(theta),
+        samples,
+        combinations=_combinations(close, theta, logs),
+        residuals=tuple(
+            Residual(f"{trace.file}, over the noise", "1", float(np.sqrt(np.mean(one**2))), 1.0, one.size)
+            for trace, one in zip(close.traces, residuals, strict=True)
+        ),
+        used=(Used("records close to the ground", len(used), len(traces)),),
+        left_out=tuple(left),
+        panels=_panels(model, close, residuals, flights),
+        likelihood=likelihood,
+    )
+
+
+def _apart(model: FootModel, traces: Sequence[Trace]) -> tuple[list[Trace], list[LeftOut]]:
+    """Records whose foot stays clear of the ground, and the others."""
+    used, left = [], []
+    rest = model.static_load * float(model.law.force(np.zeros(1), model.history)[0])
+    for trace in traces:
+        gap = model.gap if trace.gap is None else trace.gap
+        lowest = gap + rest + float(np.min(model.normal * trace.x[trace.point(model.foot_point)]))
+        if lowest > _CLOSEST * gap:
+            used.append(trace)
+        else:
+            text = f"the foot comes within {1e6 * max(lowest, 0.0):.2g} um of the ground and may touch it"
+            left.append(LeftOut(trace.file, model.foot_point, text))
+    return used, left
+
+
+def _prepared(model: FootModel, traces: Sequence[Trace], names: tuple[str, ...]) -> _Close:
+    first = [int(np.searchsorted(trace.time, -1e-9)) for trace in traces]
+    counts = [
+        min(len(trace.time) - start, round(LONGEST / trace.step))
+        for trace, start in zip(traces, first, strict=True)
+    ]
+    gap = float(np.median([model.gap if trace.gap is None else trace.gap for trace in traces]))
+    omega = float(np.sqrt(np.linalg.eigvals(np.linalg.solve(model.mass, model.stiffness)).real.min()))
+    share = float(model.row @ np.linalg.solve(model.stiffness, model.row))
+    volts = max(float(np.max(np.abs(trace.volts))) for trace in traces)
+    force = float(np.max(np.abs(model.law.force(np.array([volts]), model.history))))
+    guess = {
+        FILM[0]: 0.02 / (omega * share) * gap**3,
+        FILM[1]: 0.3 * gap,
+        ATTRACTION[0]: 0.02 * force / volts**2 * (10.0 * gap) ** 2,
+        ATTRACTION[1]: 10.0 * gap,
+    }
+    return _Close(
+        tuple(traces),
+        tuple(Volts.of(trace.volts) for trace in traces),
+        tuple(first),
+        tuple(counts),
+        names,
+        np.log([guess[name] for name in names]),
+    )
+
+
+def _fitted(
+    close: _Close, model: FootModel
+) -> tuple[Floats, tuple[Floats, Floats, Floats, list[Floats], list[Floats]]]:
+    """Logarithms of the constants by Levenberg-Marquardt."""
+    theta, damping = close.centre.copy(), 1e-3
+    prior = np.eye(len(theta)) / _SPREAD**2
+    good = close.system(model, theta)
+    cost = float(good[2].sum())
+    for _ in range(_ROUNDS):
+        whole = good[0].sum(axis=0) + prior
+        right = good[1].sum(axis=0) + prior @ (close.centre - theta)
+        step = np.linalg.solve(whole + damping * np.diag(np.diag(whole)), right)
+        tried = theta + np.clip(step, -1.0, 1.0)
+        new = close.system(model, tried)
+        off, before = tried - close.centre, theta - close.centre
+        total = float(new[2].sum() + off @ prior @ off)
+        if total < cost + float(before @ prior @ before):
+            done = cost + float(before @ prior @ before) - total < _SETTLED
+            theta, good, cost, damping = tried, new, float(new[2].sum()), 0.1 * damping
+            if done:
+                break
+        else:
+            damping = max(10.0 * damping, 1e-3)
+            if damping > 1e8:
+                break
+    return theta, good
+
+
+def _combinations(close: _Close, theta: Floats, logs: Floats) -> dict[str, tuple[float, Floats, str]]:
+    """What the records tell better than the constants alone: damping and attraction at the smallest gap."""
+    out: dict[str, tuple[float, Floats, str]] = {}
+    gap = float(min(one.gap for one in close.traces if one.gap is not None)) if close.traces[0].gap else 0.0
+    for names, power, label, unit in (
+        (FILM, 3, "C / (g + g0)^3", "N s/m"),
+        (ATTRACTION, 2, "C_e / (g + g_e)^2", "N/V^2"),
+    ):
+        if names[0] not in close.names:
+            continue
+        a, b = close.names.index(names[0]), close.names.index(names[1])
+        value = float(np.exp(theta[a]) / (gap + np.exp(theta[b])) ** power)
+        draws = np.exp(logs[:, a]) / (gap + np.exp(logs[:, b])) ** power
+        out[f"{label} at g = {1e6 * gap:.3g} um"] = (value, draws, unit)
+    return out
+
+
+def _panels(
+    model: FootModel, close: _Close, residuals: Sequence[Floats], flights: Sequence[Floats]
+) -> tuple[Panel, ...]:
+    k = model.points.index(model.foot_point)
+    panels = []
+    for r in np.unique(np.linspace(0, len(close.traces) - 1, _SHOWN).round().astype(int)):
+        trace = close.traces[r]
+        time = trace.time[close.first[r] : close.first[r] + close.counts[r]]
+        gap = model.gap if trace.gap is None else trace.gap
+        fitted = gap + model.normal * flights[r][k]
+        seen = fitted + model.normal * residuals[r][k] * trace.noise_x[k]
+        curves = (Curve("measured", time, seen, joined=False), Curve("fitted", time, fitted))
+        panels.append(Panel(trace.file, "time", "s", "gap", "m", curves))
+    return tuple(panels)
