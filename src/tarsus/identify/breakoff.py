@@ -18,6 +18,7 @@ from scipy.linalg import null_space
 from tarsus.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
+from tarsus.identify.normal_equations import NormalEquations
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Hold, Trace, holds
 from tarsus.identify.volts import Volts
@@ -263,7 +264,7 @@ class BreakOffs:
         return shared + step, prepared.pulls(fitted.unknowns + own)
 
 
-def _profiled(system: _System) -> float:
+def _profiled(system: NormalEquations) -> float:
     """Cost with every flight's unknowns at their best, to second order."""
     gain = np.einsum(
         "rq,rq->", system.right_own, np.linalg.solve(system.own, system.right_own[..., None])[..., 0]
@@ -320,59 +321,6 @@ def _joint(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -
 def _grounded(model: FootModel) -> Floats:
     """Coordinates (n,) with the foot on the ground, the shortest ones."""
     return -model.gap * model.row / float(model.row @ model.row)
-
-
-@dataclass(frozen=True)
-class _System:
-    """Normal equations of all flights: own (nr, q, q), across (nr, q, 2), shared (nr, 2, 2), right sides, costs."""
-
-    own: Floats
-    across: Floats
-    shared: Floats
-    right_own: Floats
-    right_shared: Floats
-    cost: Floats
-    count: Floats
-    residuals: tuple[Floats, ...]
-    flights: tuple[Floats, ...]
-
-    def where(self, chosen: NDArray[np.bool_], other: _System) -> _System:
-        """This system for the chosen flights (nr,), another one for the rest."""
-        mixed: list[Floats] = [
-            np.where(chosen.reshape(-1, *[1] * (np.ndim(mine) - 1)), mine, theirs)
-            for mine, theirs in zip(self._arrays(), other._arrays(), strict=True)
-        ]
-        residuals, flights = (
-            tuple(a if yes else b for a, b, yes in zip(mine, theirs, chosen, strict=True))
-            for mine, theirs in ((self.residuals, other.residuals), (self.flights, other.flights))
-        )
-        return _System(*mixed, residuals=residuals, flights=flights)
-
-    def _arrays(self) -> tuple[Floats, ...]:
-        return self.own, self.across, self.shared, self.right_own, self.right_shared, self.cost, self.count
-
-    def reduced(self) -> tuple[Floats, Floats]:
-        """Information (nr, 2, 2) and score (nr, 2) about the film, with each flight's unknowns taken along."""
-        solved = np.linalg.solve(self.own, self.across)
-        information = self.shared - np.einsum("rqa,rqb->rab", self.across, solved)
-        score = self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)
-        return information, score
-
-    def solve(
-        self, prior: Floats, right: Floats, damping: Floats, film_damping: float
-    ) -> tuple[Floats, Floats]:
-        """Steps of the unknowns (nr, q), damped flight by flight (nr,), and of the film (2,); an infinite damping
-        holds the film."""
-        diagonal = np.einsum("rqq->rq", self.own)[:, :, None] * np.eye(self.own.shape[1])
-        own = self.own + damping[:, None, None] * diagonal
-        step = np.zeros(2)
-        if np.isfinite(film_damping):
-            solved = np.linalg.solve(own, self.across)
-            information = (self.shared - np.einsum("rqa,rqb->rab", self.across, solved)).sum(axis=0)
-            score = (self.right_shared - np.einsum("rqa,rq->ra", solved, self.right_own)).sum(axis=0)
-            step = np.linalg.solve(information * (1.0 + film_damping * np.eye(2)) + prior, score + right)
-        unknowns = np.linalg.solve(own, (self.right_own - self.across @ step)[..., None])[..., 0]
-        return unknowns, step
 
 
 def _alike(counts: NDArray[np.intp]) -> list[NDArray[np.intp]]:
@@ -439,7 +387,7 @@ class _Prepared:
         part = place - whole
         return (1.0 - part) * self.near[whole, group] + part * self.near[whole + 1, group]
 
-    def system(self, unknowns: Floats, shared: Floats) -> _System:
+    def system(self, unknowns: Floats, shared: Floats) -> NormalEquations:
         """Flights at the unknowns (nr, q) and the film, and their derivatives by differences."""
         count, q = unknowns.shape
         m = self.free.shape[1]
@@ -468,7 +416,7 @@ class _Prepared:
                 pieces[r] = (normal, right, float(np.sum(residual**2)), residual, part[0])
         normal = np.array([one[0] for one in pieces])
         right = np.array([one[1] for one in pieces])
-        return _System(
+        return NormalEquations(
             normal[:, :q, :q],
             normal[:, :q, q:],
             normal[:, q:, q:],
@@ -500,7 +448,7 @@ class _Prepared:
         flown = self.flow.fly(start, drive, film, self.model.gap)
         return np.einsum("ci,sin->scn", self.output, flown)
 
-    def result(self, system: _System, unknowns: Floats, film: FilmGuess) -> Fitted:
+    def result(self, system: NormalEquations, unknowns: Floats, film: FilmGuess) -> Fitted:
         """Pulls with their errors, at the end of a fit."""
         information, score = system.reduced()
         steps = np.maximum(np.abs(unknowns).max(axis=0), 1e-12) * 1e-6
