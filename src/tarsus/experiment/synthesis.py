@@ -401,13 +401,23 @@ def _bouncing(scene: Scene, rate: float, drive: str) -> list[Square]:
         for volts in np.arange(0.5, 8.01, 0.25):
             wave = Square(amplitude=float(volts), frequency=hz)
             run = simulate(_placed(scene, Take("", Purpose.BOUNCES, wave, BOUNCE_S), drive), BOUNCE_S)
-            touch = run.events[run.events["kind"] != 3]
-            far = np.diff(touch["time"]) * rate > _APART
-            clear = (touch["kind"][1:-1] == 1) & far[:-1] & far[1:]
-            found.append((int(np.count_nonzero(clear)), wave))
+            found.append((_clear_bounces(run.events, wave, rate), wave))
         if sorted(count for count, _ in found)[-2] >= _ENOUGH:
             break
     return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]]
+
+
+def _clear_bounces(events: np.ndarray, wave: Square, rate: float) -> int:
+    """Bounces with samples enough between them and the touches and jumps of the drive on both sides."""
+    touch = events[events["kind"] != 3]
+    jumps = 0.5 / wave.frequency * np.arange(round(2.0 * BOUNCE_S * wave.frequency) + 1)
+    ends = np.sort(np.concatenate([touch["time"], jumps]))
+    bounces = touch["time"][touch["kind"] == 1]
+    place = np.searchsorted(ends, bounces)
+    inside = (place > 0) & (place < len(ends) - 1)
+    before = bounces[inside] - ends[place[inside] - 1]
+    after = ends[place[inside] + 1] - bounces[inside]
+    return int(np.count_nonzero(np.minimum(before, after) * rate > _APART))
 
 
 _ENOUGH = 15
