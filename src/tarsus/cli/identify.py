@@ -65,18 +65,16 @@ def identify(
 def _show(found: Identification) -> None:
     from tarsus.cli import console
     from tarsus.spec import float_paths
-    from tarsus.units import format_quantity
 
     units = float_paths(found.model.scene)
     rows = []
     for step in found.steps.values():
         for path, value in zip(step.paths, step.values, strict=True):
             unit = units[path].unit
-            ends = [_rounded(end) for end in step.interval(path)]
-            rows.append((path, *(format_quantity(_rounded(float(v)), unit) for v in (value, *ends))))
+            rows.append((path, *(_shown(float(v), unit) for v in (value, *step.interval(path)))))
         for name, (value, draws, unit) in step.combinations.items():
             low, high = _middle(draws)
-            rows.append((name, *(format_quantity(_rounded(v), unit) for v in (value, low, high))))
+            rows.append((name, *(_shown(v, unit) for v in (value, low, high))))
     console.table(("parameter", "value", "from", "to (95 %)"), rows)
     used = found.files_used
     print(f"\n{used} of {len(found.readings)} files used")
@@ -93,8 +91,9 @@ def _show(found: Identification) -> None:
         )
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")
+def _shown(value: float, unit: str) -> str:
+    """Five digits with the SI unit."""
+    return f"{value:.5g}" if unit == "1" else f"{value:.5g} {unit}"
 
 
 def _middle(draws: object) -> tuple[float, float]:

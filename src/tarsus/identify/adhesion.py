@@ -85,6 +85,14 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
 
     rest = pull - line.values[0] - line.values[1] * duration
     ends = np.array([0.0, float(duration.max())])
+    left_over = Panel(
+        "what the line leaves",
+        "contact time",
+        "s",
+        "force",
+        "N",
+        (Curve("break-offs", duration, rest, joined=False, error=error), Curve("line", ends, np.zeros(2))),
+    )
     panel = Panel(
         "pull-off force over contact time",
         "contact time",
@@ -112,7 +120,7 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         ),
         used=(Used("break-offs", int(kept.sum()), len(kept)),),
         left_out=left,
-        panels=(panel,),
+        panels=(panel, left_over),
         likelihood=likelihood,
     )
 

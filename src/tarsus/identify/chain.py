@@ -387,8 +387,8 @@ def _left(file: str, said: str) -> LeftOut:
     rest = said.removeprefix(file)
     named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
     if named is None or rest == said:
-        return LeftOut(file, "", rest.removeprefix(": "))
-    return LeftOut(file, named[1], rest[named.end() :])
+        return LeftOut(file, "", rest.removeprefix(":").strip())
+    return LeftOut(file, named[1], rest[named.end() :].strip())
 
 
 def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:

@@ -340,4 +340,9 @@ def _shown(
                 panels.append(
                     Panel(f"{point}, foot in the air", "voltage", "V", f"{point} from rest", "m", curves)
                 )
+                left = (
+                    Curve("measured", trace.volts[index], rest, joined=False),
+                    Curve("fitted", trace.volts[index], 0.0 * rest),
+                )
+                panels.append(Panel(f"{point}, what the fit leaves", "voltage", "V", point, "m", left))
     return tuple(panels), tuple(residuals)

@@ -1,4 +1,5 @@
-"""Normal equations of many flights that share a film and nothing else: a flight's own unknowns are eliminated first."""
+"""Normal equations of many flights that share a film and nothing else: a flight's own unknowns are eliminated
+first."""
 
 from __future__ import annotations
 

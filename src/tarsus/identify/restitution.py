@@ -168,6 +168,18 @@ def _result(
         return -0.5 * float(np.sum((departure - theta[0] * approach) ** 2 / spread))
 
     line = np.array([0.0, float(approach.max())])
+    error = np.sqrt(noise)
+    left_over = Panel(
+        "what e times approach leaves",
+        "approach",
+        "m/s",
+        "departure",
+        "m/s",
+        (
+            Curve("impacts", approach, rest, joined=False, error=error),
+            Curve("e times approach", line, 0.0 * line),
+        ),
+    )
     panel = Panel(
         "velocity after over velocity before an impact",
         "approach",
@@ -195,7 +207,7 @@ def _result(
         ),
         used=(Used("impacts", len(departure), total),),
         left_out=tuple(left),
-        panels=(panel,),
+        panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
         likelihood=likelihood,
     )

@@ -1,0 +1,61 @@
+"""`synthesize` and `identify` as a user runs them."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+
+def test_bad_words_are_sentences(tarsus, tmp_path):
+    assert (
+        tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--rate", "20 kg")
+        .sentences[0]
+        .startswith("--rate: ")
+    )
+    refused = tarsus("synthesize", "cantilever", "-o", str(tmp_path / "a"), "--perturb", "1.5")
+    assert refused.code == 2 and refused.sentences == ["expected a perturbation from 0 to below 1, got 1.5"]
+    assert tarsus("synthesize", "millipede", "-o", str(tmp_path / "a")).code == 2
+    missing = tarsus("identify", str(tmp_path / "none.toml"))
+    assert missing.code == 2 and missing.sentences == [f"{tmp_path / 'none.toml'}: no such file"]
+
+
+@pytest.mark.slow
+def test_a_campaign_from_end_to_end(tarsus, tmp_path):
+    lab, result = tmp_path / "lab", tmp_path / "result"
+    made = tarsus("synthesize", "cantilever", "-o", str(lab), "--seed", "3", "--perturb", "0.2")
+    assert made.code == 0 and (lab / "truth" / "device.toml").is_file()
+    (lab / "loops-2.txt").write_bytes((lab / "loops-2.txt").read_bytes()[:100_000])
+    found = tarsus("identify", str(lab / "campaign.toml"), "-o", str(result))
+    assert found.code == 0, found.err
+    assert len(found.sentences) == 1 and "left out: loops-2.txt: is truncated" in found.sentences[0]
+    assert "ground.adhesion.rate" in found.out and "held-out signals: 16" in found.out
+    assert sorted(path.name for path in result.iterdir()) == [
+        "draws.npz", "identification.json", "identified.toml", "report.html",
+    ]  # fmt: skip
+    told = json.loads((result / "identification.json").read_text(encoding="utf-8"))
+    assert told["not_done"] == {} and told["files"]["read"] - told["files"]["used"] == 1
+    assert tarsus("simulate", str(result / "identified.toml"), "--json").code == 0
+    assert tarsus("check", str(result / "identified.toml")).code == 0
+
+
+@pytest.mark.slow
+def test_a_robot_close_to_the_ground(tarsus, tmp_path):
+    lab = tmp_path / "lab"
+    assert tarsus("synthesize", "hexapod", "-o", str(lab), "--seed", "2").code == 0
+    found = tarsus("identify", str(lab), "--no-report", "--json")
+    assert found.code == 0, found.err
+    numbers = {
+        path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()
+    }
+    for path, true in (
+        ("robot.structure.frequencies.0", 117.2396),
+        ("robot.structure.frequencies.5", 2866.066),
+        ("robot.drives.pzt.law.gain", 1.928e-6),
+        ("ground.film.coefficient", 9.999e-20),
+        ("ground.film.thickness", 5e-6),
+        ("ground.electrostatic.coefficient", 9.999e-17),
+        ("ground.electrostatic.offset", 250e-6),
+        ("ground.restitution.coefficient", 0.51),
+    ):
+        assert numbers[path]["value"] == pytest.approx(true, rel=0.05), path

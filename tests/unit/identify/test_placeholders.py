@@ -1,0 +1,40 @@
+"""What a device file holds where it is said to be unknown changes nothing of the result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from identify.campaigns import folder
+
+from tarsus.experiment.synthesis import identified_paths
+from tarsus.identify.campaign import read_campaign
+from tarsus.identify.chain import Chain
+
+
+def first_steps(factor: float) -> dict[str, float]:
+    opened = read_campaign(folder())
+    scene = opened.model.scene
+    values = {"robot.drives.pzt.law.linear": 1e-6 * factor, "robot.drives.pzt.law.constant": 1e-7 * factor}
+    values |= {"ground.film.coefficient": 1e-20 * factor, "ground.film.thickness": 1e-5 * factor}
+    values |= {
+        "robot.structure.damping_ratios.0": 0.02 * factor,
+        "robot.structure.frequencies.0": 550.0 + 20.0 * factor,
+    }
+    values |= {"robot.drives.pzt.load.participation.1": factor, "ground.adhesion.rate": 1e-6 * factor}
+    assert set(values) <= set(identified_paths(scene))
+    chain = Chain(replace(opened, model=opened.model.changed(values)))
+    chain.read()
+    chain.find_ground()
+    for name, _, step in chain.planned()[:4]:
+        chain.attempt(name, step)
+    assert not chain.not_done
+    return dict(zip(chain.known.paths, chain.known.values.tolist(), strict=True))
+
+
+def test_placeholders_do_not_matter():
+    one, other = first_steps(1.0), first_steps(3.0)
+    assert one.keys() == other.keys()
+    for path, value in one.items():
+        scale = max(abs(value), 1e-9 if "weights" in path else 0.0)
+        assert other[path] == pytest.approx(value, rel=1e-3, abs=1e-3 * scale), path
