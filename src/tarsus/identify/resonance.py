@@ -9,11 +9,12 @@ device's geometry the residues tell ``p_k gamma``, and so the participations p_k
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 from scipy.stats import t
 
 from tarsus.errors import InputError
@@ -25,6 +26,7 @@ from tarsus.identify.hysteresis import Shares
 from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
+from tarsus.measure.mac import mac
 from tarsus.measurement import Measurement, Quantity
 from tarsus.scene import ModalLoad
 from tarsus.structure import Beam, Modal
@@ -85,6 +87,8 @@ def identify_resonances(
             "the structure to identify must be a beam or modal, for its frequencies to be its parameters"
         )
     fit = _fitted(model, records, band, structure.size)
+    if isinstance(structure, Modal):
+        fit = replace(fit, modes=tuple(fit.modes[k] for k in _order(model, fit)))
     frequencies = tuple(float(mode.frequency.value) for mode in fit.modes)
     ratios = tuple(float(mode.damping.value) for mode in fit.modes)
     known = len(structure.frequencies)
@@ -139,12 +143,26 @@ def _fitted(
             f"{inside[1]:.4g} Hz, and "
             f"the structure has {count}: sweep wider, or average more"
         )
-    strength = [float(np.max(np.abs(mode.residues)) / abs(mode.pole.real)) for mode in fit.modes]
-    kept = sorted(np.argsort(strength)[::-1][:count])
-    chosen = fit.only([fit.modes[int(k)].frequency.value for k in kept])
+    chosen = fit.only([fit.modes[int(k)].frequency.value for k in _picked(model, fit, count)])
     if chosen.refused:
         raise InputError([f"{first.source} and its repeats: {said}" for said in chosen.refused])
     return chosen
+
+
+def _picked(model: FootModel, fit: ModalFit, count: int) -> list[int]:
+    """Numbers of the modes of the structure among those found: the strongest, by frequency, or those of its
+    shapes."""
+    if isinstance(model.scene.robot.structure, Modal):
+        return sorted(_order(model, fit))
+    strength = [float(np.max(np.abs(mode.residues)) / abs(mode.pole.real)) for mode in fit.modes]
+    return sorted(int(k) for k in np.argsort(strength)[::-1][:count])
+
+
+def _order(model: FootModel, fit: ModalFit) -> list[int]:
+    """Number of the mode found for each mode of a structure whose shapes are known (MAC, one to one)."""
+    likeness = np.atleast_2d(mac(_shapes(model).T, _parts(model, fit).T))
+    _, found = linear_sum_assignment(-likeness)
+    return [int(k) for k in found]
 
 
 def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> ModalFit:
