@@ -256,7 +256,7 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     for hz, duty, periods in RAMPS:
         wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
         takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
-    for wave in _bouncing(scene, rate, drive):
+    for wave in _bouncing(scene, rate, drive, _squares()):
         level = f"{1000.0 * wave.amplitude:g}mv-{wave.frequency:g}hz"
         near, far = f"bounces-{level}", f"air-{level}"
         takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
@@ -288,7 +288,7 @@ def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Take]:
             wave = _clear(scene, drive, gap, hz, top)
             name = f"close-{1e6 * gap:.4g}um-{hz:g}hz".replace(".", "p")
             takes.append(Take(name, Purpose.CLOSE, wave, CLOSE_S, gap=gap))
-    for number, wave in enumerate((signal, *_half_size(signal))):
+    for number, wave in enumerate(_bouncing(scene, rate, drive, _robot_squares(signal, top))):
         near, far = f"bounces-{number + 1}", f"air-{number + 1}"
         takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
         takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
@@ -342,10 +342,16 @@ def _clear(scene: Scene, drive: str, gap: float, hz: float, top: float) -> Sine:
     )
 
 
-def _half_size(signal: Waveform) -> list[Waveform]:
-    """The same signal at 70 % of its voltage, where it has one."""
-    scaled = {name: 0.7 * getattr(signal, name) for name in ("amplitude", "offset") if hasattr(signal, name)}
-    return [with_values(signal, scaled)] if scaled else []
+def _robot_squares(signal: Waveform, top: float) -> list[list[Square]]:
+    """Square waves from 0 V up, at the frequency of a robot's own drive and below it."""
+    own = 1.0 / (signal.period or 1.0 / BOUNCE_HZ[0])
+    return [
+        [
+            Square(amplitude=0.5 * volts, frequency=hz, offset=0.5 * volts)
+            for volts in top * np.arange(0.6, 3.01, 0.2)
+        ]
+        for hz in (own, 0.4 * own, 0.15 * own)
+    ]
 
 
 RAMPS = (
@@ -391,20 +397,25 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
     return Sampled(times=tuple(times.tolist()), levels=tuple(levels))
 
 
-def _bouncing(scene: Scene, rate: float, drive: str) -> list[Square]:
+def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) -> list[Square]:
     """The two square waves whose bounces are told best: most of those with samples enough around.
 
-    At the frequency of section 2.4, or below it where the foot does not bounce well there.
+    Of several sets of waves, the first that has some.
     """
     found: list[tuple[int, Square]] = []
-    for hz in BOUNCE_HZ:
-        for volts in np.arange(0.5, 8.01, 0.25):
-            wave = Square(amplitude=float(volts), frequency=hz)
+    for waves in tried:
+        for wave in waves:
             run = simulate(_placed(scene, Take("", Purpose.BOUNCES, wave, BOUNCE_S), drive), BOUNCE_S)
             found.append((_clear_bounces(run.events, wave, rate), wave))
         if sorted(count for count, _ in found)[-2] >= _ENOUGH:
             break
     return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]]
+
+
+def _squares() -> list[list[Square]]:
+    """Square waves about 0 V, at the frequency of section 2.4 and below it."""
+    volts = np.arange(0.5, 8.01, 0.25)
+    return [[Square(amplitude=float(level), frequency=hz) for level in volts] for hz in BOUNCE_HZ]
 
 
 def _clear_bounces(events: np.ndarray, wave: Square, rate: float) -> int:

@@ -309,7 +309,7 @@ class Chain:
         far from the ground, and with the drive's force alone moved by as much."""
         model = self.opened.model
         gap = self.opened.campaign.other_gap
-        if gap is None or self.not_done or self.level is None:
+        if gap is None or self.not_done or self.level is None or "film" not in self.steps:
             return ()
         self._tell("with the other zero position")
         moved = model.changed({f"robot.feet.{model.foot}.gap": gap})

@@ -150,7 +150,10 @@ def _result(
 ) -> StepResult:
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     covariance = fitted.covariance * _TURN
-    whole = common_ratio(departure, approach, covariance)
+    try:
+        whole = common_ratio(departure, approach, covariance)
+    except OverflowError:
+        raise InputError("velocities before and after the impacts have no ratio in common") from None
 
     def again(values: Floats) -> Floats:
         other = known.model(values)
