@@ -1,9 +1,10 @@
 """How well devices are recovered from synthetic campaigns, and whether the intervals hold.
 
-Run ``python benchmarks/campaign_recovery.py [devices] [first] [decibels]``, by default 200 devices from seed 1 at
-40 dB. Every trial draws a device, all numbers that a campaign identifies within 20 % of the cantilever's, writes its campaign
-into a temporary folder and identifies it. Printed are the errors of every number and how often its 95 % interval
-covers the truth; trials that were not identified are listed with their reasons. A trial takes about half a minute.
+Run ``python benchmarks/campaign_recovery.py [devices] [first] [decibels]``, by default 200 devices from seed 1
+at 40 dB. Every trial draws a device, all numbers that a campaign identifies within 20 % of the cantilever's,
+writes its campaign into a temporary folder and identifies it. Printed are the errors of every number and how often
+its 95 % interval covers the truth; trials that were not identified are listed with their reasons. A trial takes
+about half a minute.
 """
 
 from __future__ import annotations
