@@ -82,12 +82,13 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     return Series(
         time=time, state=state, force=force, volts=volts, film=film, electrostatic=electrostatic, user=user,
         contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=strength_of(run, time, state.held),
-        kinetic=_quadratic(plan.system.mass, state.v), elastic=_quadratic(plan.system.stiffness, state.x),
+        kinetic=quadratic(plan.system.mass, state.v), elastic=quadratic(plan.system.stiffness, state.x),
         cumulative=_cumulative(run, run.energies, time), ledger=run.ledger,
     )  # fmt: skip
 
 
-def _quadratic(matrix: Floats, z: Floats) -> Floats:
+def quadratic(matrix: Floats, z: Floats) -> Floats:
+    """Energy (nt,) of states z (n, nt): z M z / 2."""
     return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
 
 
@@ -179,13 +180,16 @@ def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Float
         name: np.interp(time, knots, np.concatenate([[0.0], values]))
         for name, values in _terms(integrals).items()
     }
+    return out | event_losses(run, time)
+
+
+def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
+    """Energies that blows and captures have taken by the sample times [J]."""
     events = run.events
     passed = np.searchsorted(np.maximum.accumulate(events["time"]), time, side="right")
     adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
     lost = np.concatenate([[0.0], np.cumsum(events["energy"])])
-    out["adhesion"] = adhesion[passed]
-    out["impacts"] = lost[passed] - adhesion[passed]
-    return out
+    return {"adhesion": adhesion[passed], "impacts": lost[passed] - adhesion[passed]}
 
 
 def last_state(run: Run) -> Floats:

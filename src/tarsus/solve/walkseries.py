@@ -73,14 +73,10 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     return WalkSeries(
         time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
         electrostatic=electrostatic, user=user, contact=np.where(held, -(pull + smooth), 0.0),
-        strength=strength, kinetic=_quadratic(system.mass, v), elastic=_quadratic(system.stiffness, x),
-        cumulative=_cumulative(run, energy, times), ledger=run.ledger, body=place, foot_x=feet[body.leg, 1, 0],
-        slipping=sliding, friction=friction,
+        strength=strength, kinetic=of_any.quadratic(system.mass, v), elastic=of_any.quadratic(system.stiffness, x),
+        cumulative=_terms(run, energy) | of_any.event_losses(run, times), ledger=run.ledger, body=place,
+        foot_x=feet[body.leg, 1, 0], slipping=sliding, friction=friction,
     )  # fmt: skip
-
-
-def _quadratic(matrix: Floats, z: Floats) -> Floats:
-    return 0.5 * np.einsum("it,ij,jt->t", z, matrix, z)
 
 
 def _smooth(
@@ -114,15 +110,6 @@ def _terms(run: WalkRun, energy: Floats) -> dict[str, Floats]:
         "laws": none if attracted else smooth,
         "friction": energy[a.FRICTION],
     }
-
-
-def _cumulative(run: WalkRun, energy: Floats, times: Floats) -> dict[str, Floats]:
-    out = _terms(run, energy)
-    events = run.events
-    passed = np.searchsorted(np.maximum.accumulate(events["time"]), times, side="right")
-    adhesion = np.concatenate([[0.0], np.cumsum(events["adhesion_energy"])])
-    lost = np.concatenate([[0.0], np.cumsum(events["energy"])])
-    return out | {"adhesion": adhesion[passed], "impacts": lost[passed] - adhesion[passed]}
 
 
 def ledger_of(run: WalkRun, raw: RawWalks) -> Ledger:

@@ -6,6 +6,7 @@ import math
 
 from tarsus.core import hooks
 from tarsus.core.jit import fused, rare
+from tarsus.core.newton import eliminate
 from tarsus.core.nodes import N
 from tarsus.core.row import load, lowest
 from tarsus.core.walk import arrays as a
@@ -53,7 +54,7 @@ def stiff_film(body, tables, laws, state, work, i, f, kind, k):
                 matrix[r, j] = -factor * values[j]
             matrix[r, r] += 1.0
             matrix[r, N] = rest
-        if not eliminate(matrix):
+        if not eliminate(matrix, N):
             return False
         deepest = 0.0
         largest = 0.0
@@ -70,30 +71,3 @@ def stiff_film(body, tables, laws, state, work, i, f, kind, k):
                 film[f, j] = hooks.momentum(laws.parameters, laws.pointer, f, gaps[f, j])
             return True
     return False
-
-
-@rare
-def eliminate(matrix):
-    """Solve the N x N system whose right side is column N, into that column; False where it is singular."""
-    for p in range(N):
-        best = p
-        for r in range(p + 1, N):
-            if abs(matrix[r, p]) > abs(matrix[best, p]):
-                best = r
-        if matrix[best, p] == 0.0:
-            return False
-        if best != p:
-            for c in range(N + 1):
-                kept = matrix[p, c]
-                matrix[p, c] = matrix[best, c]
-                matrix[best, c] = kept
-        for r in range(p + 1, N):
-            factor = matrix[r, p] / matrix[p, p]
-            if factor != 0.0:
-                for c in range(p, N + 1):
-                    matrix[r, c] -= factor * matrix[p, c]
-    for p in range(N - 1, -1, -1):
-        for c in range(p + 1, N):
-            matrix[p, N] -= matrix[p, c] * matrix[c, N]
-        matrix[p, N] /= matrix[p, p]
-    return True

@@ -54,7 +54,6 @@ def expand(mass, stiffness, damping, h, span, u0, w0, push, momentum, coefficien
     m = 1.0 / mass
     power = 1.0
     n = 0
-    size = 0.0
     while n < TERMS - 1:
         force = 0.0
         film = 0.0
@@ -70,7 +69,6 @@ def expand(mass, stiffness, damping, h, span, u0, w0, push, momentum, coefficien
         n += 1
         series[0, n] = du
         series[1, n] = dw
-        size = max(abs(u0), abs(series[0, 1]), size)
         # velocities over the span are displacements: both are small in the same unit
         if n > N and abs(du) + step * abs(dw) < 1e-18 * (abs(u0) + step * abs(w0)) + 1e-40:
             break
