@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tarsus.drive.hysteresis import PrandtlIshlinskii, fit_branches
@@ -40,14 +40,12 @@ def play_by_play(sequence: list[float], threshold: float, state: float = 0.0) ->
     return states
 
 
-@settings(max_examples=100, deadline=None)
 @given(sequence=sequences, threshold=st.floats(0.0, 8.0))
 def test_scan_is_the_recursion(sequence: list[float], threshold: float) -> None:
     got = play_states(np.array(sequence), np.array([threshold]), np.zeros(1))[:, 0]
     assert got.tolist() == play_by_play(sequence, threshold)
 
 
-@settings(max_examples=60, deadline=None)
 @given(sequence=sequences, history=st.lists(volts, max_size=5))
 def test_force_is_polynomial_plus_plays(sequence: list[float], history: list[float]) -> None:
     law = operator()
@@ -58,7 +56,6 @@ def test_force_is_polynomial_plus_plays(sequence: list[float], history: list[flo
     np.testing.assert_allclose(law.force(sequence, history), wanted, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
 @given(before=sequences, low=st.floats(-10.0, -1.0), high=st.floats(1.0, 10.0), count=st.integers(1, 3))
 def test_loops_close(before: list[float], low: float, high: float, count: int) -> None:
     """After one round between two voltages every further round traces the same loop, minor loops included."""
@@ -69,7 +66,6 @@ def test_loops_close(before: list[float], low: float, high: float, count: int) -
     np.testing.assert_allclose(forces[:n], forces[-n:], rtol=0, atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     before=sequences,
     minor=st.lists(st.floats(-3.0, 3.0), max_size=8),
@@ -85,7 +81,6 @@ def test_a_larger_excursion_wipes_out_minor_loops(
     np.testing.assert_allclose(with_minor, without, rtol=0, atol=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     first=sequences,
     second=sequences,
@@ -110,7 +105,6 @@ def test_history_sets_the_plays() -> None:
     assert law.force([0.0], history=[10.0, 0.0]).tolist() == [41.0]
 
 
-@settings(max_examples=80, deadline=None)
 @given(sequence=st.lists(st.floats(-8.0, 8.0), min_size=1, max_size=12), history=st.lists(volts, max_size=3))
 def test_inverse_finds_the_voltages(sequence: list[float], history: list[float]) -> None:
     for law in (operator(), fit_branches(RISING, FALLING, (-8.0, 8.0), 6)):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
@@ -144,7 +144,6 @@ def test_values_are_held_after_the_end() -> None:
         evaluate(lower(chirp, LinearForce(gain=1.0))[1], -1.0)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     phase=st.floats(-20.0, 20.0),
     offset=st.floats(-5.0, 5.0),
