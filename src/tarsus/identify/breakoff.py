@@ -236,7 +236,11 @@ class BreakOffs:
 
     def _tried(self, model: FootModel, shared: Floats) -> Floats:
         """Unknowns from the beginnings of the flights, each flight's best from several first guesses of the
-        moment."""
+        moment.
+
+        Two moments less than a sample apart may fit as well, one with the foot still pressed to the ground. A
+        pressed foot cannot let go: what its pull is below zero counts against a guess, by the pull's own error.
+        """
         items = [replace(one, count=min(one.count, _BEGINNING)) for one in self.items]
         begun = BreakOffs(self.traces, items, self.level, self.volts)
         prepared, unknowns = _Prepared(begun, model), self.guess(model)
@@ -245,7 +249,9 @@ class BreakOffs:
             tried = unknowns.copy()
             tried[:, 0] += late * self.step
             tried = _settled(prepared, tried, shared, _ROUNDS)
-            cost = prepared.system(tried, shared).cost
+            system = prepared.system(tried, shared)
+            found = prepared.result(system, tried, FilmGuess(float(shared[0]), float(shared[1])))
+            cost = system.cost + (np.minimum(found.pull, 0.0) / found.pull_error) ** 2
             kept = np.where((cost < best)[:, None], tried, kept)
             best = np.where(cost < best, cost, best)
         return kept
