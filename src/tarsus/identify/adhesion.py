@@ -1,21 +1,26 @@
 """Ramped squares -> pull-off force against contact time -> C_a0 and C_a.
 
 The pull (2.13) at the moment at which the foot let go is its adhesion ``f_a = C_a0 + C_a (t - t_c)`` (2.14); a line
-through pulls over contact durations, weighted by their errors, gives both constants.
+through pulls over contact durations, weighted by the errors of both, gives both constants. Where the restitution is
+known, the contacts are counted from the last touchdown by a simulation (`tarsus.identify.touchdown`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.identify.breakoff import BreakOffs
 from tarsus.identify.draws import drawn_counts, student
 from tarsus.identify.film import FilmFit
+from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
+from tarsus.identify.touchdown import Contacts, seen_contacts, simulated_contacts
 
 __all__ = ["Line", "identify_adhesion"]
 
@@ -25,6 +30,8 @@ PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
 _FEWEST = 4
 _OUTSIDE = 4.0
 _ROUNDS = 20
+_PASSES = 2
+"""Times that contacts are simulated with the adhesion of the time before."""
 _SAME_EVENT = 2e-3
 """Time [s] within which the releases of two repeats are the same event."""
 
@@ -38,13 +45,21 @@ class Line:
     weights: Floats
 
 
-def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
+def identify_adhesion(
+    film: FilmFit, known: Known, signals: Mapping[str, Waveform], bounces: bool, seed: int
+) -> StepResult:
     """Adhesion at first contact [N] and its growth [N/s].
 
     Parameters
     ----------
     film
         Break-offs with their pulls.
+    known
+        What earlier steps found.
+    signals
+        Drive by set of records.
+    bounces
+        Whether the restitution is known, so that contacts can be simulated.
     seed
         Of the draws.
 
@@ -54,7 +69,6 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
         If there are too few break-offs, or all contacts lasted equally long.
     """
     fitted, offs = film.fitted, film.offs
-    late = offs.beginnings(film.foot)
     if len(fitted.pull) < _FEWEST:
         raise InputError(
             f"{len(fitted.pull)} break-offs can be used, at least {_FEWEST} are needed for adhesion over contact time"
@@ -65,17 +79,32 @@ def identify_adhesion(film: FilmFit, seed: int) -> StepResult:
             "cannot be told from "
             "its growth: vary lambda or the frequency of the ramped squares"
         )
-    kept = _near_line(fitted.duration, fitted.pull, fitted.pull_error, late)
+    contacts = seen_contacts(offs, fitted, film.foot)
+    found = _fit(film, contacts, seed)
+    for _ in range(_PASSES if bounces else 0):
+        contacts = simulated_contacts(known.after(found).model(), offs, fitted, signals)
+        found = _fit(film, contacts, seed)
+    count = int(contacts.simulated.sum())
+    note = (
+        f"{count} of {len(contacts.simulated)} contacts are counted from the last touchdown of a simulation."
+    )
+    return replace(found, notes=(note,)) if bounces else found
+
+
+def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
+    """The line with its draws, for contacts that began at given times."""
+    fitted, offs, late = film.fitted, film.offs, contacts.error
+    kept = _near_line(contacts.duration, fitted.pull, fitted.pull_error, late)
     left = tuple(
         LeftOut(
             offs.traces[offs.items[int(r)].trace].file,
             "",
-            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * fitted.duration[r]:.4g} ms "
+            f"the pull-off force of {1e9 * fitted.pull[r]:.4g} nN after {1e3 * contacts.duration[r]:.4g} ms "
             "is far off the line",
         )
         for r in np.flatnonzero(~kept)
     )
-    duration, pull, error = fitted.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
+    duration, pull, error = contacts.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
     line = _line(duration, pull, error, late[kept])
     groups = _events(offs)[kept]
     samples = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
@@ -138,7 +167,7 @@ def _events(offs: BreakOffs) -> NDArray[np.intp]:
 
 
 def _near_line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> NDArray[np.bool_]:
-    """Break-offs near the line of the others; a contact may begin later than seen, after bounces below noise."""
+    """Break-offs near the line of the others."""
     kept = np.ones(len(pull), dtype=bool)
     for _ in range(_ROUNDS):
         line = _line(duration[kept], pull[kept], error[kept], late[kept])

@@ -159,10 +159,10 @@ class Chain:
             ("resonances", Purpose.MODAL, self._resonances),
             ("hysteresis", Purpose.LOOPS, self._hysteresis),
             ("film", Purpose.RAMPS, self._film),
-            ("adhesion", Purpose.RAMPS, self._adhesion),
             ("electrostatics", Purpose.CLOSE, self._electrostatics),
             ("restitution", Purpose.BOUNCES, self._restitution),
             ("impact map", Purpose.BOUNCES, self._impact_map),
+            ("adhesion", Purpose.RAMPS, self._adhesion),
         )
 
     def read(self) -> None:
@@ -261,7 +261,10 @@ class Chain:
     def _adhesion(self) -> StepResult:
         if self.film is None:
             raise InputError("it needs the break-offs of the step film, which was not done")
-        return identify_adhesion(self.film, self.seed + 3)
+        signals = {
+            name: one.signal for name, one in self.opened.sets(Purpose.RAMPS) if one.signal is not None
+        }
+        return identify_adhesion(self.film, self.known, signals, "restitution" in self.steps, self.seed + 3)
 
     def _electrostatics(self) -> StepResult:
         traces = self.traces.get(Purpose.CLOSE, [])

@@ -34,7 +34,7 @@ def test_nothing_of_the_truth_is_in_what_is_known_beforehand():
 def test_every_step_is_done():
     found = identified()
     assert not found.not_done and not found.left_out
-    assert list(found.steps) == ["resonances", "hysteresis", "film", "adhesion", "restitution", "impact map"]
+    assert list(found.steps) == ["resonances", "hysteresis", "film", "restitution", "impact map", "adhesion"]
     assert found.files_used == len(found.readings)
 
 

@@ -26,7 +26,9 @@ def first_steps(factor: float) -> dict[str, float]:
     chain = Chain(replace(opened, model=opened.model.changed(values)))
     chain.read()
     chain.find_ground()
-    for name, _, step in chain.planned()[:4]:
+    for name, _, step in chain.planned():
+        if name in ("electrostatics", "restitution", "impact map"):
+            continue
         chain.attempt(name, step)
     assert not chain.not_done
     return dict(zip(chain.known.paths, chain.known.values.tolist(), strict=True))

@@ -1,0 +1,99 @@
+"""When the contacts before break-offs began.
+
+Adhesion grows from the last touchdown on (2.14). A foot that lands bounces, or is let go again at once, and the last of
+these rebounds are lower than the noise and shorter than a few samples: the record shows a contact that begins too
+early. The device as found so far, simulated with the same drive, shows the touchdowns between. They are believed
+where the simulation shows the contact begin and end where the record does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.waveforms import Waveform
+from tarsus.experiment.synthesis import rest_state
+from tarsus.identify.breakoff import BreakOffs, Fitted
+from tarsus.identify.foot import FootModel
+from tarsus.solve import simulate
+from tarsus.spec import with_values
+
+__all__ = ["Contacts", "seen_contacts", "simulated_contacts"]
+
+Floats = NDArray[np.float64]
+
+RELEASE = 3
+_TOUCHES = (2, 4, 5)
+"""Events with which a contact begins: captured, come to rest, in contact at the start."""
+_BEGIN = 1.5
+_END = 2.0
+"""Samples within which a simulated contact must begin and end where the recorded one does."""
+_TRUST = 0.2
+"""Part of the time between the touchdown that is seen and the last one by which the simulation may be wrong."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Durations (nr,) [s] of the contacts before break-offs and their standard errors; simulated (nr,): whether the
+    last touchdown is a simulation's."""
+
+    duration: Floats
+    error: Floats
+    simulated: NDArray[np.bool_]
+
+
+def seen_contacts(offs: BreakOffs, fitted: Fitted, foot: str) -> Contacts:
+    """Contacts that begin where the record shows a foot standing still."""
+    return Contacts(fitted.duration, offs.beginnings(foot), np.zeros(len(fitted.duration), dtype=bool))
+
+
+def simulated_contacts(
+    model: FootModel, offs: BreakOffs, fitted: Fitted, signals: Mapping[str, Waveform]
+) -> Contacts:
+    """Contacts that begin with the last touchdown of a simulation, where it agrees with the record.
+
+    Parameters
+    ----------
+    model
+        The device as found so far, restitution and a first adhesion included.
+    offs, fitted
+        Break-offs and their moments.
+    signals
+        Drive of each set of records; contacts of other sets stay as they are seen.
+    """
+    seen = seen_contacts(offs, fitted, model.foot_point)
+    duration, error, simulated = seen.duration.copy(), seen.error.copy(), seen.simulated.copy()
+    sets = {offs.traces[one.trace].set for one in offs.items}
+    events = {name: _contacts(model, offs, name, signals[name]) for name in sets if name in signals}
+    for r, one in enumerate(offs.items):
+        trace = offs.traces[one.trace]
+        released = float(trace.time[one.first] - fitted.unknowns[r, 0])
+        begins, ends = events.get(trace.set, (np.zeros(0), np.zeros(0)))
+        if not len(ends):
+            continue
+        k = int(np.argmin(np.abs(ends - released)))
+        began = released - fitted.duration[r]
+        first = int(np.argmin(np.abs(begins - began)))
+        agree = abs(begins[first] - began) < _BEGIN * offs.step and abs(ends[k] - released) < _END * offs.step
+        if first > k or not agree:
+            continue
+        duration[r] = released - begins[k]
+        error[r] = np.hypot(released - ends[k], _TRUST * (begins[k] - begins[first]))
+        simulated[r] = True
+    return Contacts(duration, error, simulated)
+
+
+def _contacts(model: FootModel, offs: BreakOffs, name: str, signal: Waveform) -> tuple[Floats, Floats]:
+    """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
+    early, those before."""
+    scene = with_values(
+        model.scene, {"signals": {model.drive: signal}, "initial.displacement": rest_state(model.scene)}
+    )
+    events = simulate(scene, max(float(t.time[-1]) for t in offs.traces if t.set == name)).events
+    events = events[np.isin(events["kind"], (*_TOUCHES, RELEASE))]
+    ended = np.flatnonzero(events["kind"][1:] == RELEASE)
+    ended = ended[np.isin(events["kind"][ended], _TOUCHES)]
+    return events["time"][ended], events["time"][ended + 1]
