@@ -64,18 +64,25 @@ def identify(
 
 def _show(found: Identification) -> None:
     from tarsus.cli import console
+    from tarsus.identify.assessment import assessed
+    from tarsus.identify.verdict import Determined
     from tarsus.spec import float_paths
 
     units = float_paths(found.model.scene)
+    judged = assessed(found)
     rows = []
     for step in found.steps.values():
         for path, value in zip(step.paths, step.values, strict=True):
             unit = units[path].unit
-            rows.append((path, *(_shown(float(v), unit) for v in (value, *step.interval(path)))))
+            word = "" if judged is None or path not in judged.names else judged[path].word
+            rows.append((path, *(_shown(float(v), unit) for v in (value, *step.interval(path))), word))
         for name, (value, draws, unit) in step.combinations.items():
             low, high = _middle(draws)
-            rows.append((name, *(_shown(v, unit) for v in (value, low, high))))
-    console.table(("parameter", "value", "from", "to (95 %)"), rows)
+            rows.append((name, *(_shown(v, unit) for v in (value, low, high)), ""))
+    console.table(("parameter", "value", "from", "to (95 %)", "verdict"), rows)
+    for one in () if judged is None else judged.verdicts:
+        if not isinstance(one, Determined):
+            print(one.sentence(units[one.name].unit))
     used = found.files_used
     print(f"\n{used} of {len(found.readings)} files used")
     for step in found.steps.values():

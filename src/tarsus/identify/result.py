@@ -9,9 +9,11 @@ import numpy as np
 
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
+from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import StepResult
+from tarsus.identify.verdict import Assessment
 from tarsus.scene import Provenance, Scene, Source
 from tarsus.spec import FrozenDict, float_paths, with_values
 
@@ -65,10 +67,14 @@ def _note(step: StepResult, found: Identification) -> str:
 
 def summary_of(found: Identification) -> dict[str, Any]:
     """Everything found as plain tables, for JSON and for tests."""
+    judged = assessed(found)
     return {
         "campaign": found.opened.campaign.name,
         "seconds": found.seconds,
-        "steps": {name: _step(step) for name, step in found.steps.items()},
+        "steps": {name: _step(step, judged) for name, step in found.steps.items()},
+        "correlation": None
+        if judged is None
+        else {"paths": list(judged.names), "matrix": judged.correlation.tolist()},
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
         "files": {"read": len(found.readings), "used": found.files_used},
         "left_out": [str(one) for one in found.left_out],
@@ -77,10 +83,10 @@ def summary_of(found: Identification) -> dict[str, Any]:
     }
 
 
-def _step(step: StepResult) -> dict[str, Any]:
+def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
     return {
         "parameters": {
-            path: {"value": float(value), "interval": list(step.interval(path))}
+            path: {"value": float(value), "interval": list(step.interval(path)), **_verdict(judged, path)}
             for path, value in zip(step.paths, step.values, strict=True)
         },
         "combinations": {
@@ -91,6 +97,12 @@ def _step(step: StepResult) -> dict[str, Any]:
         "left_out": len(step.left_out),
         "notes": list(step.notes),
     }
+
+
+def _verdict(judged: Assessment | None, path: str) -> dict[str, str]:
+    if judged is None or path not in judged.names:
+        return {}
+    return {"verdict": judged[path].word, "sentence": judged[path].sentence()}
 
 
 def _compared(one: Comparison) -> dict[str, Any]:

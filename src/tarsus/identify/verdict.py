@@ -49,6 +49,11 @@ class Determined:
     name: str
     range: Range
 
+    @property
+    def word(self) -> str:
+        """In a word, for tables."""
+        return "determined"
+
     def sentence(self, unit: str = "1") -> str:
         """In words, with the range in ``unit``."""
         return f"{self.name} is determined: {self.range.text(unit)} ({100 * self.range.level:g} %)."
@@ -61,6 +66,11 @@ class OnlyTogether:
     name: str
     range: Range
     combination: Combination | Sum
+
+    @property
+    def word(self) -> str:
+        """In a word, for tables."""
+        return "only with others"
 
     def sentence(self, unit: str = "1") -> str:
         """In words, with the range in ``unit``; the combination is in SI."""
@@ -84,6 +94,11 @@ class NotFromTheseData:
     name: str
     range: Range
     related: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def word(self) -> str:
+        """In a word, for tables."""
+        return "not from these data"
 
     def sentence(self, unit: str = "1") -> str:
         """In words, with the range in ``unit``."""

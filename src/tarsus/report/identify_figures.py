@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
+from tarsus.identify.verdict import Assessment
 from tarsus.report.figures import Plate
 from tarsus.report.style import BLUE, INK, VERMILION, WIDTH_IN, Scale, decimate, few_ticks, scale_of, to_svg
 
@@ -20,6 +22,11 @@ PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
 _POINTS = 1500
+_TOLD = 0.3
+
+
+OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BLUE))
+"""From -1 to 1 about nothing."""
 
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
@@ -49,6 +56,38 @@ def held_out(comparisons: Sequence[Comparison]) -> Plate:
         "simulated with the "
         "identified device (line).",
     )
+
+
+def correlations(judged: Assessment) -> Plate:
+    """How the numbers hang together: correlation of every pair over the draws, with its hundredths where it counts."""
+    count = len(judged.names)
+    labels = [short_name(name) for name in judged.names]
+    side = min(WIDTH_IN, 2.2 + 0.24 * count)
+    figure = Figure(figsize=(WIDTH_IN, side))
+    axes = figure.subplots()
+    figure.subplots_adjust(left=0.27, right=0.99, bottom=1.55 / side, top=1.0 - 0.1 / side)
+    shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
+    image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
+    for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD):
+        value = float(shown[i, j])
+        color = "white" if abs(value) > 0.7 else INK
+        axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5, color=color)
+    axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
+    axes.set_yticks(range(count), labels, fontsize=6.5)
+    axes.tick_params(length=0.0)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
+    bar.set_label("correlation")
+    bar.outline.set_visible(False)
+    caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
+    return Plate(to_svg(figure, caption), caption)
+
+
+def short_name(path: str) -> str:
+    """The end of a path that tells numbers apart, such as ``film.thickness`` or ``law.weights.0``."""
+    parts = path.split(".")
+    return ".".join(parts[-3:] if parts[-1].isdigit() else parts[-2:])
 
 
 def _last_period(one: Comparison) -> Panel:

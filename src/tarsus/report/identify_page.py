@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from tarsus.errors import InputError
 from tarsus.files.store import package_version, write_text
+from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import LeftOut, StepResult
-from tarsus.identify.verdict import Assessment, Determined, NotFromTheseData, judge_samples
+from tarsus.identify.verdict import Assessment, Determined
 from tarsus.report import identify_figures, modal_figures
 from tarsus.report.html import (
     MISSING,
@@ -77,16 +77,19 @@ def identify_html(found: Identification) -> str:
     """The page as text; see `write_identify_report`."""
     name = found.opened.campaign.name
     used = found.files_used
+    judged = assessed(found)
     parts = [
         f"<h1>Identification: {escape(name)}</h1>\n",
         f'<p class="lede">{used} of {len(found.readings)} files used; {found.seconds:.0f} s; Tarsus '
         f"{escape(package_version())}.</p>\n",
         *(warning(f"{one.name} was not done: {'; '.join(one.reasons)}.") for one in found.not_done),
         "<h2>Parameters</h2>\n",
-        _parameters(found),
+        _parameters(found, judged),
     ]
     numbers = count(1)
     with figure_style():
+        if judged is not None and len(judged.names) > 1:
+            parts.append(figure(identify_figures.correlations(judged), next(numbers)))
         for step in found.steps.values():
             parts += _step(found, step, numbers)
         parts += _validation(found.comparisons, numbers)
@@ -100,21 +103,8 @@ def identify_html(found: Identification) -> str:
     return page(f"{name} – identification", "".join(parts))
 
 
-def _assessment(found: Identification) -> Assessment | None:
-    known = found.known
-    moving = np.std(known.samples, axis=0) > 0.0
-    names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
-    if not names:
-        return None
-    try:
-        return judge_samples(names, known.values[moving], known.samples[:, moving])
-    except InputError:
-        return None
-
-
-def _parameters(found: Identification) -> str:
+def _parameters(found: Identification, judged: Assessment | None) -> str:
     units = float_paths(found.model.scene)
-    judged = _assessment(found)
     rows: list[list[Cell]] = []
     for step in found.steps.values():
         for path, value in zip(step.paths, step.values, strict=True):
@@ -138,19 +128,14 @@ def _parameters(found: Identification) -> str:
         Column("value"),
         Column("95 % interval"),
         Column("half-width", "%"),
-        Column("these data", number=False),
+        Column("verdict", number=False),
     )
     sentences = "" if judged is None else _sentences(judged, {path: one.unit for path, one in units.items()})
     return table(head, rows) + sentences
 
 
 def _word(judged: Assessment | None, path: str) -> str:
-    if judged is None or path not in judged.names:
-        return MISSING
-    verdict = judged[path]
-    if isinstance(verdict, Determined):
-        return "determine it"
-    return "do not tell it" if isinstance(verdict, NotFromTheseData) else "tell it with others"
+    return MISSING if judged is None or path not in judged.names else judged[path].word
 
 
 def _sentences(judged: Assessment, units: dict[str, str]) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from identify.campaigns import folder, identified, truth
 
 import tarsus as ts
 from tarsus.files.toml import read_scene
+from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.result import identified_device, summary_of, write_identification
 from tarsus.scene import Source
@@ -123,11 +126,37 @@ def test_the_account_names_what_was_used():
     assert all(step["used"] for step in told["steps"].values())
 
 
+def test_every_number_has_a_verdict_and_correlations():
+    told = summary_of(identified())
+    numbers = {path: one for step in told["steps"].values() for path, one in step["parameters"].items()}
+    assert {one["verdict"] for one in numbers.values()} == {"determined"}
+    assert numbers["ground.adhesion.rate"]["sentence"].startswith("ground.adhesion.rate is determined: ")
+    paths, matrix = told["correlation"]["paths"], np.array(told["correlation"]["matrix"])
+    assert paths == list(identified().known.paths) and np.diag(matrix) == pytest.approx(1.0)
+    film = [paths.index(f"ground.film.{name}") for name in ("coefficient", "thickness")]
+    assert matrix[film[0], film[1]] > 0.9
+
+
+def test_what_the_records_leave_open_is_said():
+    """Plays whose weight is zero are determined beside the slope of the law, and not beside themselves."""
+    found = identified()
+    loose = replace(found.known, samples=found.known.samples.copy())
+    column = loose.paths.index("ground.adhesion.initial")
+    loose.samples[:, column] *= np.linspace(0.1, 3.0, len(loose.samples))
+    weights = [path for path in loose.paths if ".weights." in path]
+    judged = assessed(replace(found, known=loose))
+    assert judged["ground.adhesion.initial"].word == "not from these data"
+    assert {judged[path].word for path in weights} == {"determined"}
+    small = loose.paths.index(weights[0])
+    loose.samples[:, small] *= 1e4
+    assert assessed(replace(found, known=loose))[weights[0]].word != "determined"
+
+
 def test_the_report_shows_every_step():
     from tarsus.report.identify_page import identify_html
 
     page = identify_html(identified())
     for word in ("Parameters", "Resonances", "Hysteresis", "Film", "Adhesion", "Restitution", "Held-out"):
         assert f"<h2>{word}" in page
-    assert "<h2>Zero position" in page and page.count("<svg") >= 7
+    assert "<h2>Zero position" in page and page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")

@@ -1,0 +1,41 @@
+"""What a whole identification says of its numbers: a verdict for each, and how they hang together."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tarsus.errors import InputError
+from tarsus.identify.chain import Identification
+from tarsus.identify.known import Known
+from tarsus.identify.verdict import Assessment, judge_samples
+
+__all__ = ["assessed"]
+
+
+def assessed(found: Identification) -> Assessment | None:
+    """Verdicts on all numbers of an identification by their draws; None where there is nothing to judge.
+
+    Weights of plays may be of either sign or zero; what they leave open is compared with the slope of the drive's law.
+    """
+    known = found.known
+    moving = np.std(known.samples, axis=0) > 0.0
+    names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
+    if not names:
+        return None
+    sizes = {path: size for path, size in _slopes(known).items() if path in names}
+    try:
+        return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes)
+    except InputError:
+        return None
+
+
+def _slopes(known: Known) -> dict[str, float]:
+    """Slope of the drive's law by the path of every play's weight: the linear term and all plays together."""
+    values = dict(zip(known.paths, np.abs(known.values).tolist(), strict=True))
+    out: dict[str, float] = {}
+    for path in known.paths:
+        law, weight, _ = path.partition(".weights.")
+        if weight:
+            own = (size for name, size in values.items() if name.startswith(f"{law}.weights."))
+            out[path] = values.get(f"{law}.linear", 0.0) + sum(own)
+    return {path: size for path, size in out.items() if size > 0.0}
