@@ -284,7 +284,7 @@ def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Take]:
     own = min(foot.gap for foot in scene.robot.feet.values())
     for share in CLOSE_GAPS:
         for hz in CLOSE_HZ:
-            gap = share * own
+            gap = float(np.round(share * own, 8))  # as a stage is set, to 10 nm
             wave = _clear(scene, drive, gap, hz, top)
             name = f"close-{1e6 * gap:.4g}um-{hz:g}hz".replace(".", "p")
             takes.append(Take(name, Purpose.CLOSE, wave, CLOSE_S, gap=gap))

@@ -65,7 +65,7 @@ def correlations(judged: Assessment) -> Plate:
     side = min(WIDTH_IN, 2.2 + 0.24 * count)
     figure = Figure(figsize=(WIDTH_IN, side))
     axes = figure.subplots()
-    figure.subplots_adjust(left=0.27, right=0.99, bottom=1.55 / side, top=1.0 - 0.1 / side)
+    figure.subplots_adjust(left=0.23, right=0.93, bottom=1.55 / side, top=1.0 - 0.1 / side)
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
     image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
     for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD):
@@ -77,7 +77,7 @@ def correlations(judged: Assessment) -> Plate:
     axes.tick_params(length=0.0)
     for spine in axes.spines.values():
         spine.set_visible(False)
-    bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
+    bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.02)
     bar.set_label("correlation")
     bar.outline.set_visible(False)
     caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
