@@ -134,12 +134,16 @@ class Frf:
                 f"fewer than 3 lines lie between {low:g} Hz and {high:g} Hz: they go from {self.frequency[0]:g} Hz to "
                 f"{self.frequency[-1]:g} Hz in steps of {self.line:g} Hz"
             )
+        return self.lines(np.flatnonzero(inside))
+
+    def lines(self, which: slice | NDArray[np.intp]) -> Frf:
+        """Some of the lines, by their place."""
         return replace(
             self,
-            frequency=self.frequency[inside],
-            values=self.values[..., inside],
-            repeats=None if self.repeats is None else self.repeats[..., inside],
-            coherence=None if self.coherence is None else self.coherence[..., inside],
+            frequency=self.frequency[which],
+            values=self.values[..., which],
+            repeats=None if self.repeats is None else self.repeats[..., which],
+            coherence=None if self.coherence is None else self.coherence[..., which],
         )
 
 

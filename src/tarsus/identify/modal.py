@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from tarsus.errors import InputError
 from tarsus.identify.bootstrap import Basis, Interval, pole_intervals
 from tarsus.identify.frf import Frf
-from tarsus.identify.lscf import fit_poles, pole_tracks
-from tarsus.identify.lsfd import background_columns, modal_columns, residues_of, synthesise
+from tarsus.identify.lscf import fit_poles
+from tarsus.identify.lsfd import residues_of, synthesise
+from tarsus.identify.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.identify.refine import LocalFit, refine_pole
 from tarsus.measurement import FrequencyResponse
 from tarsus.structure.modal import Modal
@@ -23,12 +24,11 @@ __all__ = ["IdentifiedMode", "ModalFit", "Verdict", "identify_modes"]
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-_SHARE_OF_ORDERS = 0.15
-_FEWEST_ORDERS = 8
-_HEAVIEST = 0.3
 _SIGNIFICANT = 5.0
 _ROUNDS = 2
 _SAME = 0.1
+_APART = 6.0
+_DAMPING_MOVES = 1.5
 _UNEXPLAINED = 0.3
 _TILTED = np.radians(45.0)
 
@@ -176,10 +176,10 @@ def identify_modes(
 ) -> ModalFit:
     """Modes in a band of frequency responses.
 
-    Poles of models of order 2 to ``order`` (`fit_poles`) that eight of these, or 15 %, have in common (`pole_tracks`)
-    are candidates. Those that make up too little of the response are dropped, weakest first; the others are refined one
-    by one, strongest first and then all once more (`refine_pole`), and kept if they stay within their half-power band
-    and stand out of the noise.
+    Poles that models of order 2 to ``order`` have in common (`candidate_poles`) are refined one by one, strongest
+    first, then those of parts of the band (`poles_of_parts`) that lie three half-power bands from the modes found so
+    far, and then all once more (`refine_pole`). A pole is kept if it moves by less than half a half-power band, or a
+    line, and stands out of the noise.
 
     Parameters
     ----------
@@ -202,7 +202,9 @@ def identify_modes(
     InputError
         If no mode is found in the band, or it has too few lines.
     """
-    part = (Frf.of(frf) if isinstance(frf, FrequencyResponse) else frf).between(*band)
+    if isinstance(frf, FrequencyResponse):  # a line next to 0 Hz may be off the grid of the others
+        frf = Frf.of(frf.between(max(band[0], 0.5 * float(np.median(np.diff(frf.frequency)))), band[1]))
+    part = frf.between(*band)
     count = len(part.frequency)
     top = min(order, count // 4)
     if top < 2:
@@ -212,16 +214,9 @@ def identify_modes(
         raise InputError("all responses are zero in the band")
     orders = range(2, top + 1)
     poles = fit_poles(part.frequency, part.values, orders)
-    fewest = max(_SHARE_OF_ORDERS * len(orders), min(_FEWEST_ORDERS, len(orders) / 3.0))
-    tracks = [
-        track
-        for track in pole_tracks(poles, part.line)
-        if len(track.orders) >= fewest and _sought(track.pole, part)
-    ]
-    found = np.array([track.pole for track in tracks], dtype=complex)
-    seen = {complex(track.pole): len(track.orders) for track in tracks}
-    found, share = _weighty(part.frequency, channels, found, smallest)
-    kept = _refined(part.frequency, channels, found[np.argsort(-share)])
+    candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
+    kept = _refined(part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more])
+    seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
             f"no mode was found between {band[0]:g} Hz and {band[1]:g} Hz: no pole is common to models of different "
@@ -234,16 +229,12 @@ def identify_modes(
     return ModalFit(part, modes, poles, synthesis)
 
 
-def _sought(pole: complex, frf: Frf) -> bool:
-    """Whether a pole lies inside the band and is a mode of it rather than its background."""
-    f = pole.imag / (2.0 * np.pi)
-    inside = frf.frequency[0] + 2.0 * frf.line < f < frf.frequency[-1] - 2.0 * frf.line
-    span = frf.frequency[-1] - frf.frequency[0]
-    return bool(inside and abs(pole.real) < _HEAVIEST * abs(pole) and abs(pole.real) / np.pi < span / 2.0)
+def _refined(
+    frequency: Floats, channels: Complexes, poles: Sequence[complex], more: Sequence[complex]
+) -> dict[complex, LocalFit]:
+    """Local fits by the pole they began at, in order of frequency.
 
-
-def _refined(frequency: Floats, channels: Complexes, poles: Complexes) -> dict[complex, LocalFit]:
-    """Local fits by the pole they began at, in order of frequency; poles come strongest first.
+    Poles come strongest first, and then ``more``, as far as these lie three half-power bands from the modes found.
 
     A pole sees those before it as neighbours, then all, except those whose damping is uncertain by half or more and
     that are not the strongest; where neighbours lead it astray, it stays as it was.
@@ -252,13 +243,18 @@ def _refined(frequency: Floats, channels: Complexes, poles: Complexes) -> dict[c
 
     def refined(start: complex, others: Complexes, residues: Complexes | None = None) -> LocalFit | None:
         fit = refine_pole(frequency, channels, start, others, residues)
-        if fit is None or abs(fit.pole - start) > max(abs(start.real), np.pi * line):
+        if fit is None or fit.significance < _SIGNIFICANT:
             return None
-        return fit if fit.significance >= _SIGNIFICANT else None
+        moved, own = fit.pole - start, max(abs(start.real), 2.0 * np.pi * line)
+        return fit if abs(moved.imag) <= own and abs(moved.real) <= _DAMPING_MOVES * own else None
 
     fits: dict[complex, LocalFit] = {}
     certain: list[complex] = []
-    for pole in map(complex, poles):
+    known = set(poles)
+    for pole in (*poles, *more):
+        away = _APART * reach(pole, line)
+        if pole not in known and any(abs(pole - other.pole) <= away for other in fits.values()):
+            continue
         fit = refined(pole, np.array([fits[p].pole for p in certain], dtype=complex))
         if fit is None:
             continue
@@ -277,42 +273,6 @@ def _refined(frequency: Floats, channels: Complexes, poles: Complexes) -> dict[c
         if all(abs(fit.pole - other.pole) > _SAME * abs(fit.pole.real) for other in apart.values()):
             apart[pole] = fit
     return dict(sorted(apart.items(), key=lambda item: item[1].pole.imag))
-
-
-def _weighty(
-    frequency: Floats, channels: Complexes, poles: Complexes, smallest: float
-) -> tuple[Complexes, Floats]:
-    """The poles that make up at least a share of some response near their own frequency, and their largest peaks in
-    units of the root mean square of a response."""
-    line = frequency[1] - frequency[0]
-    half = np.maximum(np.abs(poles.real), np.pi * line) / (2.0 * np.pi)
-    near = np.abs(frequency - poles.imag[:, None] / (2.0 * np.pi)) <= half[:, None]
-    local = np.sqrt((np.abs(channels) ** 2) @ near.T / near.sum(axis=1))
-    whole = np.sqrt(np.mean(np.abs(channels) ** 2, axis=1))[:, None]
-    own = modal_columns(frequency, poles)
-    columns = np.concatenate([own, background_columns(frequency, 2)], axis=1)
-    design = np.concatenate([columns.real, columns.imag])
-    scale = np.linalg.norm(design, axis=0)
-    basis, triangle = np.linalg.qr(design / scale)
-    target = basis.T @ np.concatenate([channels.real, channels.imag], axis=1).T
-    alive = np.arange(len(poles))
-    strength = np.zeros(0)
-    while len(alive):
-        used = np.concatenate([alive, alive + len(poles), np.arange(2 * len(poles), len(scale))])
-        found = np.linalg.lstsq(triangle[:, used], target, rcond=None)[0] / scale[used, None]
-        size = np.abs(found[: len(alive)] + 1.0j * found[len(alive) : 2 * len(alive)]).T
-        peak = size / np.maximum(np.abs(poles[alive].real), 0.5 * np.pi * line)
-        strength = np.max(_ratio(peak, whole), axis=0)
-        share = np.max(_ratio(peak, local[:, alive]), axis=0)
-        weakest = int(np.argmin(share))
-        if share[weakest] >= smallest:
-            return poles[alive], strength
-        alive = np.delete(alive, weakest)
-    return poles[alive], strength[:0]
-
-
-def _ratio(above: Floats, below: Floats) -> Floats:
-    return np.divide(above, below, out=np.zeros_like(above), where=below > 0.0)
 
 
 def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:

@@ -17,7 +17,8 @@ BEAM = np.array([51.517, 142.176, 278.663, 460.395, 687.166, 958.533])
 
 
 @pytest.mark.parametrize(
-    ("band", "order"), [((100.0, 1490.0), 40), ((20.0, 1500.0), 40), ((100.0, 1490.0), 60)]
+    ("band", "order"),
+    [((100.0, 1490.0), 40), ((20.0, 1500.0), 20), ((1.0, 1500.0), 40), ((100.0, 1490.0), 60)],
 )
 def test_six_modes_of_an_accelerance(band, order):
     fit = identify_modes(cued(), band, order).only(CUED[:, 0])
@@ -46,6 +47,15 @@ def test_a_mode_that_turns_the_wrong_way_is_refused(order):
     assert fit.modes[0].frequency.value == pytest.approx(192.594, rel=2e-3)
     with pytest.raises(InputError, match=r"192\.\d+ Hz turns the wrong way"):
         fit.structure()
+
+
+@pytest.mark.parametrize("band", [(1.0, 500.0), (10.0, 490.0)])
+def test_a_whole_band_shows_the_sharp_mode_and_the_wrong_way(band):
+    fit = identify_modes(vtb(1), band)
+    assert fit.frequencies[:2] == pytest.approx([34.05, 212.093], rel=1e-3)
+    assert fit.modes[0].verdict is Verdict.UNDER_RESOLVED, "34 Hz is one line wide"
+    assert fit.only([212.0]).structure().frequencies[0] == pytest.approx(212.093, rel=1e-3)
+    assert [mode.verdict for mode in identify_modes(vtb(2), band).modes] == [Verdict.WRONG_WAY]
 
 
 def test_modes_between_the_lines_keep_their_frequency_and_lose_their_damping():
