@@ -105,7 +105,7 @@ def test_weak_modes_of_a_band_seventy_times_as_wide_are_found():
 
 
 def test_modes_that_are_left_out_are_remarked():
-    fit = identify_modes(responses(Quantity.VELOCITY, 0.01), (110.0, 990.0), 12, smallest=1.5)
+    fit = identify_modes(responses(Quantity.VELOCITY, 0.01), (110.0, 990.0), 3)
     assert len(fit.modes) < 3 and "unexplained" in fit.remarks[0]
 
 
