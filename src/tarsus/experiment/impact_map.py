@@ -111,7 +111,7 @@ def estimate_impact_map(
     )
     used = [r.fitted for r in repeats if r.fitted is not None]
     if not used:
-        raise InputError([str(r.verdict) for r in repeats])
+        raise InputError([reason for r in repeats for reason in r.verdict.reasons])
     fitted = usable(joined(used), names.index(foot), chosen)
     if not len(fitted):
         found = sum(len(r.impacts) for r in repeats if r.impacts is not None)

@@ -23,9 +23,10 @@ from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.known import Known
+from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.step import LeftOut, StepResult
+from tarsus.identify.step import LeftOut, StepResult, Used
 from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
 
 __all__ = ["Chain", "Identification", "NotDone", "identify"]
@@ -59,8 +60,8 @@ class Identification:
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
     not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
-    resonances: the modal fit; film: the break-offs; comparisons: held-out records; shifts of the zero; seconds
-    taken."""
+    resonances: the modal fit; film: the break-offs; comparisons: held-out records; in_air: records with the drive of
+    the bounces in the air; shifts of the zero; seconds taken."""
 
     opened: Opened
     readings: tuple[Reading, ...]
@@ -72,6 +73,7 @@ class Identification:
     resonances: Resonances | None
     film: FilmFit | None
     comparisons: tuple[Comparison, ...]
+    in_air: tuple[InAir, ...]
     shifts: tuple[Shift, ...]
     seconds: float
 
@@ -131,7 +133,7 @@ class Chain:
         for name, purpose, step in self.planned():
             if any(self.opened.sets(purpose)):
                 self.attempt(name, step)
-        comparisons = self.validate()
+        comparisons, in_air = self.validate(), self.look_in_the_air()
         shifts = self.shifted()
         if not self.steps:
             raise InputError(
@@ -148,6 +150,7 @@ class Chain:
             self.resonances,
             self.film,
             tuple(comparisons),
+            tuple(in_air),
             shifts,
             time.perf_counter() - begun,
         )
@@ -173,7 +176,7 @@ class Chain:
             self.readings += found
             for reading in found:
                 self.left_out += [_left(reading.file, said) for said in reading.problems]
-            if one.purpose in (Purpose.MODAL, Purpose.AIR):
+            if one.purpose is Purpose.MODAL:
                 continue
             for reading in found:
                 if reading.record is None or reading.record.drive is None:
@@ -195,12 +198,18 @@ class Chain:
     def find_ground(self) -> None:
         """The contact level of all records, and the records whose foot is not where it says."""
         foot = self.opened.model.foot_point
-        near = {purpose: [t for t in found if t.gap is None] for purpose, found in self.traces.items()}
+        near = {
+            purpose: [t for t in found if t.gap is None]
+            for purpose, found in self.traces.items()
+            if purpose is not Purpose.AIR
+        }
         standing = [t for p in (Purpose.RAMPS, Purpose.LOOPS) for t in near.get(p, [])]
         self.level = contact_level(standing or near.get(Purpose.BOUNCES, []), foot)
         if self.level is None:
             return
         for purpose, found in self.traces.items():
+            if purpose is Purpose.AIR:
+                continue
             kept = []
             for trace in found:
                 said = None if trace.gap is not None else misplaced(trace, foot, self.level[0])
@@ -287,7 +296,30 @@ class Chain:
     def _impact_map(self) -> StepResult:
         if self.bounces is None:
             raise InputError("it needs the impacts of the step restitution, which was not done")
-        return identify_impact_column(self.known.model(), self.bounces, self.seed + 5)
+        step = identify_impact_column(self.known.model(), self.bounces, self.seed + 5)
+        pairs = self._pairs()
+        if not pairs:
+            return step
+        found, left = map_from_pairs(self.known.model(), pairs)
+        return replace(
+            step,
+            combinations={**step.combinations, **told_by_pairs(found, self.seed + 5)},
+            used=(*step.used, Used("pairs with the air", len(found), len(pairs))),
+            left_out=(*step.left_out, *left),
+        )
+
+    def _pairs(self) -> list[Pair]:
+        """Sets of bounces with the sets of the same drive in the air, as far as their files can be used."""
+        whole = {one.file for one in self.left_out}
+        out = []
+        for name, one in self.opened.sets(Purpose.BOUNCES):
+            near, far = (
+                tuple(r.record for r in self.readings if r.set == which and r.record and r.file not in whole)
+                for which in (name, one.air)
+            )
+            if one.air is not None and near and far:
+                out.append(Pair(name, one.air, near, far))
+        return out
 
     def validate(self) -> list[Comparison]:
         """Held-out records against simulations of the identified device."""
@@ -303,6 +335,22 @@ class Chain:
                 continue
             try:
                 out.append(compare(model, trace, signal, self._ground()))
+            except InputError as error:
+                self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
+        return out
+
+    def look_in_the_air(self) -> list[InAir]:
+        """Records in the air against the identified structure and drive."""
+        out: list[InAir] = []
+        if "hysteresis" not in self.steps:
+            return out
+        for trace in self.traces.get(Purpose.AIR, []):
+            self._tell(f"in the air, {trace.set}")
+            signal = self.opened.campaign.records[trace.set].signal
+            try:
+                if signal is None:
+                    raise InputError("its set states no signal to simulate")
+                out.append(compare_in_air(self.known.model(), trace, signal))
             except InputError as error:
                 self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
         return out
@@ -370,7 +418,8 @@ class Chain:
 
     def _tell(self, what: str) -> None:
         total = len(self.opened.campaign.records) + _STEPS + 1
-        total += sum(len(one.files) for _, one in self.opened.sets(Purpose.VALIDATION))
+        for purpose in (Purpose.VALIDATION, Purpose.AIR):
+            total += sum(len(one.files) for _, one in self.opened.sets(purpose))
         if self.progress is not None:
             self.progress(min(self._told, total), total, what)
         self._told += 1

@@ -79,6 +79,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "files": {"read": len(found.readings), "used": found.files_used},
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
+        "in_air": [{"name": one.name, "file": one.file, "off": one.off} for one in found.in_air],
         "other_zero": {shift.title: shift.values for shift in found.shifts},
     }
 

@@ -93,6 +93,7 @@ def identify_html(found: Identification) -> str:
         for step in found.steps.values():
             parts += _step(found, step, numbers)
         parts += _validation(found.comparisons, numbers)
+    parts += _in_air(found)
     parts += _zero(found)
     parts += _account(found)
     parts.append(
@@ -250,6 +251,22 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
         Column("mean absolute", "%"),
     )
     return table(head, rows)
+
+
+def _in_air(found: Identification) -> list[str]:
+    if not found.in_air:
+        return []
+    points = list(found.in_air[0].off)
+    rows: list[list[Cell]] = [
+        [one.file, *(number(100.0 * one.off[point], 2) for point in points)] for one in found.in_air
+    ]
+    head = (Column("record", number=False), *(Column(point, "%") for point in points))
+    return [
+        "<h2>In the air</h2>\n",
+        "<p>Records with the drive of the bounces in the air, against simulations of the identified structure "
+        "and drive: root mean square of what is left of the motion of each point.</p>\n",
+        table(head, rows, tall=len(rows) > 14),
+    ]
 
 
 def _zero(found: Identification) -> list[str]:
