@@ -332,8 +332,8 @@ def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Take]:
 
 def _clear(scene: Scene, drive: str, gap: float, hz: float, top: float) -> Sine:
     """The strongest sine from 0 V up that keeps the foot clear of the ground by a fifth of its gap."""
-    for volts in top * np.arange(3.0, 0.05, -0.1):
-        wave = Sine(amplitude=0.5 * volts, frequency=hz, offset=0.5 * volts)
+    for volts in np.round(0.5 * top * np.arange(3.0, 0.05, -0.1), 3).tolist():
+        wave = Sine(amplitude=volts, frequency=hz, offset=volts)
         run = simulate(_placed(scene, Take("", Purpose.CLOSE, wave, CLOSE_S, gap=gap), drive), CLOSE_S)
         if not len(run.events) and float(run.states(np.linspace(0.0, CLOSE_S, 4001)).gap.min()) > 0.2 * gap:
             return wave
@@ -347,8 +347,8 @@ def _robot_squares(signal: Waveform, top: float) -> list[list[Square]]:
     own = 1.0 / (signal.period or 1.0 / BOUNCE_HZ[0])
     return [
         [
-            Square(amplitude=0.5 * volts, frequency=hz, offset=0.5 * volts)
-            for volts in top * np.arange(0.6, 3.01, 0.2)
+            Square(amplitude=volts, frequency=hz, offset=volts)
+            for volts in np.round(0.5 * top * np.arange(0.6, 3.01, 0.2), 3).tolist()
         ]
         for hz in (own, 0.4 * own, 0.15 * own)
     ]

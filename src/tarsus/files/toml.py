@@ -147,6 +147,8 @@ def _table(description: Description) -> dict[str, Any]:
         value = getattr(description, name)
         if value is None or (isinstance(value, (tuple, dict)) and not value and not field.is_required()):
             continue
+        if value is False and field.default is False:
+            continue
         unit = units.get(name)
         if isinstance(value, tuple) and _count(value) > _LONGEST_TEXT_LIST:
             unit = None
