@@ -124,15 +124,12 @@ def test_measured_responses_of_others():
     assert near.frequency[np.abs(near.values[0, 0]).argmax()] == pytest.approx(212.09, abs=0.3125)
     records = read_measurement(REAL / "vtb_case1.mat", channels={"Time_chan_1": "N", "Time_chan_2": "g"})
     assert records.count == 4096 and records.drive == "Time_chan_1"
-    other = read_response(
-        REAL / "cued_transfer_function_clean.mat",
-        channels={"yspec": "m/s^2/N"},
-        frequency_step="0.333366670 Hz",
-    )
+    other = read_response(REAL / "cued_transfer_function_clean.mat", channels={"yspec": "m/s^2/N"})
+    assert other.frequency[1] == pytest.approx(0.33336667)
     near = other.between(600.0, 620.0)  # published: 608.920 Hz
     assert near.frequency[np.abs(near.values[0, 0]).argmax()] == pytest.approx(608.92, abs=0.33)
     with pytest.raises(ts.InputError, match="says no frequencies; give frequency_step"):
-        read_response(REAL / "cued_transfer_function_clean.mat", channels={"yspec": "m/s^2/N"})
+        read_response(REAL / "pyuff_meas_point_1.txt", channels={"column 1": "m/s^2/N"})
 
 
 def test_hdf5_with_attributes(tmp_path):

@@ -153,3 +153,18 @@ def test_several_blocks_are_refused(tmp_path):
     path.write_text(text + block + "Channels\t2\n***End_of_Header***\n" + block, encoding="utf-8")
     with pytest.raises(ts.InputError, match="has 2 blocks of samples"):
         read_measurement(path)
+
+
+def test_a_header_with_an_empty_cell_for_every_column_of_times(tmp_path):
+    head = (
+        "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tMulti\n***End_of_Header***\t\n\t\nChannels\t2\t\t\t\t\n"
+        "Samples\t4\t\t4\t\nY_Unit_Label\tg\t\tm/s^2\t\nX_Dimension\tTime\t\tTime\t\nDelta_X\t0.25\t\t0.25\t\n"
+        "***End_of_Header***\t\t\t\t\nX_Value\tax\tX_Value\tay\tComment\n"
+    )
+    rows = "".join(f"{0.25 * i:.6f}\t{i % 3:.6f}\t{0.25 * i:.6f}\t{i % 2:.6f}\n" for i in range(4))
+    path = tmp_path / "multi.lvm"
+    path.write_text(head + rows, encoding="utf-8")
+    record = read_measurement(path)
+    assert record.names == ("ax", "ay") and record.step == pytest.approx(0.25)
+    assert record["ax"] == pytest.approx(9.80665 * np.array([0.0, 1.0, 2.0, 0.0]))
+    assert record["ay"] == pytest.approx([0.0, 1.0, 0.0, 1.0])

@@ -18,7 +18,20 @@ from tarsus.measurement import sampling_step
 __all__ = ["Sampling", "axis_series", "check_declared", "series_axis"]
 
 _NAMES = {
-    Domain.TIME: {"t", "time", "times", "time_domain", "time_s", "timestamp", "zeit", "x_value"},
+    Domain.TIME: {
+        "t",
+        "time",
+        "times",
+        "time_domain",
+        "time_s",
+        "timestamp",
+        "zeit",
+        "temps",
+        "tiempo",
+        "tempo",
+        "t_s",
+        "x_value",
+    },
     Domain.FREQUENCY: {
         "f",
         "freq",
@@ -28,6 +41,10 @@ _NAMES = {
         "freq_domain",
         "frequency_hz",
         "frequenz",
+        "fréquence",
+        "frecuencia",
+        "freq_hz",
+        "f_hz",
     },
 }
 _FACTOR = {Domain.TIME: time_factor, Domain.FREQUENCY: frequency_factor}
@@ -62,6 +79,10 @@ def axis_series(raw: RawFile, choices: Choices, domain: Domain) -> RawSeries | N
     named = [one for one in found if _has_name(one, domain)]
     if len(found) > 1 and len(named) == 1:
         return named[0]
+    groups = {name.rpartition("/")[0] for name in choices.channels}
+    beside = [one for one in found if {one.name.rpartition("/")[0]} == groups]
+    if len(found) > 1 and len(beside) == 1:
+        return beside[0]
     if len(found) > 1:
         shown = " and ".join(f"'{one.name}'" for one in found)
         raise InputError(f"{raw.source}: {shown} may each be the axis; say which with axis")

@@ -20,6 +20,13 @@ class ChannelChoice(Description):
     noise: float | str | None = Field(default=None, description="standard deviation of one sample")
     full_scale: float | str | None = Field(default=None, description="largest value of the instrument")
     coherence: str | None = Field(default=None, min_length=1, description="series with its coherence")
+    imaginary: str | None = Field(
+        default=None, min_length=1, description="series with the imaginary part; this one is the real part"
+    )
+    phase: str | None = Field(
+        default=None, min_length=1, description="series with the phase; this one is the amplitude"
+    )
+    phase_unit: str | None = Field(default=None, min_length=1, description="deg or rad")
     accept_clipped: bool = Field(default=False, description="take it although it looks clipped")
 
 

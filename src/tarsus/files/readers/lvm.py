@@ -56,6 +56,8 @@ def read_lvm(path: Path) -> RawFile:
     if len(rows) < 2:
         raise InputError(f"{path.name} ends after its header: it has no samples")
     own_times = general.get("x_columns", "").lower() == "multi"
+    if own_times and _paired(block, sum(name not in ("", "X_Value", "Comment") for name in names)):
+        block = {key: cells[::2] for key, cells in block.items()}
     notes, series, times = check_ending(text, rows, path.name), [], None
     channel = -1
     for column, name in enumerate(names):
@@ -91,6 +93,14 @@ def _entry(line: str) -> tuple[str, str]:
     """Key and value of a line of the general header, whichever separator it has."""
     key, _, value = re.sub(r"[\t,]", "\t", line, count=1).partition("\t")
     return key.strip().lower(), value.strip()
+
+
+def _paired(block: Mapping[str, Sequence[str]], channels: int) -> bool:
+    """Whether the header of a block has an empty cell behind that of every channel, for its column of times."""
+    return channels > 1 and any(
+        len(cells) >= 2 * channels - 1 and any(cells) and not any(cells[1 : 2 * channels : 2])
+        for cells in (block.get(key, ()) for key in ("samples", "delta_x", "x_dimension", "y_unit_label"))
+    )
 
 
 def _cell(block: Mapping[str, Sequence[str]], key: str, channel: int) -> str:

@@ -44,12 +44,25 @@ def read_mat(path: Path) -> RawFile:
         raise InputError(
             f"{path.name} is damaged or truncated: it cannot be read as a MATLAB file ({error})"
         ) from None
+    if "yspec" in content and {"freq", "npts"} <= content.keys():
+        content = _with_lines(content)
     units = content.pop("units", {})
     arrays = [
         Array(name, values, {"units": units[name]} if isinstance(units, Mapping) and name in units else {})
         for name, values in _flat(content, "")
     ]
     return file_of(path.name, arrays)
+
+
+def _with_lines(content: Mapping[str, Any]) -> dict[str, Any]:
+    """A file of the logger of Cambridge University with its frequencies, which it gives as the sampling rate ``freq``
+    and the length ``npts`` of the transform."""
+    rate, count = (np.asarray(content[name], dtype=float).ravel() for name in ("freq", "npts"))
+    rows = max(np.shape(content["yspec"]), default=0)
+    if len(rate) != 1 or len(count) != 1 or not count[0] > 0.0 or "frequency" in content:
+        return dict(content)
+    rest = {name: value for name, value in content.items() if name not in ("freq", "npts")}
+    return {**rest, "frequency": rate[0] / count[0] * np.arange(rows)}
 
 
 def _is_cut(data: bytes) -> bool:
@@ -65,6 +78,9 @@ def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.nda
     for name, value in content.items():
         if isinstance(value, Mapping):
             yield from _flat(value, f"{before}{name}.")
+        elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):  # cells
+            cells = {str(i): one for i, one in enumerate(np.ravel(np.asarray(value, dtype=object)), start=1)}
+            yield from _flat(cells, f"{before}{name}/")
         elif isinstance(value, (np.ndarray, np.generic, str, float, int, complex)):
             yield f"{before}{name}", np.asarray(value)
 

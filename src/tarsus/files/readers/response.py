@@ -12,6 +12,7 @@ from tarsus.errors import InputError
 from tarsus.explain import nearest
 from tarsus.files.readers.axes import axis_series, names_of, series_axis
 from tarsus.files.readers.choices import ChannelChoice, Choices
+from tarsus.files.readers.complexes import with_chosen_parts
 from tarsus.files.readers.raw import Axis, Domain, RawFile, RawSeries, Reference, Role
 from tarsus.files.readers.selecting import (
     Selected,
@@ -29,6 +30,10 @@ __all__ = ["response_of"]
 
 _ONE_INPUT = "input"
 """Name of the input of a file that names none."""
+_REAL_ONLY = (
+    "; it holds series of real numbers: name the second part of a response under channels, as imaginary or phase, or "
+    "read time series with read_measurement"
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
     InputError
         With every fault found: file, response and cause.
     """
+    raw = with_chosen_parts(raw, choices)
     candidates = [
         one
         for one in raw.series
@@ -59,19 +65,20 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
     ]
     if not candidates:
         signals = any(one.role is Role.SIGNAL for one in raw.series)
-        raise InputError(
-            f"{raw.source} holds no complex frequency response"
-            + ("; it holds series of real numbers: read time series with read_measurement" if signals else "")
-        )
+        nothing = f"{raw.source} holds no complex frequency response" + (_REAL_ONLY if signals else "")
+        raise InputError([nothing, *raw.notes])
     found, notes = _with_units(raw, choices, _of_inputs(raw, choices, candidates))
     axis, told = _lines(raw, choices, [one.output.series for one in found])
+    first = 1 if _bad_zero(found, axis) else 0
+    if first:
+        told = [*told, f"{raw.source}: no finite number at 0 Hz: that line is not used"]
     problems = [
         text
         for one in found
         for text in (
             *check_count(raw.source, one.output.series),
             *_length_fault(raw.source, one.output.series, axis),
-            *not_finite(raw.source, one.output.series, len(axis.values)),
+            *not_finite(raw.source, one.output.series, len(axis.values), first),
         )
     ]
     if problems:
@@ -89,7 +96,7 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
                 f"{raw.source}: the response of '{one.output.name}' to '{one.input}' is there twice"
             )
         missing.discard((one.output.name, one.input))
-        values[place] = one.output.series.values * one.factor
+        values[place][first:] = one.output.series.values[first:] * one.factor
         coherence[place], more = _coherence(raw, one, shape[-1])
         notes += more
     problems += [f"{raw.source}: the response of '{o}' to '{i}' is missing" for o, i in sorted(missing)]
@@ -105,9 +112,9 @@ def response_of(raw: RawFile, choices: Choices) -> FrequencyResponse:
         return FrequencyResponse(
             tuple(by_output[name] for name in outputs),
             tuple(by_input[name] for name in inputs),
-            axis.values,
-            values,
-            known,
+            axis.values[first:],
+            values[..., first:],
+            None if known is None else known[..., first:],
             raw.source,
             tuple([*raw.notes, *notes, *told]),
         )
@@ -199,6 +206,11 @@ def _lines(raw: RawFile, choices: Choices, used: Sequence[RawSeries]) -> tuple[A
             "frequencies with axis"
         )
     return series_axis(raw, column, choices, Domain.FREQUENCY), []
+
+
+def _bad_zero(found: Sequence[_Response], axis: Axis) -> bool:
+    """Whether a response has no finite number at 0 Hz, as after a division by its frequency."""
+    return axis.values[0] == 0.0 and any(not np.isfinite(one.output.series.values[:1]).all() for one in found)
 
 
 def _length_fault(source: str, series: RawSeries, axis: Axis) -> list[str]:

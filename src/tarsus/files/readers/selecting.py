@@ -62,7 +62,11 @@ def chosen_series(
     if not choices.channels:
         return [(one, ChannelChoice()) for one in candidates]
     known = names_of(candidates)
-    missing = [name for name in choices.channels if name not in known]
+    chosen, missing = {}, []
+    for name, choice in choices.channels.items():
+        found = [name] if name in known else _columns(name, choice, known)
+        chosen.update(dict.fromkeys(found, choice))
+        missing += [] if found else [name]
     if missing:
         elsewhere = set(names_of(raw.series))
         raise InputError(
@@ -73,9 +77,12 @@ def chosen_series(
                 for name in missing
             ]
         )
-    return [
-        (one, choice) for name, choice in choices.channels.items() for one in candidates if one.name == name
-    ]
+    return [(one, choice) for name, choice in chosen.items() for one in candidates if one.name == name]
+
+
+def _columns(table: str, choice: ChannelChoice, known: Sequence[str]) -> list[str]:
+    """Names of the columns of a table that is chosen as a whole, which then keep their own names."""
+    return [name for name in known if name.rpartition("/")[0] == table] if choice.name is None else []
 
 
 def unit_note(source: str, series: RawSeries, choice: ChannelChoice) -> list[str]:
@@ -102,9 +109,9 @@ def check_count(source: str, series: RawSeries) -> list[str]:
     ]
 
 
-def not_finite(source: str, series: RawSeries, length: int) -> list[str]:
-    """A sentence if values before ``length`` are gaps."""
-    bad = np.flatnonzero(~np.isfinite(series.values[:length]))
+def not_finite(source: str, series: RawSeries, length: int, first: int = 0) -> list[str]:
+    """A sentence if values from ``first`` and before ``length`` are gaps."""
+    bad = first + np.flatnonzero(~np.isfinite(series.values[first:length]))
     if not len(bad):
         return []
     gaps = 1 + int(np.count_nonzero(np.diff(bad) > 1))

@@ -80,7 +80,18 @@ def _series(array: Array, name: str, values: np.ndarray) -> RawSeries:
         noise=_level(attributes, "noise"),
         full_scale=_level(attributes, "full_scale"),
         resolution=_single(array.values),
+        declared=_stated(array),
     )
+
+
+def _stated(array: Array) -> Declared | None:
+    """The sampling rate or step that an attribute of an array states."""
+    for name in array.attributes:
+        value = _level(array.attributes, name)
+        found = None if value is None else _declared(Array(name, array.values), value)
+        if found is not None:
+            return found
+    return None
 
 
 def _single(values: np.ndarray) -> float:

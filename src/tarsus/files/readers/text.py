@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.errors import InputError
+from tarsus.files.readers.complexes import amplitude_of, is_decibel, phase_factor
 from tarsus.files.readers.numerals import (
     check_ending,
     column_of,
@@ -36,11 +37,20 @@ _STEP = re.compile(
     r"^\W*(?:sampl\w*[ _]?(?:interval|step|period|time)|dt|resolution)\b[^\d+-]*?([\d.,eE+-]+)\s*(\w*)", re.I
 )
 _COUNT = re.compile(r"^\W*(?:samples|number of samples|lines)\b\D*(\d+)\s*$", re.I)
-_REAL, _IMAGINARY = re.compile(r"\breal\b|\bre\b", re.I), re.compile(r"\bimag\w*\b|\bim\b", re.I)
-_MAGNITUDE, _PHASE = (
-    re.compile(r"\b(magnitude|amplitude|mag|abs)\b", re.I),
-    re.compile(r"\b(phase|angle)\b", re.I),
+
+
+def _word(*words: str) -> re.Pattern[str]:
+    """A pattern for one of some words, which marks, digits and underscores may end."""
+    return re.compile(rf"(?<![^\W\d_])(?:{'|'.join(words)})(?![^\W\d_])", re.I)
+
+
+_REAL = _word("real(?: part)?", "re", "realteil", "partie r[eé]elle", "parte reale?")
+_IMAGINARY = _word(
+    "imag(?:inary)?(?: part)?", "im", "imagin[aä]rteil", "partie imaginaire", "parte im+ag\\w+"
 )
+_MAGNITUDE = _word("magnitude", "amplitude", "mag", "abs", "betrag", "module", "modulo", "db")
+_PHASE = _word("phase", "angle", "phasenwinkel", "winkel", "fase")
+_COMMENT = re.compile(r"^\s*[#%]+ ?")
 
 
 @dataclass(frozen=True)
@@ -97,8 +107,14 @@ def read_text(path: Path) -> RawFile:
             values = _values(path.name, table, column, label)
         step = column_step(table.ends, column, table.comma)
         series.append(RawSeries(label, values, unit, count=_announced(table.header), resolution=step))
-    declared = _declared(table)
-    return RawFile(path.name, tuple(_pairs(path.name, series)), declared, tuple(notes), ragged=True)
+    paired = _pairs(series)
+    notes += [
+        f"{path.name}: column '{one.name}' is a phase, but nothing says whether in deg or rad; name it under channels "
+        "with phase and phase_unit"
+        for one in paired
+        if _PHASE.search(one.name) and phase_factor(one.unit, one.name) is None
+    ]
+    return RawFile(path.name, tuple(paired), _declared(table), tuple(notes), ragged=True)
 
 
 def _check_widths(source: str, table: _Table, width: int) -> None:
@@ -130,13 +146,28 @@ def _split(source: str, lines: list[str]) -> _Table:
             body = [line for line in lines[start:] if line.strip()]
             names, units = _labels(lines[:start], separator, width)
             return _Table(lines[:start], names, units, body, separator, start + 1, comma)
-    raise InputError(f"{source} holds no rows of numbers")
+    raise InputError(f"{source} holds no rows of numbers{_what_instead(lines)}")
+
+
+def _what_instead(lines: Sequence[str]) -> str:
+    """What the last line of a file has where its numbers might be."""
+    last = next((line for line in reversed(lines) if line.strip()), "")
+    for separator in _SEPARATORS:
+        cells = _cells(last, separator)
+        other = [
+            cell for cell in cells if cell and not _is_number(cell, False) and not _is_number(cell, True)
+        ]
+        if len(cells) > 1 and 0 < len(other) < len(cells):
+            return f": its last line has '{other[0]}' where a number is expected; write times as seconds"
+    return ""
 
 
 def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int | None:
     """The first line of two in a row that are all numbers (of the same count), or None."""
-    last = None
+    last, place = None, 0
     for i, line in enumerate(lines[:_LONGEST_HEADER]):
+        if not line.strip():
+            continue
         cells = _cells(line, separator)
         if separator is not None and len(cells) < 2:
             last = None
@@ -146,8 +177,8 @@ def _first_row(lines: Sequence[str], separator: str | None, comma: bool) -> int 
             len(cells) if filled and cells[0] and all(_is_number(cell, comma) for cell in filled) else None
         )
         if width is not None and width == last:
-            return i - 1
-        last = width
+            return place
+        last, place = width, i
     return None
 
 
@@ -192,7 +223,8 @@ def _values(source: str, table: _Table, column: int, name: str) -> NDArray[np.ge
 
 def _labels(header: Sequence[str], separator: str | None, width: int) -> tuple[list[str], list[str]]:
     """Names and units of the columns from the last lines of the header; empty where it says none."""
-    split = [cells for cells in (_cells(line, separator) for line in header) if any(cells)]
+    plain = (_COMMENT.sub("", line) for line in header)
+    split = [cells for cells in (_cells(line, separator) for line in plain) if any(cells)]
     units = [""] * width
     if split and len(split[-1]) == width and any(_unit(cell) for cell in split[-1]):
         candidate = split[-1]
@@ -202,6 +234,11 @@ def _labels(header: Sequence[str], separator: str | None, width: int) -> tuple[l
             units = [re.sub(r"^[\[(]\s*(.*?)\s*[\])]$", r"\1", cell) for cell in candidate]
             split.pop()
     names = list(split[-1]) if split and len(split[-1]) == width else [""] * width
+    if len(split) > 1 and len(split[-2]) == width > 1:
+        parts = (_REAL, _IMAGINARY, _MAGNITUDE, _PHASE)
+        bare = [not name or any(pattern.fullmatch(name) for pattern in parts) for name in names]
+        if all(bare) and any(names):
+            names = [f"{above} {name}".strip() for above, name in zip(split[-2], names, strict=True)]
     if (
         width == 1
         and names[0]
@@ -222,7 +259,11 @@ def _unit(text: str) -> bool:
     """Whether a text is a unit of anything that is read."""
     plain = text.strip().strip("[]()").strip()
     known = (scaled, ratio_of, time_factor, frequency_factor)
-    return any(parse(plain) is not None for parse in known) or plain.lower() in ("deg", "°", "rad", "-", "1")
+    return (
+        any(parse(plain) is not None for parse in known)
+        or is_decibel(plain)
+        or plain.lower() in ("deg", "°", "rad", "-", "1")
+    )
 
 
 def _declared(table: _Table) -> Declared | None:
@@ -253,13 +294,13 @@ def _announced(header: Sequence[str]) -> int | None:
     return int(found[0]) if found else None
 
 
-def _pairs(source: str, series: Sequence[RawSeries]) -> list[RawSeries]:
+def _pairs(series: Sequence[RawSeries]) -> list[RawSeries]:
     """Series with neighbouring columns of real and imaginary part, or magnitude and phase, joined; coherences told."""
     out: list[RawSeries] = []
     for one in series:
         before = out[-1] if out else None
-        joined = None if before is None else _joined(source, before, one)
-        if joined is not None:
+        joined = None if before is None else _joined(before, one)
+        if joined is not None and not any(_same(joined, other) for other in out):
             out[-1] = joined
         elif re.search("coheren|kohärenz", one.name, re.I):
             out.append(RawSeries(one.name, one.values, "", Role.COHERENCE))
@@ -268,7 +309,16 @@ def _pairs(source: str, series: Sequence[RawSeries]) -> list[RawSeries]:
     return out
 
 
-def _joined(source: str, first: RawSeries, second: RawSeries) -> RawSeries | None:
+def _same(one: RawSeries, other: RawSeries) -> bool:
+    """Whether a response is there already, as real and imaginary part for example."""
+    return bool(
+        one.name == other.name
+        and len(one.values) == len(other.values)
+        and np.allclose(one.values, other.values, rtol=1e-2, equal_nan=True)
+    )
+
+
+def _joined(first: RawSeries, second: RawSeries) -> RawSeries | None:
     if (
         np.iscomplexobj(first.values)
         or np.iscomplexobj(second.values)
@@ -276,16 +326,14 @@ def _joined(source: str, first: RawSeries, second: RawSeries) -> RawSeries | Non
     ):
         return None
     if _REAL.search(first.name) and _IMAGINARY.search(second.name):
-        values, pattern = first.values + 1j * second.values, _REAL
+        values, unit, pattern = first.values + 1j * second.values, first.unit, _REAL
     elif _MAGNITUDE.search(first.name) and _PHASE.search(second.name):
-        degrees = second.unit.strip("[]() ").lower() in ("deg", "°")
-        if not degrees and second.unit.strip("[]() ").lower() != "rad":
-            raise InputError(
-                f"{source}: column '{second.name}' is a phase, but nothing says whether in deg or rad"
-            )
-        values = first.values * np.exp(1j * (np.deg2rad(second.values) if degrees else second.values))
-        pattern = _MAGNITUDE
+        factor = phase_factor(second.unit, second.name)
+        if factor is None:
+            return None
+        size, pattern = amplitude_of(first), _MAGNITUDE
+        values, unit = size.values * np.exp(1j * factor * second.values), size.unit
     else:
         return None
-    name = pattern.sub("", first.name).strip(" -_,:()") or first.name
-    return RawSeries(name, values, first.unit, Role.RESPONSE)
+    name = pattern.sub("", first.name).strip(" -_,:()/") or first.name
+    return RawSeries(name, values, unit, Role.RESPONSE)

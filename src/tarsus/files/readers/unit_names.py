@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import NamedTuple
 
@@ -70,8 +71,9 @@ def time_factor(text: str) -> float | None:
 
 
 def frequency_factor(text: str) -> float | None:
-    """SI factor of a unit of frequency, or None."""
-    return _factor(_plain(text), "Hz")
+    """Factor that brings a unit of frequency, or ``rad/s``, to Hz; None for others."""
+    plain = _plain(text)
+    return 0.5 / math.pi if plain.replace(" ", "") == "rad/s" else _factor(plain, "Hz")
 
 
 def _plain(text: str) -> str:
