@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 _UNEXCITED = 1e-8
+_HANN = 4.0
+"""Lines below which a half-power band looks wider by more than 11 % through a Hann window."""
 _MOTIONS = {Quantity.DISPLACEMENT: 0, Quantity.VELOCITY: 1, Quantity.ACCELERATION: 2}
 
 
@@ -36,7 +38,8 @@ class Frf:
 
     frequency (nf,) [Hz]; values (no, ni, nf) in the unit of ``quantity`` per unit of drive; outputs: names of the
     points; inputs: names of the drives (that of a point where the drive is a force at it, along the response); repeats
-    (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None.
+    (nr, no, ni, nf): the same of single repeats, or None; coherence (no, nf): multiple coherence, or None; resolving:
+    lines that a half-power band must have for its damping to be known, 1 unless a window smears the lines.
 
     Raises
     ------
@@ -51,6 +54,7 @@ class Frf:
     quantity: Quantity
     repeats: Complexes | None = None
     coherence: Floats | None = None
+    resolving: float = 1.0
 
     def __post_init__(self) -> None:
         problems = []
@@ -233,6 +237,7 @@ def estimate_frf(
         first.channel(responses[0]).quantity,
         np.array([_response(one, count, estimator) for one in spectra]) if single else None,
         _coherence(mean, count) if total > count else None,
+        1.0 if segment is None else _HANN,
     )
 
 

@@ -283,12 +283,12 @@ def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
     frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
-    verdict, reason = _judge(frequency, damping, frf.line)
+    verdict, reason = _judge(frequency, damping, frf.line, frf.resolving)
     tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
     return IdentifiedMode(frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason)
 
 
-def _judge(frequency: Interval, damping: Interval, line: float) -> tuple[Verdict, str]:
+def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[Verdict, str]:
     name = f"the mode at {frequency.value:.6g} Hz"
     band = 2.0 * abs(damping.value) * frequency.value
     if damping.value <= 0.0:
@@ -300,6 +300,12 @@ def _judge(frequency: Interval, damping: Interval, line: float) -> tuple[Verdict
         return Verdict.UNDER_RESOLVED, (
             f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below the line spacing of {line:g} Hz; "
             "its frequency can be used, its damping cannot: measure longer"
+        )
+    if band < resolving * line:
+        return Verdict.UNDER_RESOLVED, (
+            f"{name} is under-resolved: its half-power band of {band:.2g} Hz is below {resolving:g} lines of "
+            f"{line:g} Hz, so that the window makes it wider; its frequency can be used, its damping cannot: take "
+            "longer segments"
         )
     if damping.low <= 0.0:
         return Verdict.UNCERTAIN, (

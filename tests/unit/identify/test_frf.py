@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import chirp, lfilter
 
 from tarsus.errors import InputError
-from tarsus.identify import Estimator, estimate_frf
+from tarsus.identify import Estimator, Verdict, estimate_frf, identify_modes
 from tarsus.measurement import Channel, Measurement, Quantity
 
 RATE = 4096.0
@@ -83,6 +83,25 @@ def test_two_drives_are_told_apart(estimator):
     for k in range(2):
         assert np.median(np.abs(frf.values[0, k] / exact(frf.frequency, k) - 1.0)) < 0.01
     assert frf.coherence is not None and np.median(frf.coherence) > 0.999
+
+
+@pytest.mark.parametrize(("segment", "resolved"), [(0.5, False), (0.7, False), (2.0, True), (4.0, True)])
+def test_a_window_that_is_too_short_for_the_damping_is_told(segment, resolved):
+    pole = np.exp(2.0 * np.pi * 200.0 / RATE * complex(-0.01, np.sqrt(1.0 - 1e-4)))  # half-power band: 4 Hz
+    drive = random_drives(1, 4, 120.0)
+    response = lfilter([0.0, 0.1], [1.0, -2.0 * pole.real, abs(pole) ** 2], drive[0])
+    channels = (Channel("u", Quantity.VOLTAGE), Channel("v", Quantity.DISPLACEMENT))
+    measured = Measurement(channels, np.array([drive[0], response]), 1.0 / RATE)
+    frf = estimate_frf([measured], ["u"], ["v"], (100.0, 300.0), segment=segment)
+    modes = identify_modes(frf, (100.0, 300.0)).modes
+    if resolved:
+        assert [mode.verdict for mode in modes] == [Verdict.DETERMINED]
+        assert modes[0].frequency.value == pytest.approx(200.0, rel=2e-4)
+        assert modes[0].damping.value == pytest.approx(0.01, rel=0.06)
+    else:
+        assert {mode.verdict for mode in modes} == {Verdict.UNDER_RESOLVED}
+        assert any("below 4 lines of" in mode.reason for mode in modes)
+        assert max(mode.damping.value for mode in modes) > 0.0115, "the window makes it wider"
 
 
 def test_what_records_cannot_give():

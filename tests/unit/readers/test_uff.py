@@ -208,3 +208,26 @@ def test_marks_that_do_not_enclose_data_sets_are_told(tmp_path):
         ts.InputError, match=r"frf.uff is damaged: a data set between its marks \(-1\) has no number"
     ):
         read_response(path)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_units_with_signs_beyond_ascii(tmp_path, encoding):
+    lines = [
+        "    -1",
+        "    58",
+        *["NONE"] * 5,
+        "    4         0    0         0 NONE               2   3 NONE               1   3",
+        "         5         4         1  0.00000E+00  5.00000E-01  0.00000E+00",
+        "        18    0    0    0 NONE                 Hz",
+        "         1    0    0    0 Frequency Function   (1/N)*(mm/s\N{SUPERSCRIPT TWO})",
+        *["         0    0    0    0 NONE                 NONE"] * 2,
+        "  1.00000E+00  0.00000E+00  2.00000E+00  1.00000E+00  3.00000E+00 -1.00000E+00",
+        "  4.00000E+00  5.00000E-01",
+        "    -1",
+    ]
+    path = tmp_path / "response.uff"
+    path.write_bytes(("\n".join(line.ljust(80) for line in lines) + "\n").encode(encoding))
+    read = read_response(path)
+    assert read.outputs[0].quantity is Quantity.ACCELERATION and read.inputs[0].quantity is Quantity.FORCE
+    assert read.values[0, 0] == pytest.approx(1e-3 * np.array([1.0, 2.0 + 1.0j, 3.0 - 1.0j, 4.0 + 0.5j]))
+    assert read.frequency == pytest.approx([0.0, 0.5, 1.0, 1.5])

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -54,12 +55,31 @@ def read_uff(path: Path) -> RawFile:
     InputError
         If the file is truncated, or a data set cannot be read.
     """
+    content = read_bytes(path)
+    if not content.rstrip().endswith(b"    " + _MARK):  # no line break need come before it in 58b
+        raise InputError(f"{path.name} is truncated: its last data set does not end")
+    with TemporaryDirectory() as folder:
+        return _read(path, _in_utf_8(path, content, Path(folder)))
+
+
+def _in_utf_8(path: Path, content: bytes, folder: Path) -> Path:
+    """The file, or a copy in UTF-8 of one in Latin-1, whose units pyuff could not decode; binary ones stay."""
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError:
+        if b"\n    58b" not in content:
+            copy = folder / "copy.uff"
+            copy.write_bytes(content.decode("latin-1").encode("utf-8"))
+            return copy
+    return path
+
+
+def _read(path: Path, readable: Path) -> RawFile:
+    """Functions of a file that pyuff can decode."""
     import pyuff
 
-    if not read_bytes(path).rstrip().endswith(b"    " + _MARK):  # no line break need come before it in 58b
-        raise InputError(f"{path.name} is truncated: its last data set does not end")
     try:
-        file = pyuff.UFF(str(path))
+        file = pyuff.UFF(str(readable))
         kinds = [int(kind) for kind in file.get_set_types()]
     except Exception as error:  # pyuff raises plain exceptions
         raise InputError(f"{path.name} cannot be read as a universal file: {error}") from None

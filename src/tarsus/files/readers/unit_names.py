@@ -37,6 +37,7 @@ _WORDS = {
     "seconds": "s",
     "hertz": "Hz",
 }
+_MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
 _GRAVITIES = {"g", "gn", "g_n", "g0"}
 
 
@@ -62,6 +63,11 @@ def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
         output, source = scaled(plain[:place]), scaled(plain[place + 1 :])
         if output is not None and source is not None:
             return output, source
+    for output in _MOTIONS:  # such as (1/N)*(m/s^2), or kg^-1
+        for source in (Quantity.FORCE, Quantity.VOLTAGE):
+            factor = _factor(plain, f"{output.unit}/{source.unit}")
+            if factor is not None:
+                return Scaled(output, factor), Scaled(source, 1.0)
     return None
 
 
