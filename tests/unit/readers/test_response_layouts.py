@@ -162,3 +162,18 @@ def test_empty_lines_between_rows_and_times_of_day(tmp_path):
         ts.InputError, match=r"'12:00:0\.29' where a number is expected; write times as seconds"
     ):
         read_measurement(path)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("g/lbf", 9.80665 / 4.4482216),
+        ("in/s^2/lbf", 0.0254 / 4.4482216),
+        ("(1/N)*(m/s^2)", 1.0),
+        ("1/kg", 1.0),
+    ],
+)
+def test_units_of_accelerances(tmp_path, unit, factor):
+    read = read_response(mat(tmp_path, f=LINES, H=H[0]), channels={"H": unit})
+    assert read.outputs[0].quantity.unit == "m/s^2" and read.inputs[0].quantity.unit == "N"
+    assert read.values[0, 0] == pytest.approx(factor * H[0])

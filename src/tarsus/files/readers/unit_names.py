@@ -28,6 +28,8 @@ _WORDS = {
     "millivolt": "mV",
     "newton": "N",
     "newtons": "N",
+    "inch": "in",
+    "inches": "in",
     "meter": "m",
     "meters": "m",
     "metre": "m",
@@ -38,6 +40,18 @@ _WORDS = {
     "hertz": "Hz",
 }
 _MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
+_POUND_FORCE = 4.4482216152605
+_IMPERIAL = {
+    "lbf": (Quantity.FORCE, _POUND_FORCE),
+    "mil": (Quantity.DISPLACEMENT, 2.54e-5),
+    "in": (Quantity.DISPLACEMENT, 0.0254),
+    "in/s": (Quantity.VELOCITY, 0.0254),
+    "ips": (Quantity.VELOCITY, 0.0254),
+    "in/s^2": (Quantity.ACCELERATION, 0.0254),
+    "ft": (Quantity.DISPLACEMENT, 0.3048),
+    "ft/s": (Quantity.VELOCITY, 0.3048),
+    "ft/s^2": (Quantity.ACCELERATION, 0.3048),
+}
 _GRAVITIES = {"g", "gn", "g_n", "g0"}
 
 
@@ -49,6 +63,9 @@ def scaled(text: str) -> Scaled | None:
     plain = _plain(text)
     if plain.lower() in _GRAVITIES:
         return Scaled(Quantity.ACCELERATION, _GRAVITY)
+    imperial = _IMPERIAL.get(plain.replace(" ", "").lower())
+    if imperial is not None:
+        return Scaled(*imperial)
     for quantity in Quantity:
         factor = _factor(plain, quantity.unit)
         if factor is not None:
