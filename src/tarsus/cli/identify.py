@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -52,6 +53,7 @@ def identify(
         from tarsus.report.identify_page import write_identify_report
 
         written.append(write_identify_report(found, folder / "report.html"))
+    console.complain([f"note: {said}" for said in found.remarks])
     console.complain([f"left out: {one}" for one in found.left_out])
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
     if json:
@@ -65,6 +67,7 @@ def identify(
 def _show(found: Identification) -> None:
     from tarsus.cli import console
     from tarsus.identify.assessment import assessed
+    from tarsus.identify.result import TAKEN
     from tarsus.identify.verdict import Determined
     from tarsus.spec import float_paths
 
@@ -75,6 +78,7 @@ def _show(found: Identification) -> None:
         for path, value in zip(step.paths, step.values, strict=True):
             unit = units[path].unit
             word = "" if judged is None or path not in judged.names else judged[path].word
+            word = TAKEN if path in step.taken else word
             rows.append((path, *(_shown(float(v), unit) for v in (value, *step.interval(path))), word))
         for name, (value, draws, unit) in step.combinations.items():
             low, high = _middle(draws)
@@ -100,6 +104,8 @@ def _show(found: Identification) -> None:
 
 def _shown(value: float, unit: str) -> str:
     """Five digits with the SI unit."""
+    if not isfinite(value):
+        return "-"
     return f"{value:.5g}" if unit == "1" else f"{value:.5g} {unit}"
 
 

@@ -21,8 +21,9 @@ from tarsus.files.readers.choices import ChannelChoice
 from tarsus.files.store import write_text
 from tarsus.files.toml import description_text, write_scene
 from tarsus.identify.campaign import Campaign, RecordSet
+from tarsus.identify.known import PLACEHOLDER
 from tarsus.measurement import Measurement
-from tarsus.scene import Provenance, Scene, Source
+from tarsus.scene import ModalLoad, Provenance, Scene, Source
 from tarsus.spec import with_values
 
 __all__ = ["unknown_device", "write_campaign"]
@@ -69,11 +70,14 @@ def unknown_device(scene: Scene) -> Scene:
             given = given[place] if len(frequencies) == len(given) else 100.0 * (place + 1.0)
         values[path] = given
     blank = with_values(scene, values)
-    origin = Provenance(source=Source.ASSUMED, note="Placeholder, to be identified.")
+    origin = Provenance(source=Source.ASSUMED, note=PLACEHOLDER)
     listed = {path.rpartition(".")[0] if path.rpartition(".")[2].isdecimal() else path for path in values}
     inside = {path for path in scene.provenance if any(path.startswith(f"{one}.") for one in listed)}
     kept = {path: one for path, one in scene.provenance.items() if path not in inside}
-    return with_values(blank, {"provenance": kept | dict.fromkeys(listed, origin)})
+    unit = Provenance(source=Source.ASSUMED, note="The unit of the drive's force, by choice.")
+    modal = [name for name, drive in scene.robot.drives.items() if isinstance(drive.load, ModalLoad)]
+    units = {f"robot.drives.{name}.load.participation.0": unit for name in modal}
+    return with_values(blank, {"provenance": kept | dict.fromkeys(listed, origin) | units})
 
 
 def write_campaign(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
@@ -151,6 +152,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         left_out=left,
         panels=(panel, left_over),
         likelihood=likelihood,
+        files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )
 
 
@@ -190,6 +192,10 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
         weights = 1.0 / (variance + scatter**2)
         normal = design.T @ (weights[:, None] * design)
         values = np.linalg.solve(normal, design.T @ (weights * pull))
+        if np.any(values < 0.0):  # neither adhesion nor its growth pushes
+            size, root = np.array([1.0, float(duration.max())]), np.sqrt(weights)
+            top = float(np.abs(pull).max())
+            values = nnls(root[:, None] * design / size, root * pull / top)[0] * top / size
         slope = float(values[1])
         rest = pull - design @ values
         plain = 1.0 / variance

@@ -18,7 +18,8 @@ def assessed(found: Identification) -> Assessment | None:
     Weights of plays may be of either sign or zero; what they leave open is compared with the slope of the drive's law.
     """
     known = found.known
-    moving = np.std(known.samples, axis=0) > 0.0
+    taken = {path for step in found.steps.values() for path in step.taken}
+    moving = (np.std(known.samples, axis=0) > 0.0) & np.array([path not in taken for path in known.paths])
     names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
     if not names:
         return None

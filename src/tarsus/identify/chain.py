@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -14,20 +13,21 @@ from tarsus.drive.waveforms import SweptSine
 from tarsus.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.campaign import Opened, Reading, read_records
+from tarsus.identify.campaign import Opened, Reading
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
+from tarsus.identify.evidence import Evidence
 from tarsus.identify.film import FilmFit, identify_film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
-from tarsus.identify.known import Known
+from tarsus.identify.known import PLACEHOLDER, Known
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import LeftOut, StepResult, Used
-from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+from tarsus.identify.traces import Trace
 
 __all__ = ["Chain", "Identification", "NotDone", "identify"]
 
@@ -36,6 +36,7 @@ Progress = Callable[[int, int, str], None]
 
 _STEPS = 7
 _FILM = "ground.film.coefficient"
+_STRUCTURE = "robot.structure.frequencies"
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class Identification:
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
     not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
     resonances: the modal fit; film: the break-offs; comparisons: held-out records; in_air: records with the drive of
-    the bounces in the air; shifts of the zero; seconds taken."""
+    the bounces in the air; shifts of the zero; remarks: what does not fit together, though used; seconds taken."""
 
     opened: Opened
     readings: tuple[Reading, ...]
@@ -75,6 +76,7 @@ class Identification:
     comparisons: tuple[Comparison, ...]
     in_air: tuple[InAir, ...]
     shifts: tuple[Shift, ...]
+    remarks: tuple[str, ...]
     seconds: float
 
     @property
@@ -84,9 +86,10 @@ class Identification:
 
     @property
     def files_used(self) -> int:
-        """Number of files that were read and not left out as a whole."""
-        out = {one.file for one in self.left_out}
-        return sum(one.record is not None and one.file not in out for one in self.readings)
+        """Number of files of which a step or a comparison used something."""
+        used = {file for step in self.steps.values() for file in step.files}
+        used |= {one.file for one in (*self.comparisons, *self.in_air)}
+        return len(used)
 
     @property
     def all_left_out(self) -> tuple[LeftOut, ...]:
@@ -111,12 +114,8 @@ class Chain:
     opened: Opened
     seed: int = 1
     progress: Progress | None = None
-    readings: list[Reading] = field(default_factory=list)
-    left_out: list[LeftOut] = field(default_factory=list)
     steps: dict[str, StepResult] = field(default_factory=dict)
     not_done: list[NotDone] = field(default_factory=list)
-    traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
-    level: tuple[float, float] | None = None
     resonances: Resonances | None = None
     film: FilmFit | None = None
     bounces: BounceStudy | None = None
@@ -124,6 +123,7 @@ class Chain:
 
     def __post_init__(self) -> None:
         self.known = _nothing(self.opened.model)
+        self.evidence = Evidence(self.opened)
 
     def run(self) -> Identification:
         """All steps, the validation and the shifted zero."""
@@ -135,6 +135,8 @@ class Chain:
                 self.attempt(name, step)
         comparisons, in_air = self.validate(), self.look_in_the_air()
         shifts = self.shifted()
+        used = {file for step in self.steps.values() for file in step.files}
+        self.evidence.close(used | {one.file for one in (*comparisons, *in_air)})
         if not self.steps:
             raise InputError(
                 [said for one in self.not_done for said in one.reasons] or ["no step could be done"]
@@ -152,6 +154,7 @@ class Chain:
             tuple(comparisons),
             tuple(in_air),
             shifts,
+            tuple(self.evidence.remarks),
             time.perf_counter() - begun,
         )
 
@@ -169,55 +172,32 @@ class Chain:
         )
 
     def read(self) -> None:
-        """Read every file; faults are kept beside it."""
-        for name, one in self.opened.campaign.records.items():
-            self._tell(f"reading {name}")
-            found = read_records(self.opened, name)
-            self.readings += found
-            for reading in found:
-                self.left_out += [_left(reading.file, said) for said in reading.problems]
-            if one.purpose is Purpose.MODAL:
-                continue
-            for reading in found:
-                if reading.record is None or reading.record.drive is None:
-                    continue
-                try:
-                    trace = trace_of(
-                        reading.record,
-                        self.opened.model.points,
-                        name,
-                        reading.record.drive,
-                        one.rest,
-                        one.gap,
-                    )
-                except InputError as error:
-                    self.left_out += [_left(reading.file, said) for said in error.problems]
-                    continue
-                self.traces.setdefault(one.purpose, []).append(replace(trace, file=reading.file))
+        """Read and check every file."""
+        self.evidence.read(self._tell)
 
     def find_ground(self) -> None:
-        """The contact level of all records, and the records whose foot is not where it says."""
-        foot = self.opened.model.foot_point
-        near = {
-            purpose: [t for t in found if t.gap is None]
-            for purpose, found in self.traces.items()
-            if purpose is not Purpose.AIR
-        }
-        standing = [t for p in (Purpose.RAMPS, Purpose.LOOPS) for t in near.get(p, [])]
-        self.level = contact_level(standing or near.get(Purpose.BOUNCES, []), foot)
-        if self.level is None:
-            return
-        for purpose, found in self.traces.items():
-            if purpose is Purpose.AIR:
-                continue
-            kept = []
-            for trace in found:
-                said = None if trace.gap is not None else misplaced(trace, foot, self.level[0])
-                if said is None:
-                    kept.append(trace)
-                else:
-                    self.left_out.append(LeftOut(trace.file, "", said))
-            self.traces[purpose] = kept
+        """Find the ground that the records show."""
+        self.evidence.find_ground()
+
+    @property
+    def readings(self) -> list[Reading]:
+        """Every file."""
+        return self.evidence.readings
+
+    @property
+    def left_out(self) -> list[LeftOut]:
+        """Data not used, with reasons."""
+        return self.evidence.left_out
+
+    @property
+    def traces(self) -> dict[Purpose, list[Trace]]:
+        """Records by purpose."""
+        return self.evidence.traces
+
+    @property
+    def level(self) -> tuple[float, float] | None:
+        """Contact level from the rest with its standard error [m]."""
+        return self.evidence.level
 
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
         """Run a step; what stops it is kept as its reasons."""
@@ -227,7 +207,9 @@ class Chain:
         except InputError as error:
             self.not_done.append(NotDone(name, tuple(error.problems)))
             return
-        self.steps[name] = found
+        purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
+        count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
+        self.steps[name] = replace(found, used=(*found.used, count))
         self.known = self.known.after(found)
 
     def _resonances(self) -> StepResult:
@@ -246,12 +228,15 @@ class Chain:
             )
         band = max(low for low, _ in ends), min(high for _, high in ends)
         self.resonances = identify_resonances(self.opened.model, records, band, self.seed)
-        return self.resonances.step
+        out = {one.file for one in self.resonances.step.left_out}
+        files = frozenset(r.file for r in self._of(Purpose.MODAL) if r.record is not None) - out
+        return replace(self.resonances.step, files=files)
 
     def _hysteresis(self) -> StepResult:
         traces = self.traces.get(Purpose.LOOPS, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.LOOPS, "static loops"))
+        self._need_structure()
         shares = None if self.resonances is None else self.resonances.shares
         draws = np.zeros((DRAWS, 0)) if self.resonances is None else self.resonances.share_draws
         return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
@@ -260,7 +245,7 @@ class Chain:
         traces = self.traces.get(Purpose.RAMPS, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.RAMPS, "ramped squares"))
-        self._need("resonances", "hysteresis")
+        self._need("hysteresis")
         if self.level is None:
             raise InputError("no record of ramped squares shows a foot standing on the ground")
         model = self.known.model()
@@ -279,14 +264,14 @@ class Chain:
         traces = self.traces.get(Purpose.CLOSE, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.CLOSE, "a foot close to the ground"))
-        self._need("resonances", "hysteresis")
+        self._need("hysteresis")
         return identify_close(self.known.model(), self.known, traces, self.seed + 6)
 
     def _restitution(self) -> StepResult:
         traces = self.traces.get(Purpose.BOUNCES, [])
         if not traces:
             raise InputError(self._nothing_for(Purpose.BOUNCES, "bounces"))
-        self._need("resonances", "hysteresis")
+        self._need("hysteresis")
         if self.opened.model.scene.ground.acting.film is not None and _FILM not in self.known.paths:
             raise InputError("it needs the film, which no step has found")
         model = self.known.model()
@@ -336,7 +321,7 @@ class Chain:
             try:
                 out.append(compare(model, trace, signal, self._ground()))
             except InputError as error:
-                self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
+                self.left_out.extend(LeftOut(trace.file, "", said) for said in error.problems)
         return out
 
     def look_in_the_air(self) -> list[InAir]:
@@ -352,7 +337,7 @@ class Chain:
                     raise InputError("its set states no signal to simulate")
                 out.append(compare_in_air(self.known.model(), trace, signal))
             except InputError as error:
-                self.left_out += [LeftOut(trace.file, "", said) for said in error.problems]
+                self.left_out.extend(LeftOut(trace.file, "", said) for said in error.problems)
         return out
 
     def shifted(self) -> tuple[Shift, ...]:
@@ -375,7 +360,7 @@ class Chain:
     def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
         """Parameters with another model, and the drive's force at one path moved after the loops."""
         other = Chain(replace(self.opened, model=model), self.seed)
-        other.traces, other.level, other.resonances = self.traces, self.level, self.resonances
+        other.evidence, other.resonances = replace(self.evidence, opened=other.opened), self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
         other.known = _certain(_nothing(model).after(self.steps["resonances"]))
         for name, _, step in other.planned():
@@ -409,12 +394,28 @@ class Chain:
         return [f"none of the {len(files)} records of {what} can be used", *self._said(files)]
 
     def _said(self, files: Sequence[str]) -> list[str]:
-        return [one.reason for one in self.left_out if one.file in files]
+        return [str(one) for one in self.left_out if one.file in files]
 
     def _need(self, *names: str) -> None:
         missing = [name for name in names if name not in self.steps]
         if missing:
             raise InputError(f"it needs what the step {missing[0]} finds, which was not done")
+
+    def _need_structure(self) -> None:
+        """Raise InputError without a structure: neither identified, nor known beforehand."""
+        if "resonances" in self.steps:
+            return
+        if any(self.opened.sets(Purpose.MODAL)):
+            self._need("resonances")
+        origin = self.opened.model.scene.origin(_STRUCTURE)
+        if origin is not None and origin.note == PLACEHOLDER:
+            raise InputError(
+                "it needs the structure: the campaign has no sweeps in the air (purpose 'modal'), and the "
+                "frequencies of the device are placeholders"
+            )
+        said = "no sweeps in the air: the structure is that of the device file, as if it were certain"
+        if said not in self.evidence.remarks:
+            self.evidence.remarks.append(said)
 
     def _tell(self, what: str) -> None:
         total = len(self.opened.campaign.records) + _STEPS + 1
@@ -432,15 +433,6 @@ def _nothing(model: FootModel) -> Known:
 def _certain(known: Known) -> Known:
     """The same as if everything found were certain: no draw moves it."""
     return replace(known, samples=np.repeat(known.values[None], DRAWS, axis=0))
-
-
-def _left(file: str, said: str) -> LeftOut:
-    """A reader's sentence, which may name its file and channel already, with both apart."""
-    rest = said.removeprefix(file)
-    named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
-    if named is None or rest == said:
-        return LeftOut(file, "", rest.removeprefix(":").strip())
-    return LeftOut(file, named[1], rest[named.end() :].strip())
 
 
 def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:

@@ -189,6 +189,7 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
             for trace, one in zip(close.traces, residuals, strict=True)
         ),
         used=(Used("records close to the ground", len(used), len(traces)),),
+        files=frozenset(trace.file for trace in used),
         left_out=tuple(left),
         panels=_panels(model, close, residuals, flights),
         likelihood=likelihood,

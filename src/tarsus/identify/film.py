@@ -164,6 +164,7 @@ def _result(
         residuals=_residuals(offs, fitted),
         panels=_panels(model, offs, fitted),
         likelihood=likelihood,
+        files=frozenset(offs.traces[one.trace].file for one in offs.items),
     )
     return step, pulls
 

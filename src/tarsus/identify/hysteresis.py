@@ -290,7 +290,7 @@ def identify_hysteresis(
     if level is None:
         notes = (
             "No record shows the ground, so that the neutral position is not known: the rest is taken to "
-            "be at the gap.",
+            "be neutral, and the constant of the law follows from that.",
         )
     left = tuple(
         LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings")
@@ -307,6 +307,8 @@ def identify_hysteresis(
         left_out=left,
         panels=panels,
         notes=notes,
+        files=frozenset(block.source.file for block in fit.loops.blocks),
+        taken=() if level is not None else fit.paths[len(given) : len(given) + 1],
     )
 
 

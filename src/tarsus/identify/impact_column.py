@@ -81,6 +81,9 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
         combinations=combinations,
         residuals=tuple(residuals),
         used=(Used("impacts", int(good.sum()), len(good)),),
+        files=frozenset(
+            study.bounces.traces[study.bounces.items[int(r)].trace].file for r in np.flatnonzero(good)
+        ),
         panels=(panel,) if curves else (),
         notes=tuple(notes),
     )

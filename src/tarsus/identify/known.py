@@ -10,9 +10,14 @@ from numpy.typing import NDArray
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult
 
-__all__ = ["Known"]
+__all__ = ["PLACEHOLDER", "Known"]
 
 Floats = NDArray[np.float64]
+
+PLACEHOLDER = "Placeholder, to be identified."
+"""Origin of a number of a device that a campaign is to find."""
+
+_LEAST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -28,9 +33,18 @@ class Known:
     samples: Floats
 
     def model(self, values: Floats | None = None) -> FootModel:
-        """The device with the values found, or with others (p,)."""
+        """The device with the values found, or with others (p,).
+
+        What an uncertain number may be on the way stays a device: constants of ground and structure do not fall below a
+        thousandth of what was found, and the restitution does not exceed one.
+        """
         chosen = self.values if values is None else values
-        return self.base.changed({path: float(v) for path, v in zip(self.paths, chosen, strict=True)})
+        changes: dict[str, object] = {}
+        for path, value, found in zip(self.paths, chosen.tolist(), self.values.tolist(), strict=True):
+            positive = path.startswith(("ground.", "robot.structure."))
+            least = max(value, _LEAST * found, 0.0) if positive else value
+            changes[path] = min(least, 1.0) if path.startswith("ground.restitution.") else least
+        return self.base.changed(changes)
 
     def after(self, step: StepResult) -> Known:
         """With what a further step found."""

@@ -77,6 +77,9 @@ def identify_restitution(
             "impacts; at least "
             f"{FEWEST} are needed: drive it harder, sample faster or record longer"
         )
+    if len(items) < len(found):
+        text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
+        left.append(LeftOut("all records of bounces", model.foot_point, text))
     bounces = Bounces(traces, items, level)
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
@@ -209,6 +212,7 @@ def _result(
             ),
         ),
         used=(Used("impacts", len(departure), total),),
+        files=frozenset(bounces.traces[one.trace].file for one in bounces.items),
         left_out=tuple(left),
         panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),

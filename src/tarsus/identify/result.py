@@ -17,7 +17,10 @@ from tarsus.identify.verdict import Assessment
 from tarsus.scene import Provenance, Scene, Source
 from tarsus.spec import FrozenDict, float_paths, with_values
 
-__all__ = ["identified_device", "summary_of", "write_identification"]
+__all__ = ["TAKEN", "identified_device", "summary_of", "write_identification"]
+
+TAKEN = "not told, taken"
+"""Verdict on a number that no record tells."""
 
 _NOTES = {
     "resonances": "sweeps in the air",
@@ -44,9 +47,10 @@ def identified_device(found: Identification) -> Scene:
             value = units[path].value
             ends = (min(low, value), max(high, value)) if np.isfinite([low, high]).all() else None
             note = f"tarsus identify: {_note(step, found)}."
-            changed[path] = Provenance(
-                source=Source.CALIBRATED, note=note, interval=None if ends is None else (ends,)
-            )
+            source = Source.CALIBRATED
+            if path in step.taken:
+                source, note = Source.ASSUMED, "No record tells it; goes with the other numbers of its law."
+            changed[path] = Provenance(source=source, note=note, interval=None if ends is None else (ends,))
     parents = {path.rpartition(".")[0] for path in changed}
     spread: dict[str, Provenance] = {}
     for path, origin in origins.items():
@@ -77,6 +81,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         else {"paths": list(judged.names), "matrix": judged.correlation.tolist()},
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
         "files": {"read": len(found.readings), "used": found.files_used},
+        "remarks": list(found.remarks),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
         "in_air": [{"name": one.name, "file": one.file, "off": one.off} for one in found.in_air],
@@ -87,7 +92,11 @@ def summary_of(found: Identification) -> dict[str, Any]:
 def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
     return {
         "parameters": {
-            path: {"value": float(value), "interval": list(step.interval(path)), **_verdict(judged, path)}
+            path: {
+                "value": float(value),
+                "interval": list(step.interval(path)),
+                **_verdict(judged, step, path),
+            }
             for path, value in zip(step.paths, step.values, strict=True)
         },
         "combinations": {
@@ -100,7 +109,9 @@ def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
     }
 
 
-def _verdict(judged: Assessment | None, path: str) -> dict[str, str]:
+def _verdict(judged: Assessment | None, step: StepResult, path: str) -> dict[str, str]:
+    if path in step.taken:
+        return {"verdict": TAKEN}
     if judged is None or path not in judged.names:
         return {}
     return {"verdict": judged[path].word, "sentence": judged[path].sentence()}

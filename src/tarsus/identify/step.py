@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -10,7 +11,16 @@ from numpy.typing import NDArray
 
 from tarsus.errors import InputError
 
-__all__ = ["Curve", "LeftOut", "Panel", "Residual", "StepResult", "Used", "joined_samples"]
+__all__ = [
+    "Curve",
+    "LeftOut",
+    "Panel",
+    "Residual",
+    "StepResult",
+    "Used",
+    "joined_samples",
+    "left_out_of",
+]
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +39,15 @@ class LeftOut:
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
         return f"{where}: {self.reason}" if where else self.reason
+
+
+def left_out_of(file: str, said: str) -> LeftOut:
+    """A reader's sentence, which may name its file and channel already, with both apart."""
+    rest = said.removeprefix(file)
+    named = re.match(r"(?:, |: )channel '([^']*)'(?:: | )", rest)
+    if named is None or rest == said:
+        return LeftOut(file, "", rest.removeprefix(":").strip())
+    return LeftOut(file, named[1], rest[named.end() :].strip())
 
 
 @dataclass(frozen=True)
@@ -90,7 +109,8 @@ class StepResult:
     i of every step of a chain belongs together); combinations: named functions of the parameters that the data
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the
-    other steps found, up to a constant, or None where it is not cheap.
+    other steps found, up to a constant, or None where it is not cheap; taken: paths among them that these data do not
+    tell, whose values only go with the others; files: of which something was used.
 
     Raises
     ------
@@ -109,6 +129,8 @@ class StepResult:
     panels: tuple[Panel, ...] = ()
     notes: tuple[str, ...] = ()
     likelihood: Callable[[Floats], float] | None = None
+    taken: tuple[str, ...] = ()
+    files: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         count = len(self.paths)
@@ -127,9 +149,9 @@ class StepResult:
         return self.samples[:, self.paths.index(path)]
 
     def interval(self, path: str) -> tuple[float, float]:
-        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws."""
+        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws, or where the data do not tell it."""
         drawn = self.draws(path)
-        if not len(drawn):
+        if not len(drawn) or path in self.taken:
             return np.nan, np.nan
         low, high = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
         return float(low), float(high)

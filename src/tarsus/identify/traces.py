@@ -21,6 +21,9 @@ STILL = 5.0
 
 _JUMP = 0.1
 _SAME = 8.0
+_FOLLOWS = 0.15
+"""Part of the usual motion per volt that a foot on the ground may still show."""
+_SURE = 3.0
 
 SHORTEST = 6
 """Samples a hold must last."""
@@ -136,12 +139,14 @@ class Hold:
     last: int
 
 
-def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | None:
+def contact_level(traces: Sequence[Trace], foot: str, driven: bool = False) -> tuple[float, float] | None:
     """Displacement of the foot in contact, from the rest [m], and its standard error; None where no record touches.
 
     In every record the lowest of the places where the foot stands still for a while; over records their weighted
-    mean, without those that disagree with most. A foot may hover above the ground as well."""
-    found = [one for one in (_lowest_stand(trace, foot) for trace in traces) if one is not None]
+    mean, without those that disagree with most. A foot may hover above the ground as well; in records whose drive moves
+    slowly (``driven``) it stands only where the drive moves it no more, which it still does where it turns in the
+    air."""
+    found = [one for one in (_lowest_stand(trace, foot, driven) for trace in traces) if one is not None]
     if not found:
         return None
     levels, own = np.array(found).T
@@ -154,7 +159,7 @@ def contact_level(traces: Sequence[Trace], foot: str) -> tuple[float, float] | N
     return value, float(np.sqrt(max(scatter, 1.0) / weight.sum()))
 
 
-def _lowest_stand(trace: Trace, foot: str) -> tuple[float, float] | None:
+def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] | None:
     """Where the foot of one record stands still lowest [m], and its standard error."""
     k = trace.point(foot)
     x, v, noise = trace.x[k], trace.v[k], trace.noise_x[k]
@@ -163,7 +168,7 @@ def _lowest_stand(trace: Trace, foot: str) -> tuple[float, float] | None:
     still = (np.abs(v) < STILL * trace.noise_v[k]) & (x < x.min() + 2.0 * STILL * noise)
     means, errors = [], []
     for first, last in _runs_of(still):
-        if last - first >= 2 * SHORTEST:
+        if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last)):
             inside = x[first + 1 : last]
             means.append(float(inside.mean()))
             errors.append(noise / np.sqrt(len(inside)))
@@ -175,6 +180,25 @@ def _lowest_stand(trace: Trace, foot: str) -> tuple[float, float] | None:
     return float(np.sum(weight * mean[low]) / weight.sum()), float(
         np.hypot(weight.sum() ** -0.5, trace.zero[k])
     )
+
+
+def _moved(trace: Trace, point: int, first: int, last: int) -> bool:
+    """Whether a foot that looks still follows the drive, or the drive moves too little to tell.
+
+    Its motion per volt, on each way of the voltage, against that over the whole record."""
+    part = slice(first + 1, last)
+    volts, x = trace.volts[part], trace.x[point, part]
+    up = np.diff(trace.volts, append=trace.volts[-1])[part] > 0.0
+    top, bottom = 0.0, 0.0
+    for way in (up, ~up):
+        if np.count_nonzero(way) > 1:
+            off = volts[way] - volts[way].mean()
+            top += float(off @ x[way])
+            bottom += float(off @ off)
+    usual = float(np.ptp(trace.x[point]) / max(float(np.ptp(trace.volts)), 1e-300))
+    if bottom <= 0.0 or trace.noise_x[point] / np.sqrt(bottom) > _FOLLOWS / _SURE * usual:
+        return True
+    return abs(top / bottom) > _FOLLOWS * usual
 
 
 def _runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:

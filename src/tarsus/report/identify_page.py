@@ -13,6 +13,7 @@ from tarsus.files.store import package_version, write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
+from tarsus.identify.result import TAKEN
 from tarsus.identify.step import LeftOut, StepResult
 from tarsus.identify.verdict import Assessment, Determined
 from tarsus.report import identify_figures, modal_figures
@@ -82,6 +83,7 @@ def identify_html(found: Identification) -> str:
         f"<h1>Identification: {escape(name)}</h1>\n",
         f'<p class="lede">{used} of {len(found.readings)} files used; {found.seconds:.0f} s; Tarsus '
         f"{escape(package_version())}.</p>\n",
+        *(warning(f"{said}.") for said in found.remarks),
         *(warning(f"{one.name} was not done: {'; '.join(one.reasons)}.") for one in found.not_done),
         "<h2>Parameters</h2>\n",
         _parameters(found, judged),
@@ -115,9 +117,9 @@ def _parameters(found: Identification, judged: Assessment | None) -> str:
                 [
                     code(path),
                     amount(float(value), unit, 5),
-                    f"{amount(low, unit, 5)} to {amount(high, unit, 5)}",
+                    f"{amount(low, unit, 5)} to {amount(high, unit, 5)}" if np.isfinite(low) else MISSING,
                     _percent(float(value), low, high),
-                    _word(judged, path),
+                    TAKEN if path in step.taken else _word(judged, path),
                 ]
             )
         for name, (value, draws, unit) in step.combinations.items():
@@ -147,7 +149,7 @@ def _sentences(judged: Assessment, units: dict[str, str]) -> str:
 
 
 def _percent(value: float, low: float, high: float) -> str:
-    return number(100.0 * 0.5 * (high - low) / abs(value), 2) if value else MISSING
+    return number(50.0 * (high - low) / abs(value), 2) if value and np.isfinite(high - low) else MISSING
 
 
 def _step(found: Identification, step: StepResult, numbers: Iterator[int]) -> list[str]:

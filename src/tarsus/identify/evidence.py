@@ -1,0 +1,125 @@
+"""The records of a campaign as evidence: every file read and checked, the ground that they show, what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tarsus.errors import InputError
+from tarsus.experiment.synthesis import Purpose
+from tarsus.identify.campaign import Opened, Reading, read_records
+from tarsus.identify.consistency import not_together, odd_ones
+from tarsus.identify.step import LeftOut, left_out_of
+from tarsus.identify.traces import Trace, contact_level, misplaced, trace_of
+
+__all__ = ["Evidence"]
+
+_REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
+"""Records whose repeats show the same motion; bounces need not."""
+_GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)
+_SLOW = (Purpose.RAMPS, Purpose.LOOPS)
+_APART = 0.02
+_SURE = 8.0
+"""Share of the contact level, and standard errors, by which purposes may show the ground at different places."""
+
+
+@dataclass
+class Evidence:
+    """Records read so far.
+
+    opened: the campaign; readings: every file; left_out: data not used, with reasons; traces by purpose; level: of the
+    contact from the rest, with its standard error [m]; remarks: what does not fit together, though it is used."""
+
+    opened: Opened
+    readings: list[Reading] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    traces: dict[Purpose, list[Trace]] = field(default_factory=dict)
+    level: tuple[float, float] | None = None
+    remarks: list[str] = field(default_factory=list)
+
+    def read(self, tell: Callable[[str], None]) -> None:
+        """Read every file; faults are kept beside it."""
+        for name, one in self.opened.campaign.records.items():
+            tell(f"reading {name}")
+            found = read_records(self.opened, name)
+            self.readings += found
+            for reading in found:
+                self.left_out += [left_out_of(reading.file, said) for said in reading.problems]
+            if one.purpose is Purpose.MODAL:
+                continue
+            traces = [trace for reading in found for trace in self._trace(name, reading)]
+            if one.purpose in _REPEATED:
+                traces = self._without(traces, odd_ones(traces))
+            self.traces.setdefault(one.purpose, []).extend(traces)
+
+    def _trace(self, name: str, reading: Reading) -> list[Trace]:
+        """The record of a file, if it has one whose channels belong together."""
+        one, record = self.opened.campaign.records[name], reading.record
+        if record is None or record.drive is None:
+            return []
+        try:
+            trace = trace_of(record, self.opened.model.points, name, record.drive, one.rest, one.gap)
+        except InputError as error:
+            self.left_out += [left_out_of(reading.file, said) for said in error.problems]
+            return []
+        trace = replace(trace, file=reading.file)
+        return self._without([trace], not_together(trace))
+
+    def _without(self, traces: Sequence[Trace], wrong: Sequence[LeftOut]) -> list[Trace]:
+        self.left_out += wrong
+        files = {one.file for one in wrong}
+        return [trace for trace in traces if trace.file not in files]
+
+    def find_ground(self) -> None:
+        """The contact level of all records, and the records whose foot is not where it says."""
+        foot = self.opened.model.foot_point
+        near = {p: [t for t in self.traces.get(p, []) if t.gap is None] for p in _GROUND}
+        levels = {p: contact_level(near[p], foot, p in _SLOW) for p in _GROUND}
+        standing = [t for p in _SLOW for t in near[p]]
+        self.level = contact_level(standing, foot, True) or levels[Purpose.BOUNCES]
+        if self.level is None:
+            return
+        self._compare(levels)
+        for purpose, found in self.traces.items():
+            if purpose is Purpose.AIR:
+                continue
+            wrong = []
+            for trace in found:
+                said = None if trace.gap is not None else misplaced(trace, foot, self.level[0])
+                if said is not None:
+                    wrong.append(LeftOut(trace.file, "", said))
+            self.traces[purpose] = self._without(found, wrong)
+
+    def _compare(self, levels: dict[Purpose, tuple[float, float] | None]) -> None:
+        """Widen the level where purposes show the ground at different places, and say so."""
+        assert self.level is not None
+        value, error = self.level
+        seen = {purpose: one for purpose, one in levels.items() if one is not None}
+        ends = [one[0] for one in seen.values()]
+        if len(seen) < 2:
+            return
+        apart, unsure = max(ends) - min(ends), float(np.sqrt(sum(one[1] ** 2 for one in seen.values())))
+        if apart <= max(_APART * abs(value), _SURE * unsure):
+            return
+        places = ", ".join(f"{1e6 * one[0]:.4g} um in records of {p.value}" for p, one in seen.items())
+        self.remarks.append(
+            f"the ground lies at different places from the rest: {places}; the zero of some of them is off, and "
+            "with it the constant of the drive's law and what hangs on the gap"
+        )
+        self.level = value, float(np.hypot(error, apart))
+
+    def close(self, used: set[str]) -> None:
+        """Say of every file that was read and not left out, but of which nothing was used, that it was not."""
+        told = {one.file for one in self.left_out}
+        for name, one in self.opened.campaign.records.items():
+            idle = [
+                r.file
+                for r in self.readings
+                if r.set == name and r.record is not None and r.file not in used | told
+            ]
+            if idle:
+                said = f"read, but no step used anything of it (purpose '{one.purpose.value}')"
+                where = idle if len(idle) < len(one.files) else [f"all {len(idle)} files of {name}"]
+                self.left_out += [LeftOut(file, "", said) for file in where]
