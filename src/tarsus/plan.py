@@ -299,7 +299,7 @@ def _compiled(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int
 
 def pack_signals(channels: Sequence[Pieces]) -> Signals:
     """Channels laid end to end for the kernels; a channel that holds its last value gets a piece for that."""
-    starts, ends, coefs, sharps, untils, lasts = [], [], [], [], [], []
+    starts, ends, coefs, sharps, untils, overs = [], [], [], [], [], []
     first, loops, periods, spans = [0], [], [], []
     for pieces in channels:
         start, end = pieces.start[:-1], pieces.start[1:]
@@ -310,20 +310,21 @@ def pack_signals(channels: Sequence[Pieces]) -> Signals:
             start, end = np.append(start, end[-1]), np.append(end, _FOREVER)
             coef, kink = np.vstack([coef, hold]), np.append(kink, True)
         sharp = np.append(kink[1:], kink[pieces.loop] if pieces.loop >= 0 else False)
-        until, last = _kink_distances(end - start, sharp, pieces.loop)
+        # every piece is bounded by the sum of its coefficients' sizes
+        middle = coef[:, 0]
+        swing = np.abs(coef[:, 1:]).sum(axis=1)
+        span = float((middle + swing).max() - (middle - swing).min())
+        until, over = _kink_distances(end - start, _continued(end - start, coef, span), sharp, pieces.loop)
         starts.append(start)
         ends.append(end)
         coefs.append(coef)
         sharps.append(sharp)
         untils.append(until)
-        lasts.append(last)
+        overs.append(over)
         first.append(first[-1] + len(start))
         loops.append(pieces.loop)
         periods.append(float(pieces.start[-1] - pieces.start[pieces.loop]) if pieces.loop >= 0 else 0.0)
-        # every piece is bounded by the sum of its coefficients' sizes
-        middle = coef[:, 0]
-        swing = np.abs(coef[:, 1:]).sum(axis=1)
-        spans.append(float((middle + swing).max() - (middle - swing).min()))
+        spans.append(span)
 
     def join(parts: list[np.ndarray], empty: tuple[int, ...] = (0,)) -> np.ndarray:
         return np.ascontiguousarray(np.concatenate(parts)) if parts else np.zeros(empty)
@@ -332,7 +333,7 @@ def pack_signals(channels: Sequence[Pieces]) -> Signals:
     return Signals(
         first=np.array(first, dtype=np.int64), start=join(starts), end=join(ends), coef=coef,
         flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils),
-        last=join(lasts),
+        over=join(overs),
         loop=np.array(loops, dtype=np.int64), period=np.array(periods, dtype=float), span=np.array(spans, dtype=float),
     )  # fmt: skip
 
@@ -340,18 +341,37 @@ def pack_signals(channels: Sequence[Pieces]) -> Signals:
 _FOREVER = 1e30
 
 
-def _kink_distances(length: np.ndarray, sharp: np.ndarray, loop: int) -> tuple[np.ndarray, np.ndarray]:
-    """Time from the start of each piece to the next kink (inf: none), and length of the piece that ends there."""
+_SLIVER = 1e-5
+"""A piece this much shorter than the longest may be shorter than any step."""
+_FAR = 1e4
+"""Spans of the channel that a sliver may be continued to: what it rounds then is below the tolerance of a drive."""
+
+
+def _continued(length: np.ndarray, coef: np.ndarray, span: float) -> np.ndarray:
+    """How far [s] each piece (P,) may be continued beyond its end: a quarter of its length, slivers much further."""
+    over = 0.25 * length
+    short = np.flatnonzero(length < _SLIVER * length[length < _FOREVER].max(initial=0.0))
+    size = np.abs(coef[short])
+    for lengths in 2.0 ** np.arange(50.0):
+        within = size[:, 1:] @ (1.0 + 2.0 * lengths) ** np.arange(1.0, coef.shape[1]) <= _FAR * span
+        over[short[within]] = lengths * length[short[within]]
+    return over
+
+
+def _kink_distances(
+    length: np.ndarray, continued: np.ndarray, sharp: np.ndarray, loop: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Time from the start of each piece to the next kink (inf: none), and how far one may look beyond that."""
     count = len(length)
-    until, last = np.full(count, np.inf), np.full(count, np.inf)
+    until, over = np.full(count, np.inf), np.full(count, np.inf)
     for _ in range(2):  # twice round the loop
-        following, following_last = (until[loop], last[loop]) if loop >= 0 else (np.inf, np.inf)
+        following, following_over = (until[loop], over[loop]) if loop >= 0 else (np.inf, np.inf)
         for p in range(count - 1, -1, -1):
             if sharp[p]:
-                following, following_last = 0.0, length[p]
+                following, following_over = 0.0, continued[p]
             following = following + length[p]
-            until[p], last[p] = following, following_last
-    return until, last
+            until[p], over[p] = following, following_over
+    return until, over
 
 
 def _scales(

@@ -168,6 +168,14 @@ def test_turning_without_engaged_plays_is_no_kink() -> None:
     assert not force.kink.any()
 
 
+def test_a_turn_where_it_turned_before_only_touches_a_play() -> None:
+    """The first fall to -0.3 V moves the play so that every later one just reaches it, but for rounding."""
+    law = PrandtlIshlinskii(linear=1.0, thresholds=(1.5,), weights=(1.0,))
+    force, _ = lower(Sine(amplitude=0.3, frequency=500.0), law, [9.0, 0.0])
+    assert np.diff(force.start).min() > 1e-4
+    assert not force.kink[force.loop :].any()
+
+
 def test_square_on_the_printed_branches() -> None:
     """The +V plateau is on the rising branch and the -V plateau on the falling one, from the start."""
     force, volts = lower(Square(amplitude=8.0, frequency=50.0), PRINTED, [10.0, 0.0])

@@ -44,7 +44,7 @@ def next_kink(signals, cursor, nc, t):
         if left < kink:
             kink = left
         if not (signals.flat[p] and signals.sharp[p]):
-            reach = min(reach, left + 0.25 * signals.last[p])
+            reach = min(reach, left + signals.over[p])
     return kink, reach
 
 

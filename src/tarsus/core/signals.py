@@ -9,9 +9,9 @@ from tarsus.core.nodes import N
 
 # first (nc+1,): pieces of channel c are first[c] .. first[c+1]-1; start, end (P,) [s]; coef (P, 12) in
 # xi = 2 (t - start)/(end - start) - 1; flat (P,): constant piece; sharp (P,): its end is a kink; until (P,): time
-# from its start to the next kink (inf: none); last (P,): length of the piece before that kink; loop (nc,): piece to
-# go on with after the last one, or -1; period (nc,) [s]; span (nc,) range of values.
-Signals = namedtuple("Signals", "first start end coef flat sharp until last loop period span")
+# from its start to the next kink (inf: none); over (P,) [s]: how far the piece before that kink may be continued
+# beyond it; loop (nc,): piece to go on with after the last one, or -1; period (nc,) [s]; span (nc,) range of values.
+Signals = namedtuple("Signals", "first start end coef flat sharp until over loop period span")
 
 
 @fused
@@ -53,9 +53,10 @@ def fill(first, start, end, coef, flat, sharp, loop, period, cursor, channel, t,
         for j in range(N):
             out[row, j] = coef[p, 0]
         return True
+    # times from the start of the piece: those from t = 0 would round each node differently, which a short piece shows
+    begun = t - shift - start[p]
     for j in range(N):
-        tj = t + tau[j] * h
-        while tj > shift + end[p] and not sharp[p]:
+        while begun + tau[j] * h > end[p] - start[p] and not sharp[p]:
             if p + 1 < first[channel + 1]:
                 p += 1
             elif loop[channel] >= 0:
@@ -64,7 +65,8 @@ def fill(first, start, end, coef, flat, sharp, loop, period, cursor, channel, t,
                 shift = turns * period[channel]
             else:
                 break
-        out[row, j] = polynomial(coef, p, 2.0 * (tj - shift - start[p]) / (end[p] - start[p]) - 1.0)
+            begun = t - shift - start[p]
+        out[row, j] = polynomial(coef, p, 2.0 * (begun + tau[j] * h) / (end[p] - start[p]) - 1.0)
     return False
 
 

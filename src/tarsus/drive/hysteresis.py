@@ -23,6 +23,7 @@ __all__ = ["PrandtlIshlinskii", "fit_branches"]
 Floats = NDArray[np.float64]
 
 _NEAR = 1e-13
+_ROUNDING = 1e-15
 
 
 class PrandtlIshlinskii(VoltageLaw):
@@ -89,7 +90,9 @@ class PrandtlIshlinskii(VoltageLaw):
         sign = track.direction()
         engage = rest + sign[:, None] * r
         s = sign[:, None]
-        inside = (s * (engage - track.first[:, None]) > 0.0) & (s * (track.last[:, None] - engage) > 0.0)
+        # a voltage that turns where it turned before only touches the play: what is beyond is rounding
+        slack = _ROUNDING * (np.abs(rest) + r + np.maximum(np.abs(track.first), np.abs(track.last))[:, None])
+        inside = (s * (engage - track.first[:, None]) > slack) & (s * (track.last[:, None] - engage) > slack)
         owner, play = np.nonzero(inside)
         xi = track.solve(owner, engage[owner, play])
         within = np.abs(xi) < 1.0 - _NEAR
