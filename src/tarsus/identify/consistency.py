@@ -118,9 +118,29 @@ def odd_ones(traces: Sequence[Trace]) -> list[LeftOut]:
         rest = np.delete(np.delete(apart, worst, axis=0), worst, axis=1)
         usual = float(np.median(rest[np.triu_indices(len(rest), 1)]))
         if own[worst] > max(ODD, _MORE * usual):
-            said = (
-                f"it moves otherwise than the {len(traces) - 1} other repeats: {100 * own[worst]:.2g} % of its span "
-                f"apart, where they are {100 * usual:.2g} % from each other"
+            middle = np.median(np.delete(motion, worst, axis=0), axis=0)
+            said = _how(traces[worst], k, middle, max(ODD, _MORE * usual) * span)
+            apart_by = f"{100 * own[worst]:.2g} % of its span apart, where they are {100 * usual:.2g} % from each other"
+            out.append(
+                LeftOut(
+                    traces[worst].file, name, f"{said} than the {len(traces) - 1} other repeats: {apart_by}"
+                )
             )
-            out.append(LeftOut(traces[worst].file, name, said))
+            break
     return out
+
+
+def _how(trace: Trace, point: int, usual: Floats, limit: float) -> str:
+    """In which way a record differs from the usual motion (ns,) of a point: "it ..." before "than"."""
+    mine = trace.x[:, : len(usual)]
+    for other, name in enumerate(trace.points):
+        if other != point and np.sqrt(np.mean((mine[other] - usual) ** 2)) < limit:
+            return f"channels '{trace.points[point]}' and '{name}' look swapped: it moves otherwise"
+    off, centred = mine[point] - mine[point].mean(), usual - usual.mean()
+    gain = float(off @ centred / (centred @ centred))
+    shift = float(np.median(mine[point] - usual))
+    if np.sqrt(np.mean((mine[point] - usual - shift) ** 2)) < limit:
+        return f"it lies {1e6 * abs(shift):.3g} um {'higher' if shift > 0.0 else 'lower'}"
+    if np.sqrt(np.mean((off - gain * centred) ** 2)) < limit:
+        return f"it moves {gain:.3g} times as much, rather"
+    return "it moves otherwise"

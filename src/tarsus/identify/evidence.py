@@ -112,14 +112,11 @@ class Evidence:
 
     def close(self, used: set[str]) -> None:
         """Say of every file that was read and not left out, but of which nothing was used, that it was not."""
-        told = {one.file for one in self.left_out}
-        for name, one in self.opened.campaign.records.items():
-            idle = [
-                r.file
-                for r in self.readings
-                if r.set == name and r.record is not None and r.file not in used | told
-            ]
-            if idle:
-                said = f"read, but no step used anything of it (purpose '{one.purpose.value}')"
-                where = idle if len(idle) < len(one.files) else [f"all {len(idle)} files of {name}"]
-                self.left_out += [LeftOut(file, "", said) for file in where]
+        told = used | {one.file for one in self.left_out}
+        for purpose in Purpose:
+            names = {name for name, _ in self.opened.sets(purpose)}
+            files = [r.file for r in self.readings if r.set in names]
+            idle = [file for file in files if file not in told]
+            where = idle if len(idle) < max(len(files), 2) else [f"all {len(idle)} files"]
+            said = f"read, but nothing of it was used (purpose '{purpose.value}')"
+            self.left_out += [LeftOut(file, "", said) for file in where]

@@ -1,0 +1,165 @@
+"""Faults that no single channel shows: channels, repeats and purposes against each other, and what nothing tells."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from identify.campaigns import copied, truth
+from scipy.io import loadmat, savemat
+
+from tarsus.experiment.campaign_folder import write_campaign
+from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
+from tarsus.files.library import load_scene
+from tarsus.identify.adhesion import _line
+from tarsus.identify.campaign import read_campaign
+from tarsus.identify.chain import Chain, identify
+from tarsus.identify.foot import FootModel
+from tarsus.identify.known import Known
+from tarsus.identify.result import identified_device, summary_of
+from tarsus.scene import Source
+from tarsus.spec import float_paths
+
+MAT = "ramps-20hz-50-2.mat"
+
+
+def changed(folder: Path, files, name: str, change) -> None:
+    for file in files:
+        content = {k: v for k, v in loadmat(folder / file, simplify_cells=True).items() if k[0] != "_"}
+        content[name] = change(content[name])
+        savemat(folder / file, content)
+
+
+def loops_changed(folder: Path, files, column: int, change) -> None:
+    """Change a column of Polytec tables (latin-1, tabs)."""
+    for file in files:
+        lines = (folder / file).read_text(encoding="latin-1").split("\n")
+        for i, line in enumerate(lines):
+            parts = line.split("\t")
+            if len(parts) == 6 and re.match(r"^[-+0-9.E]+$", parts[0]):
+                parts[column] = f"{change(float(parts[column])):.7E}"
+                lines[i] = "\t".join(parts)
+        (folder / file).write_text("\n".join(lines), encoding="latin-1")
+
+
+def only(folder: Path, *purposes: str) -> None:
+    """Keep the sets of some purposes."""
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    head, *sets = re.split(r"(?m)^(?=\[records\.[^.\]]+\]$)", text)
+    kept = [one for one in sets if re.search(rf'purpose = "({"|".join(purposes)})"', one)]
+    (folder / "campaign.toml").write_text(head + "".join(kept), encoding="utf-8")
+
+
+def said(folder: Path) -> list[str]:
+    chain = Chain(read_campaign(folder))
+    chain.read()
+    chain.find_ground()
+    return [str(one) for one in chain.left_out]
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("tip_displacement", lambda x: 1.1 * x, "times the integral of the velocity: are units"),
+        ("tip_velocity", lambda v: -v, "displacement and velocity have opposite signs"),
+        ("center_velocity", lambda v: 1000.0 * v, "times the integral of the velocity: are units"),
+        ("tip_displacement", lambda x: x + 8.0 * (np.arange(len(x)) > 300), "8 um higher"),
+    ],
+)
+def test_channels_that_do_not_belong_together(tmp_path, name, change, words):
+    folder = copied(tmp_path / "campaign")
+    changed(folder, [MAT], name, change)
+    told = said(folder)
+    assert len(told) == 1 and told[0].startswith(f"{MAT}, channel '{name.split('_')[0]}'"), told
+    assert words in told[0]
+
+
+def test_the_odd_repeat_is_named(tmp_path):
+    """Both channels of a point scaled alike: only the other repeats show it."""
+    folder = copied(tmp_path / "campaign")
+    for kind in ("displacement", "velocity"):
+        changed(folder, [MAT], f"tip_{kind}", lambda x: 1.15 * x)
+    told = said(folder)
+    assert len(told) == 1 and told[0].startswith(MAT) and "1.15 times as much" in told[0]
+
+
+def test_loops_in_the_air_show_no_ground(tmp_path):
+    other = perturbed(load_scene("cantilever"), 0.2, seed=501)
+    takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
+    write_campaign(other, tmp_path, Instrument(), 501, takes=takes)
+    found = identify(read_campaign(tmp_path))
+    path = "robot.drives.pzt.law.constant"
+    assert found.level is None and found.steps["hysteresis"].taken == (path,)
+    assert np.isnan(found.steps["hysteresis"].interval(path)).all()
+    told = summary_of(found)["steps"]["hysteresis"]["parameters"][path]
+    assert told["verdict"] == "not told, taken"
+    assert identified_device(found).origin(path).source is Source.ASSUMED
+    linear = "robot.drives.pzt.law.linear"
+    assert dict(zip(found.known.paths, found.known.values, strict=True))[linear] == pytest.approx(
+        float_paths(other)[linear].value, rel=0.01
+    )
+
+
+def test_loops_on_the_ground_show_it(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    only(folder, "modal", "loops")
+    found = identify(read_campaign(folder))
+    true = truth()
+    path = "robot.drives.pzt.law.constant"
+    low, high = found.steps["hysteresis"].interval(path)
+    assert found.level is not None and found.steps["hysteresis"].taken == ()
+    assert found.known.values[found.known.paths.index(path)] == pytest.approx(
+        float_paths(true)[path].value, rel=0.05
+    )
+    assert low < high
+
+
+def test_placeholders_are_no_structure(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    only(folder, "modal", "loops")
+    for file in folder.glob("sweep-*.uff"):
+        file.write_bytes(file.read_bytes()[:3000])
+    found = Chain(read_campaign(folder))
+    with pytest.raises(Exception, match=r"sweep-1\.uff"):
+        found.run()
+    assert [one.name for one in found.not_done] == ["resonances", "hysteresis"]
+    only(folder, "loops")
+    with pytest.raises(Exception, match="frequencies of the device are placeholders"):
+        identify(read_campaign(folder))
+
+
+def test_grounds_at_different_places_are_said(tmp_path):
+    folder = copied(tmp_path / "campaign")
+    files = [f"loops-{i}.txt" for i in (1, 2, 3)]
+    head = (folder / files[0]).read_text(encoding="latin-1").split("\n")
+    columns = next(line for line in head if "tip displacement" in line).split("\t")
+    column = next(i for i, name in enumerate(columns) if "tip displacement" in name)
+    count = iter(range(10**9))
+    loops_changed(folder, files, column, lambda x: x + 4.0 * (next(count) % 3100 > 120))
+    chain = Chain(read_campaign(folder))
+    chain.read()
+    chain.find_ground()
+    assert len(chain.evidence.remarks) == 1
+    assert "the ground lies at different places" in chain.evidence.remarks[0]
+    assert chain.level[1] > 3e-6
+
+
+def test_adhesion_does_not_push():
+    duration = np.array([1e-3, 2e-3, 5e-3, 1e-2])
+    error = np.full(4, 1e-9)
+    line = _line(duration, 3e-6 * duration - 2e-9, error, 0.0 * duration)
+    assert line.values[0] == 0.0 and line.values[1] == pytest.approx(2.723e-6, rel=1e-3)
+    falling = _line(duration, 2e-8 - 1e-6 * duration, error, 0.0 * duration)
+    assert falling.values[1] == 0.0 and falling.values[0] == pytest.approx(1.55e-8, rel=0.01)
+
+
+def test_what_is_moved_by_its_uncertainty_stays_a_device():
+    scene = load_scene("cantilever")
+    model = FootModel(scene, "tip", "pzt", ("tip", "center"))
+    paths = ("ground.film.coefficient", "ground.restitution.coefficient", "robot.drives.pzt.law.linear")
+    known = Known(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))
+    moved = known.model(np.array([-2e-21, 1.2, -1e-7])).scene
+    assert moved.ground.film.coefficient == pytest.approx(1e-24)
+    assert moved.ground.restitution.coefficient == 1.0 and moved.robot.drives["pzt"].law.linear == -1e-7
