@@ -2,45 +2,51 @@
 
 from __future__ import annotations
 
+import filecmp
 import os
 import tomllib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.experiment.synthesis import Purpose
-from tarsus.explain import nearest
+from tarsus.explain import PathErrors, nearest
 from tarsus.files.library import load_scene
 from tarsus.files.readers import read_measurement
 from tarsus.files.readers.choices import Choices
+from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
 from tarsus.measurement import Measurement
 from tarsus.scene import Scene
 from tarsus.spec import Description, Named, quantity, validate
 
-__all__ = ["Campaign", "Opened", "Reading", "RecordSet", "read_campaign", "read_records", "signal_problems"]
-
-Floats = NDArray[np.float64]
+__all__ = ["Campaign", "Opened", "Reading", "RecordSet", "drive_problems", "read_campaign", "read_records"]
 
 
 class RecordSet(Choices):
     """Repeats of one experiment: files that are alike, and what they do not say themselves (as `Choices`)."""
 
     purpose: Purpose = Field(description="the step they serve")
-    files: tuple[str, ...] = Field(min_length=1, description="one file a repeat, beside the campaign file")
+    files: tuple[str, ...] = Field(description="one file a repeat, beside the campaign file")
     rest: float = quantity("s", "time at rest before the drive begins", default=0.0, ge=0)
     gap: float | None = quantity(
         "m", "gap of the foot at the neutral position, where it is not the device's", default=None, gt=0
     )
     signal: Waveform | None = Field(default=None, description="the drive as it was meant, from its beginning")
     air: str | None = Field(default=None, description="set of records with the same drive in the air")
+
+    @field_validator("files")
+    @classmethod
+    def _some(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value:
+            raise PathErrors([("", "expected at least one file, got none")])
+        return value
 
 
 class Campaign(Description):
@@ -90,7 +96,8 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     Raises
     ------
     InputError
-        With every problem of the file: unknown keys, missing files, feet, drives and points that the device lacks.
+        With every problem of the file: unknown keys, feet, drives and points that the device lacks, not one file of
+        records there. Single files that are missing are told by `read_records`.
     """
     file = Path(path)
     if file.is_dir():
@@ -117,17 +124,24 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
 
 
 def _device(campaign: Campaign, folder: Path) -> Scene:
-    beside = folder / campaign.device
-    return load_scene(beside if campaign.device.endswith(".toml") else campaign.device)
+    if not campaign.device.endswith(".toml"):
+        return load_scene(campaign.device)
+    file = folder / campaign.device
+    try:
+        return load_scene(file)
+    except InputError as error:
+        told = [said if str(file) in said else f"{campaign.device}: {said}" for said in error.problems]
+        raise InputError(told) from None
 
 
 def _missing(campaign: Campaign, folder: Path) -> list[str]:
-    return [
-        f"records.{name}.files: there is no file '{file}'"
-        for name, one in campaign.records.items()
-        for file in one.files
-        if not (folder / file).is_file()
-    ]
+    """A sentence if there are no files at all; single ones are told where they are read."""
+    files = [file for one in campaign.records.values() for file in one.files]
+    if not files:
+        return ["records: expected at least one set of records"]
+    if any((folder / file).is_file() for file in files):
+        return []
+    return [f"records: none of its {len(files)} files is there, the first is '{folder / files[0]}'"]
 
 
 def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
@@ -142,6 +156,13 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
             said.append(f"{word}: the device has no {word} '{given}'{nearest(given, known)}")
     points = scene.robot.structure.points
     said += [
+        f"records.{name}.channels.{key}.point: the structure has no point '{choice.point}'"
+        f"{nearest(choice.point, points)}"
+        for name, one in campaign.records.items()
+        for key, choice in one.channels.items()
+        if choice.point is not None and choice.point not in points
+    ]
+    said += [
         f"points: the structure has no point '{p}'{nearest(p, points)}"
         for p in campaign.points
         if p not in points
@@ -155,19 +176,65 @@ def _unknown(campaign: Campaign, scene: Scene) -> list[str]:
 
 
 def read_records(opened: Opened, name: str) -> list[Reading]:
-    """Records of a set, each as read; what is wrong with a file is told beside it."""
+    """Records of a set, each as read; what is wrong with a file is told beside it.
+
+    Files that are missing, and files with the same content as an earlier one for the same purpose, have no record.
+    """
+    one = opened.campaign.records[name]
+    earlier = _listed_before(opened, name)
+    out: list[Reading] = []
+    for file in one.files:
+        path = opened.folder / file
+        twin = next((known for known in earlier if _same(path, opened.folder / known)), None)
+        if not path.is_file():
+            what = "is a folder" if path.is_dir() else "is missing: there is no such file"
+            out.append(Reading(name, file, None, (f"{file}: {what}",)))
+        elif twin is not None:
+            again, said = _twice(file, twin)
+            out.append(Reading(name, again, None, (f"{again}: {said}",)))
+        else:
+            out.append(_read(opened, name, file, [r for r in out if r.record is not None]))
+        earlier.append(file)
+    return out
+
+
+def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Reading:
+    """One file of a set, of which others were read before."""
     one = opened.campaign.records[name]
     choices: dict[str, Any] = {key: getattr(one, key) for key in Choices.model_fields}
-    out = []
-    for file in one.files:
-        try:
-            record = read_measurement(opened.folder / file, **choices)
-            problems = signal_problems(record, one)
-        except InputError as error:
-            out.append(Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems)))
-            continue
-        out.append(Reading(name, file, None if problems else record, tuple(problems)))
-    return out
+    try:
+        record = read_measurement(opened.folder / file, **choices)
+    except InputError as error:
+        return Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
+    for other in others:
+        if other.record is not None and np.array_equal(other.record.values, record.values):
+            return Reading(name, file, None, (f"{file}: {_twice(file, other.file)[1]}",))
+    problems, notes = drive_problems(record, one)
+    problems = [*_clipped(record, one), *problems]
+    record = replace(record, notes=(*record.notes, *notes))
+    return Reading(name, file, None if problems else record, tuple(problems))
+
+
+def _listed_before(opened: Opened, name: str) -> list[str]:
+    """Files of the sets for the same purpose that come before a set."""
+    sets = [key for key, _ in opened.sets(opened.campaign.records[name].purpose)]
+    return [file for key in sets[: sets.index(name)] for file in opened.campaign.records[key].files]
+
+
+def _same(path: Path, other: Path) -> bool:
+    """Whether two files are one, or have the same bytes."""
+    if not (path.is_file() and other.is_file()):
+        return False
+    return path.samefile(other) or (
+        path.stat().st_size == other.stat().st_size and filecmp.cmp(path, other, shallow=False)
+    )
+
+
+def _twice(file: str, other: str) -> tuple[str, str]:
+    """Name under which a repeat that is none is told, and a sentence on it."""
+    if file == other:
+        return f"{file} (again)", "is listed twice: it counts once"
+    return file, f"holds the same record as {other}: it is no repeat, and {other} alone counts"
 
 
 def _of_drive(said: str, one: RecordSet) -> str:
@@ -177,69 +244,26 @@ def _of_drive(said: str, one: RecordSet) -> str:
     return said.replace(" has no channel", ": the drive is missing: there is no channel") if missing else said
 
 
-_OFF = 0.25
-"""Part of a drive that may differ from the one meant: a square wave that begins a sample late differs by some of
-it."""
-_CROSSINGS = 40
-_UNEVEN = 0.01
-
-
-def signal_problems(record: Measurement, one: RecordSet) -> list[str]:
-    """Sentences on a recorded drive that is not the one that was meant: missing, of another rate, size or kind."""
+def drive_problems(record: Measurement, one: RecordSet) -> tuple[list[str], list[str]]:
+    """Sentences on a recorded drive that is missing or not the one that was meant, and remarks on one that is used."""
     if record.drive is None:
-        return [f"{record.source}: the drive is missing: no channel is known to be it; name it with drive"]
-    if one.signal is None:
-        return []
-    where = f"{record.source}, channel '{record.drive}'"
-    time = record.step * np.arange(record.count, dtype=np.float64) - one.rest
-    volts = record[record.drive]
-    meant = _meant(one, time)
-    size = float(np.sqrt(np.mean(meant**2)))
-    off = _miss(volts, meant)
-    if off <= _OFF * size or size == 0.0:
-        return []
-    gain = float(volts @ meant / (meant @ meant))
-    if abs(gain) > 0.01 and _miss(volts, gain * meant) < _OFF * size * abs(gain):
-        return [f"{where}: the drive is {gain:.3g} times the one that the campaign states"]
-    scale = _stretch(time, volts, one)
-    if scale is not None and abs(scale - 1.0) > 0.005:
         return [
-            f"{where}: the sampling rate of {record.rate:g} Hz is wrong: the drive runs {scale:.4g} times "
-            "as fast as the "
-            f"campaign states, as it would at {record.rate / scale:.4g} Hz"
-        ]
-    return [
-        f"{where}: the drive is not the one that the campaign states ({100.0 * off / size:.0f} % of it is off)"
-    ]
+            f"{record.source}: the drive is missing: no channel is known to be it; name it with drive"
+        ], []
+    if one.signal is None:
+        return [], []
+    fit = fit_drive(record[record.drive], record.step, one.rest, one.signal)
+    lasts = record.count * record.step
+    short = cut_short(lasts * (1.0 if fit is None else fit.pace.value), one.rest, record.step, one.signal)
+    faults, notes = ([], []) if short is None else ([short], [])
+    if fit is not None and short is None:
+        faults, notes = drive_faults(fit, record.step, lasts, one.rest, one.purpose is not Purpose.MODAL)
+    where = f"{record.source}, channel '{record.drive}'"
+    return [f"{where}: {said}" for said in faults], [f"{where}: {said}" for said in notes]
 
 
-def _meant(one: RecordSet, time: Floats) -> Floats:
-    """Volts that were meant at times [s] from the beginning of the drive."""
-    assert one.signal is not None
-    return np.where(time < 0.0, 0.0, one.signal.volts(np.maximum(time, 0.0)))
-
-
-def _stretch(time: Floats, volts: Floats, one: RecordSet) -> float | None:
-    """How many times as fast the drive runs as was meant, from the places where it changes sign; None if they differ
-    in more than pace."""
-    seen = _crossings(time, volts)
-    fine = np.linspace(0.0, float(time[-1]) * 2.5, 16 * len(time))
-    meant = _crossings(fine, _meant(one, fine))
-    count = min(len(seen), len(meant), _CROSSINGS)
-    if count < 3:
-        return None
-    a, b = seen[:count] - seen[0], meant[:count] - meant[0]
-    scale = float(a @ b / (a @ a))
-    return scale if np.max(np.abs(scale * a - b)) < _UNEVEN * b[-1] else None
-
-
-def _crossings(time: Floats, volts: Floats) -> Floats:
-    """Times [s] at which the volts change sign, by lines between the samples."""
-    moving = np.flatnonzero(np.abs(volts) > 1e-3 * np.max(np.abs(volts), initial=1e-12))
-    v, t = volts[moving], time[moving]
-    k = np.flatnonzero(v[1:] * v[:-1] < 0.0)
-    return t[k] + (t[k + 1] - t[k]) * v[k] / (v[k] - v[k + 1])
-
-
-def _miss(a: Floats, b: Floats) -> float:
-    return float(np.sqrt(np.mean((a - b) ** 2)))
+def _clipped(record: Measurement, one: RecordSet) -> list[str]:
+    """Sentences on channels that look clipped, but those that are accepted so."""
+    accepted = {choice.name or key for key, choice in one.channels.items() if choice.accept_clipped}
+    wanted = [name for name in record.names if name not in accepted]
+    return [f"{record.source}: {said}" for said in record.select(wanted).clipped()] if wanted else []

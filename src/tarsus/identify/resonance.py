@@ -18,6 +18,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import t
 
 from tarsus.errors import InputError
+from tarsus.identify.agreement import Agreed, agreeing
 from tarsus.identify.bootstrap import Interval
 from tarsus.identify.draws import DRAWS, drawn_counts, student
 from tarsus.identify.foot import FootModel
@@ -27,7 +28,7 @@ from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
 from tarsus.measure.mac import mac
-from tarsus.measurement import Measurement, Quantity
+from tarsus.measurement import Measurement
 from tarsus.scene import ModalLoad
 from tarsus.structure import Beam, Modal
 
@@ -79,14 +80,18 @@ def identify_resonances(
     Raises
     ------
     InputError
-        For a structure of another kind, modes that are not there or not determined, channels that look swapped.
+        For a structure of another kind, sweeps of which no majority agrees, modes that are not there or not
+        determined, channels that look swapped.
     """
     structure = model.scene.robot.structure
     if not isinstance(structure, Beam | Modal):
         raise InputError(
             "the structure to identify must be a beam or modal, for its frequencies to be its parameters"
         )
-    fit = _fitted(model, records, band, structure.size)
+    margin = _EDGE * (band[1] - band[0])
+    inside = band[0] + margin, band[1] - margin
+    agreed = agreeing(records, model.points, inside)
+    fit = _fitted(model, agreed, inside, structure.size)
     if isinstance(structure, Modal):
         fit = replace(fit, modes=tuple(fit.modes[k] for k in _order(model, fit)))
     frequencies = tuple(float(mode.frequency.value) for mode in fit.modes)
@@ -95,7 +100,7 @@ def identify_resonances(
     changes = {f"robot.structure.frequencies.{k}": f for k, f in enumerate(frequencies[:known])}
     changes |= {f"robot.structure.damping_ratios.{k}": r for k, r in enumerate(ratios)}
     model = model.changed(changes)
-    _check_shapes(model, fit, records)
+    _check_shapes(model, fit, agreed.records)
     random = np.random.default_rng([seed, 3])
     numbers = [mode.frequency for mode in fit.modes][:known] + [mode.damping for mode in fit.modes]
     samples = np.column_stack([_drawn(number, random) for number in numbers])
@@ -106,32 +111,19 @@ def identify_resonances(
         np.array(list(changes.values())),
         samples,
         residuals=(Residual("responses of all records", "1", fit.misfit, np.nan, fit.frf.values.size),),
-        used=(Used("sweeps", len(records), len(records)), Used("modes", len(fit.modes), len(fit.modes))),
+        used=(
+            Used("sweeps", len(agreed.records), len(records)),
+            Used("modes", len(fit.modes), len(fit.modes)),
+        ),
+        left_out=agreed.left_out,
         notes=fit.remarks,
     )
     return Resonances(step, fit, model, shares, share_draws)
 
 
-def _fitted(
-    model: FootModel, records: Sequence[Measurement], band: tuple[float, float], count: int
-) -> ModalFit:
-    quantities = (Quantity.VELOCITY, Quantity.DISPLACEMENT, Quantity.ACCELERATION)
-    first, names = records[0], []
-    for quantity in quantities:
-        by_point = {c.at: c.name for c in first.channels if c.quantity is quantity}
-        names = [by_point[point] for point in model.points if point in by_point]
-        if len(names) == len(model.points):
-            break
-    if len(names) < len(model.points):
-        raise InputError(
-            f"{first.source}: the points {', '.join(model.points)} need a channel each, all of one quantity"
-        )
-    drive = first.drive
-    if drive is None:
-        raise InputError(f"{first.source}: the drive is missing: no channel is known to be it")
-    margin = _EDGE * (band[1] - band[0])
-    inside = band[0] + margin, band[1] - margin
-    frf = estimate_frf(records, [drive], names, inside)
+def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count: int) -> ModalFit:
+    first = agreed.records[0]
+    frf = estimate_frf(agreed.records, [agreed.drive], agreed.channels, inside)
     fit = identify_modes(frf, inside, order=max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
     for parts in _PARTS:
         if len(fit.modes) >= count:

@@ -1,0 +1,340 @@
+"""The recorded drive against the one that was meant: size, offset, delay and pace by least squares, with errors.
+
+``V(T) = offset + gain s(pace T - rest - late)`` at times T from the beginning of the record, with s the drive that was
+meant, 0 before it begins. A drive that jumps is compared through a running mean of a few samples, so that an edge
+counts by its place although it lands within a sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.waveforms import Waveform
+from tarsus.identify.traces import jumps_of
+
+__all__ = ["DriveFit", "Fitted", "cut_short", "drive_faults", "fit_drive", "stated_length"]
+
+Floats = NDArray[np.float64]
+
+_GAIN = 0.03
+_OFFSET = 0.03
+_LATE = 2.0
+_PACE = 1e-3
+_DRIFT = 1.0
+_SHAPE = 0.15
+"""What may differ from the drive that was meant: factor of its size, part of its amplitude, samples, factor of its
+pace with samples over the record, part of its root mean square that nothing of these explains."""
+_SHAPE_OF_SWEEPS = 0.7
+"""The same for a sweep, whose responses are divided by what was recorded: an amplifier may be slow."""
+_NOTED = 0.5
+_SURE = 4.0
+"""Standard errors that a difference must have."""
+_CUT = 0.005
+_WELL = 0.1
+"""Part of the root mean square below which a fit from the stated place needs no search for a better one."""
+_EXACT = 0.01
+"""The same for a fit from another place, after which no further one is tried."""
+_RUNNING = 9
+_STEPS = 6
+_FAST = 0.1
+_FINE = 0.02
+_FASTEST = 4.0
+_AWAY = 0.5
+_SWING = 0.25
+_PAIRS = 4000
+_FEWEST = 3
+_LONGER = 2.5
+_UPSAMPLED = 8
+_SINGULAR = 1e-6
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A number and its standard error (infinite where the record does not tell it)."""
+
+    value: float
+    error: float
+
+    def off(self, stated: float, limit: float) -> bool:
+        """Whether it differs from what was stated by more than a limit, and for sure."""
+        return abs(self.value - stated) > max(limit, _SURE * self.error)
+
+
+@dataclass(frozen=True)
+class DriveFit:
+    """How a recorded drive relates to the one that was meant.
+
+    gain; offset [V]; late [s]; pace: how many times as fast it runs; unexplained: part of the drive's root mean square
+    that is left; amplitude [V]: half of the span of the drive that was meant; smooth: it does not jump.
+    """
+
+    gain: Fitted
+    offset: Fitted
+    late: Fitted
+    pace: Fitted
+    unexplained: float
+    amplitude: float
+    smooth: bool
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A record of volts (ns,) every ``step`` [s], the drive that was meant after ``rest`` [s], and how the two are
+    compared: samples of the running mean, 1 for none; fast: it moves far from one sample to the next."""
+
+    volts: Floats
+    step: float
+    rest: float
+    signal: Waveform
+    running: int
+    fast: bool
+
+    @property
+    def time(self) -> Floats:
+        """Times (ns,) from the beginning of the record [s]."""
+        return self.step * np.arange(len(self.volts), dtype=np.float64)
+
+    def meant(self, late: float, pace: float, time: Floats | None = None) -> Floats:
+        """Volts that were meant, at times of the record."""
+        since = pace * (self.time if time is None else time) - self.rest - late + 1e-6 * self.step
+        return np.where(since < 0.0, 0.0, self.signal.volts(np.maximum(since, 0.0)))
+
+    def averaged(self, values: Floats) -> Floats:
+        """Running means (ns,)."""
+        if self.running == 1:
+            return values
+        half = self.running // 2
+        summed = np.cumsum(np.concatenate([[0.0], np.pad(values, half, mode="edge")]))
+        return (summed[self.running :] - summed[: -self.running]) / self.running
+
+
+def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> DriveFit | None:
+    """The best fit of a drive that was meant to recorded volts; None where it was meant to be 0 V.
+
+    Parameters
+    ----------
+    volts
+        Recorded (ns,) [V].
+    step
+        Between samples [s].
+    rest
+        Time before the drive begins [s].
+    signal
+        The drive that was meant, from its beginning.
+    """
+    plain = _Case(volts, step, rest, signal, 1, False)
+    meant = plain.meant(0.0, 1.0)
+    span = float(np.ptp(meant))
+    if span == 0.0:
+        return None
+    jumps = jumps_of(meant)
+    apart = int(np.min(np.diff(jumps), initial=len(volts)))
+    running = max(2 * (min(_RUNNING, apart // 2) // 2) + 1, 1) if len(jumps) else 1
+    fast = not len(jumps) and float(np.max(np.abs(np.diff(meant)))) > _FAST * span
+    case = _Case(volts, step, rest, signal, running, fast)
+    best = _refined(case, 0.0, 1.0)
+    if best.unexplained <= _WELL:
+        return best
+    for late, pace in _starts(case):
+        best = min(best, _refined(case, late, pace), key=lambda fit: fit.unexplained)
+        if best.unexplained <= _EXACT:
+            break
+    return best
+
+
+def _refined(case: _Case, late: float, pace: float) -> DriveFit:
+    """Gauss-Newton from a start, as long as less is left at each step."""
+    recorded, length = case.averaged(case.volts), float(case.time[-1])
+    least, place, errors = np.inf, (late, pace), np.full(2, np.inf)
+    for _ in range(_STEPS):
+        meant = case.averaged(case.meant(late, pace))
+        slope = _slope(case, late, pace, meant)
+        columns = np.column_stack([meant, np.ones_like(meant), -slope, slope * case.time / length])
+        found, own, left = _least_squares(columns, recorded, case.running)
+        if left >= least or abs(found[0]) < 1e-9:
+            break
+        least, place = left, (late, pace)
+        errors = own[2:] / abs(found[0])
+        move = found[2:] / found[0]
+        late, pace = late + float(move[0]), pace + float(move[1]) / length
+        if not 1.0 / _FASTEST < pace < _FASTEST:
+            break
+        if float(np.max(np.abs(move))) < _FINE * case.step:
+            place = late, pace
+            break
+    return _judged(case, *place, errors)
+
+
+def _slope(case: _Case, late: float, pace: float, meant: Floats) -> Floats:
+    """Volts per second of the drive that was meant, at the samples."""
+    if not case.fast:
+        return np.gradient(meant, case.step)
+    h = _FINE * case.step
+    return (case.meant(late - h, pace) - case.meant(late + h, pace)) / (2.0 * h)
+
+
+def _least_squares(columns: Floats, values: Floats, running: int) -> tuple[Floats, Floats, float]:
+    """Solution, its standard errors, and the sum of squares that the first two columns leave; what the columns do not
+    tell is 0, with an infinite error."""
+    size = np.linalg.norm(columns, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = columns / size
+    values_of, vectors = np.linalg.eigh(scaled.T @ scaled)
+    told = values_of > _SINGULAR
+    inverse = np.where(told, 1.0 / np.where(told, values_of, 1.0), 0.0)
+    found = vectors @ (inverse * (vectors.T @ (scaled.T @ values)))
+    left = values - scaled @ found
+    variance = float(left @ left) / max(len(values) - len(found), 1) * running
+    errors = np.sqrt(variance * np.sum(vectors**2 * inverse, axis=1))
+    lost = np.any((np.abs(vectors) > 0.1) & ~told, axis=1)
+    two = scaled[:, :2]
+    plain = values - two @ np.linalg.lstsq(two, values, rcond=None)[0]
+    return found / size, np.where(lost, np.inf, errors) / size, float(plain @ plain)
+
+
+def _judged(case: _Case, late: float, pace: float, errors: Floats) -> DriveFit:
+    """Size and offset at a place in time, and what is left, without the samples beside jumps."""
+    meant = case.meant(late, pace)
+    away = np.ones(len(meant), dtype=bool)
+    if case.running > 1:
+        half = case.running // 2
+        for jump in jumps_of(meant):
+            away[max(jump - half + 1, 0) : jump + half + 1] = False
+        away |= np.mean(away) < _AWAY
+    m, v = meant[away], case.volts[away]
+    columns = np.column_stack([m, np.ones_like(m)])
+    (gain, offset), own, _ = _least_squares(columns, v, 1)
+    left = v - gain * m - offset
+    size = abs(gain) * float(np.std(m))
+    unexplained = float(np.std(left)) / size if size > 0.0 else np.inf
+    return DriveFit(
+        Fitted(float(gain), float(own[0])),
+        Fitted(float(offset), float(own[1])),
+        Fitted(late, float(errors[0])),
+        Fitted(pace, float(errors[1]) / float(case.time[-1])),
+        unexplained,
+        0.5 * float(np.ptp(meant)),
+        case.running == 1,
+    )
+
+
+def _starts(case: _Case) -> Iterator[tuple[float, float]]:
+    """Delays and paces from which a fit may begin: where the two are most alike, and where their swings agree."""
+    from scipy.signal import correlate
+
+    meant = case.meant(0.0, 1.0)
+    alike = correlate(case.volts - np.mean(case.volts), meant - np.mean(meant), "full", "fft")
+    yield case.step * float(np.argmax(np.abs(alike)) - (len(meant) - 1)), 1.0
+    yield from _paces(case)
+
+
+def _paces(case: _Case) -> Iterator[tuple[float, float]]:
+    """Delay and pace from the moments at which both swing through their middle, taken in their order."""
+    from scipy.signal import resample
+
+    seen_at, seen = case.time, case.volts
+    if case.fast:
+        seen = np.asarray(resample(seen, _UPSAMPLED * len(seen)), dtype=np.float64)
+        seen_at = case.step / _UPSAMPLED * np.arange(len(seen), dtype=np.float64)
+    fine = np.linspace(0.0, _LONGER * float(case.time[-1]), 2 * _UPSAMPLED * len(case.volts))
+    a, b = _swings(seen_at, seen), _swings(fine, case.meant(0.0, 1.0, fine)) - case.rest
+    count = min(len(a), len(b))
+    backward = a[len(a) - count :], b[len(b) - count :]
+    for skip in (0, 1, -1):
+        for (first, second), part in (((a, b), slice(_PAIRS)), (backward, slice(-_PAIRS, None))):
+            first, second = (
+                first[max(skip, 0) : count + min(skip, 0)],
+                second[max(-skip, 0) : count - max(skip, 0)],
+            )
+            if len(first) >= _FEWEST:
+                line = np.polyfit(first[part], second[part], 1)
+                yield -float(line[1]) - case.rest, float(line[0])
+
+
+def _swings(time: Floats, volts: Floats) -> Floats:
+    """Times at which volts swing through their middle from well on one side of it to well on the other."""
+    high, low = float(np.max(volts)), float(np.min(volts))
+    middle, far = 0.5 * (high + low), _SWING * 0.5 * (high - low)
+    side = np.sign(volts - middle) * (np.abs(volts - middle) > far)
+    out = np.flatnonzero(side)
+    turns = np.flatnonzero(side[out][1:] != side[out][:-1])
+    found = []
+    for k in turns:
+        i, j = int(out[k]), int(out[k + 1])
+        part = np.flatnonzero((volts[i:j] - middle) * (volts[i + 1 : j + 1] - middle) <= 0.0)
+        n = i + int(part[0])
+        found.append(time[n] + (time[n + 1] - time[n]) * (middle - volts[n]) / (volts[n + 1] - volts[n]))
+    return np.array(found)
+
+
+def stated_length(signal: Waveform) -> float:
+    """Time [s] that a drive takes to do all it does: its period, or until its last value is held."""
+    track = signal.track()
+    held = not track.periodic and bool(track.first[-1] == track.last[-1])
+    return float(track.start[-2 if held else -1])
+
+
+def drive_faults(
+    fit: DriveFit, step: float, length: float, rest: float, size_matters: bool
+) -> tuple[list[str], list[str]]:
+    """Sentences on a drive that is not the one that was meant: those that forbid its use, and those to note.
+
+    Parameters
+    ----------
+    fit
+        From `fit_drive`.
+    step, length, rest
+        Between samples, of the record, and before the drive begins [s].
+    size_matters
+        Whether a factor or an offset changes the result; in responses to a sweep it is divided out.
+    """
+    if fit.unexplained > (_SHAPE if size_matters else _SHAPE_OF_SWEEPS):
+        return [
+            "the drive is not the one that the campaign states "
+            f"({100.0 * min(fit.unexplained, 1.0):.0f} % of it is off, whatever its size, delay and sampling rate)"
+        ], []
+    faults, notes = [], []
+    sized = faults if size_matters else notes
+    gain, pace = fit.gain.value, fit.pace.value
+    if fit.unexplained > _SHAPE:
+        notes.append(
+            f"{100.0 * fit.unexplained:.0f} % of the drive is not as the campaign states; it is used as recorded"
+        )
+    if fit.gain.off(1.0, _GAIN):
+        word = "its sign, unit or scale" if gain < 0.0 else "its unit or scale"
+        sized.append(f"the drive is {gain:.3g} times the one that the campaign states: is {word} right?")
+    if fit.offset.off(0.0, _OFFSET * fit.amplitude):
+        sized.append(
+            f"the drive is {fit.offset.value:+.3g} V off the one that the campaign states: is its zero right?"
+        )
+    if fit.pace.off(1.0, max(_PACE, _DRIFT * step / length)):
+        faults.append(
+            f"the drive runs {pace:.5g} times as fast as the campaign states: is the sampling rate of "
+            f"{1.0 / step:.6g} Hz right, and not {1.0 / (step * pace):.5g} Hz?"
+        )
+    late = fit.late.value
+    if fit.late.off(0.0, _LATE * step):
+        word = "late" if late > 0.0 else "early"
+        faults.append(
+            f"the drive comes {1e3 * abs(late):.3g} ms {word} ({abs(late) / step:.3g} samples): is the rest of "
+            f"{1e3 * rest:.4g} ms before it stated rightly, and is its channel recorded together with the others?"
+        )
+    elif fit.smooth and fit.late.off(0.0, _NOTED * step):
+        word = "late" if late > 0.0 else "early"
+        notes.append(f"the drive comes {abs(late) / step:.2g} samples {word}; it is used as recorded")
+    return faults, notes
+
+
+def cut_short(record: float, rest: float, step: float, signal: Waveform) -> str | None:
+    """A sentence if a record [s] ends before the drive that was meant has done all it does."""
+    needed, lasts = stated_length(signal), record - rest
+    if lasts >= needed - max(_LATE * step, _CUT * needed):
+        return None
+    return (
+        f"the record ends {lasts:.4g} s after the drive begins, and the drive that the campaign states takes "
+        f"{needed:.4g} s: is the file cut short?"
+    )
