@@ -26,8 +26,9 @@ Complexes = NDArray[np.complex128]
 
 _SIGNIFICANT = 5.0
 _ROUNDS = 2
-_SAME = 0.1
+_SAME = 0.3
 _APART = 6.0
+_STEADY = 0.5
 _DAMPING_MOVES = 1.5
 _UNEXPLAINED = 0.3
 _TILTED = np.radians(45.0)
@@ -215,7 +216,10 @@ def identify_modes(
     orders = range(2, top + 1)
     poles = fit_poles(part.frequency, part.values, orders)
     candidates, more = candidate_poles(part, poles, smallest), poles_of_parts(part, smallest)
-    kept = _refined(part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more])
+    steady = [one.pole for one in candidates if one.pole.real < 0.0 and one.orders >= _STEADY * len(orders)]
+    kept = _refined(
+        part.frequency, channels, [one.pole for one in candidates], [one.pole for one in more], steady
+    )
     seen = {one.pole: one.orders for one in (*more, *candidates)}
     if not kept:
         raise InputError(
@@ -230,14 +234,19 @@ def identify_modes(
 
 
 def _refined(
-    frequency: Floats, channels: Complexes, poles: Sequence[complex], more: Sequence[complex]
+    frequency: Floats,
+    channels: Complexes,
+    poles: Sequence[complex],
+    more: Sequence[complex],
+    steady: Sequence[complex],
 ) -> dict[complex, LocalFit]:
     """Local fits by the pole they began at, in order of frequency.
 
     Poles come strongest first, and then ``more``, as far as these lie three half-power bands from the modes found.
 
-    A pole sees those before it as neighbours, then all, except those whose damping is uncertain by half or more and
-    that are not the strongest; where neighbours lead it astray, it stays as it was.
+    A pole sees those before it as neighbours, and those to come that are ``steady`` unless they lead it astray; then
+    all, except those whose damping is uncertain by half or more and that are not the strongest; where neighbours lead
+    it astray, it stays as it was.
     """
     line = float(frequency[1] - frequency[0])
 
@@ -250,12 +259,16 @@ def _refined(
 
     fits: dict[complex, LocalFit] = {}
     certain: list[complex] = []
-    known = set(poles)
+    known, tried = set(poles), set[complex]()
     for pole in (*poles, *more):
         away = _APART * reach(pole, line)
         if pole not in known and any(abs(pole - other.pole) <= away for other in fits.values()):
             continue
-        fit = refined(pole, np.array([fits[p].pole for p in certain], dtype=complex))
+        before = [fits[p].pole for p in certain]
+        coming = [p for p in steady if p != pole and p not in tried]
+        tried.add(pole)
+        fit = refined(pole, np.array([*before, *coming])) if coming else None
+        fit = fit or refined(pole, np.array(before, dtype=complex))
         if fit is None:
             continue
         fits[pole] = fit
@@ -307,9 +320,9 @@ def _judge(frequency: Interval, damping: Interval, line: float, resolving: float
             f"{line:g} Hz, so that the window makes it wider; its frequency can be used, its damping cannot: take "
             "longer segments"
         )
-    if damping.low <= 0.0:
+    if damping.high - damping.low >= damping.value:
         return Verdict.UNCERTAIN, (
             f"{name} has no certain damping: the 95 % interval of its ratio, {damping.low:.2g} to {damping.high:.2g}, "
-            "reaches zero; average more"
+            "is wider than the ratio; average more"
         )
     return Verdict.DETERMINED, ""

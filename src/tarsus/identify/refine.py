@@ -21,6 +21,8 @@ _DEGREE = 2
 _ROUNDS = 3
 _STEPS = 25
 _NEIGHBOURS = 3
+_BESIDE = 0.25
+_ALIKE = 0.25
 
 
 @dataclass(frozen=True)
@@ -66,10 +68,14 @@ def _stacked(values: Complexes, axis: int) -> Floats:
 class _Problem:
     """Separable least squares: poles nonlinear; residues and background, of each channel, linear."""
 
-    def __init__(self, frequency: Floats, values: Complexes, weights: Floats, start: Complexes) -> None:
+    def __init__(
+        self, frequency: Floats, values: Complexes, weights: Floats, start: Complexes, fixed: Complexes
+    ) -> None:
         self.s = 2.0j * np.pi * frequency[:, None]
         self.frequency = frequency
-        self.background = background_columns(frequency, _DEGREE)
+        self.background = np.concatenate(
+            [background_columns(frequency, _DEGREE), modal_columns(frequency, fixed)], axis=1
+        )
         self.start = start
         line = 2.0 * np.pi * (frequency[1] - frequency[0])
         self.unit = np.maximum(np.abs(start.real), 0.1 * line)
@@ -114,9 +120,10 @@ def refine_pole(
 ) -> LocalFit | None:
     """Maximum-likelihood fit of one pole in its own window.
 
-    The model is the pole and the three nearest others in the window, with their conjugates and free complex residues,
-    and a background of second degree in frequency in every channel for all that lies elsewhere. Noise is normal,
-    independent between channels and lines; its level in each channel is estimated with the poles.
+    The model is the pole and the three nearest others in the window, with their conjugates and free complex residues;
+    those just beside the window that are not much sharper, with free residues, which stay where they are; and a
+    background of second degree in frequency in every channel for all that lies elsewhere. Noise is normal, independent
+    between channels and lines; its level in each channel is estimated with the poles.
 
     Parameters
     ----------
@@ -140,12 +147,16 @@ def refine_pole(
     f, h = frequency[lines], values[:, lines]
     centre = others.imag / (2.0 * np.pi)
     inside = np.flatnonzero((centre > f[0]) & (centre < f[-1]))
+    away = np.maximum(f[0] - centre, centre - f[-1])
+    alike = np.abs(others.real) > _ALIKE * abs(start.real)
+    beside = others[(away >= 0.0) & (away < _BESIDE * (f[-1] - f[0])) & alike]
     fitted = inside[np.argsort(np.abs(others[inside] - start))][:_NEIGHBOURS]
     if residues is not None:
-        rest = np.setdiff1d(np.arange(len(others)), fitted)
+        free = np.concatenate([fitted, np.flatnonzero(np.isin(others, beside))])
+        rest = np.setdiff1d(np.arange(len(others)), free)
         h = h - synthesise(f, others[rest], residues[:, rest])
     near = np.append(start, others[fitted])
-    columns = 2 * len(near) + 2 * (_DEGREE + 1)
+    columns = 2 * len(near) + 2 * (_DEGREE + 1) + 2 * len(beside)
     freedom = 2 * len(f) - columns - 2.0 * len(near) / len(values)
     if freedom < 1.0:
         return None
@@ -155,13 +166,13 @@ def refine_pole(
         return None
     h, level = h[known], power[known]
     theta = np.zeros(2 * len(near))
-    problem = _Problem(f, h, 1.0 / level, near)
+    problem = _Problem(f, h, 1.0 / level, near, beside)
     for _ in range(_ROUNDS):
         found = least_squares(problem.residual, theta, problem.jacobian, max_nfev=_STEPS)  # pyright: ignore[reportArgumentType]
         theta = found.x
         misfit = found.fun.reshape(-1, len(known))
         level = np.maximum(level * np.sqrt(np.sum(misfit**2, axis=0) / freedom), 1e-9 * power[known])
-        problem = _Problem(f, h, 1.0 / level, near)
+        problem = _Problem(f, h, 1.0 / level, near, beside)
     pole = complex(problem.poles(theta)[0])
     if not f[0] <= pole.imag / (2.0 * np.pi) <= f[-1]:
         return None

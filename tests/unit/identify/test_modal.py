@@ -119,6 +119,26 @@ def test_a_line_near_zero_that_is_off_the_grid_is_left_out():
     assert fit.frequencies == pytest.approx([f - 99.5 for f, _ in POLES], rel=1e-2)
 
 
+@pytest.mark.parametrize(("channels", "apart"), [(1, 3.0), (3, 2.0), (8, 0.5)])
+def test_close_modes_are_told_apart(channels, apart):
+    """Two modes of one damping, some half-power bands apart, the first weaker in all points together; 40 dB."""
+    lines, ratio = np.arange(100.0, 590.0, 0.25), 0.004
+    own = 2.0 * np.pi * np.array([300.0, 300.0 * (1.0 + 2.0 * ratio * apart)])[:, None]
+    w = 2.0 * np.pi * lines
+    mobility = 1.0j * w / (own**2 - w**2 + 2.0j * ratio * own * w)
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        size = random.uniform(0.5, 2.0, (channels, 2)) * random.choice([-1.0, 1.0], (channels, 2))
+        size[:, 0] *= 0.3
+        values = (size @ mobility)[:, None]
+        noise = random.standard_normal((2, *values.shape)) * 0.01 * np.abs(values).std() / np.sqrt(2.0)
+        names = tuple(f"p{k}" for k in range(channels))
+        frf = Frf(lines, values + noise[0] + 1.0j * noise[1], names, ("f",), Quantity.VELOCITY)
+        fit = identify_modes(frf, (110.0, 580.0))
+        assert fit.frequencies == pytest.approx(own[:, 0] / (2.0 * np.pi), rel=1e-3)
+        assert fit.damping_ratios == pytest.approx([ratio, ratio], rel=0.15)
+
+
 def test_noise_alone_has_no_modes():
     random = np.random.default_rng(3)
     noise = random.standard_normal((2, 1, 500)) + 1.0j * random.standard_normal((2, 1, 500))
