@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 from tarsus.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.errors import InputError
 from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.robot import Drive
 from tarsus.scene import Scene
 from tarsus.solve import simulate
 from tarsus.spec import float_paths, with_values
@@ -89,6 +90,7 @@ class Take:
     repeats: int = REPEATS
     share: int = 1
     air: str | None = None
+    before: tuple[float, ...] = ()
 
 
 def rest_of(take: Take) -> float:
@@ -96,15 +98,15 @@ def rest_of(take: Take) -> float:
     return {Purpose.MODAL: 0.0, Purpose.LOOPS: 10.0 * REST}.get(take.purpose, REST)
 
 
-def rest_state(scene: Scene) -> tuple[float, ...]:
-    """Coordinates (n,) of the structure at rest in the air at 0 V, after the history of its drives.
+def rest_state(scene: Scene, volts: float = 0.0) -> tuple[float, ...]:
+    """Coordinates (n,) of the structure at rest in the air at a voltage, after the history of its drives.
 
-    ``K x = sum_d load_d law_d(0 V)``, the neutral deflection (2.4).
+    ``K x = sum_d load_d law_d(volts)``; at 0 V the neutral deflection (2.4).
     """
     structure = scene.robot.structure
     force = np.zeros(structure.size)
     for drive in scene.robot.drives.values():
-        force += drive.load.vector(structure) * float(drive.law.force([0.0], drive.history)[0])
+        force += drive.load.vector(structure) * float(drive.law.force([volts], drive.history)[0])
     return tuple(np.linalg.solve(structure.matrices().stiffness, force).tolist())
 
 
@@ -247,7 +249,7 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     """
     if any(foot.electrode is not None for foot in scene.robot.feet.values()):
         return _robot_plan(scene, rate, drive)
-    takes = _sweeps(rate)
+    takes = _sweeps(scene, rate, drive)
     takes.append(
         Take(
             "loops", Purpose.LOOPS, _staircase((-8.0, 8.0, -6.0, 6.0, -4.0, 4.0, 0.0)), 3.0, share=_LOOP_SHARE
@@ -372,22 +374,56 @@ BOUNCE_S = 0.2
 """Its duration [s]."""
 
 
-def _sweeps(rate: float) -> list[Take]:
+def _sweeps(scene: Scene, rate: float, drive: str) -> list[Take]:
     """Sweeps up and down of different lengths, so that the harmonics of a drive that is not quite linear meet the
     modes at other times in each, and average out. Each ends where the sine is zero."""
+    level, offset = _sweep_level(scene.robot.drives[drive])
+    before = (offset + 2.0 * level,) if offset else ()
     takes = []
     for number in range(SWEEPS):
         seconds = 1.0 + 0.1 * number
         low, high = 200.0, 0.45 * rate
         high = 2.0 * np.floor(0.5 * (low + high) * seconds) / seconds - low
         ends = (low, high) if number % 2 == 0 else (high, low)
-        wave = SweptSine(amplitude=SWEEP_V, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds)
-        takes.append(Take(f"sweep-{number + 1}", Purpose.MODAL, wave, 1.8, gap=IN_AIR, repeats=1))
+        wave = SweptSine(
+            amplitude=level, start_frequency=ends[0], stop_frequency=ends[1], duration=seconds, offset=offset
+        )
+        takes.append(
+            Take(f"sweep-{number + 1}", Purpose.MODAL, wave, 1.8, gap=IN_AIR, repeats=1, before=before)
+        )
     return takes
 
 
 SWEEP_V = 0.2
 """Amplitude of the sweeps [V]: low, as in section 2.3.1."""
+
+_BIASES = np.arange(-8.0, 8.01, 1.0)
+"""Voltages [V] about which a sweep may swing, those that the other records reach."""
+
+_HARMONICS = 0.01
+"""Harmonics over the fundamental of the drive's force up to which a sweep is good."""
+
+
+def _sweep_level(drive: Drive) -> tuple[float, float]:
+    """Amplitude and offset [V] of the sweeps, as a laboratory tunes them on its device: about 0 V unless the force
+    hardly follows the voltage there; then where it follows most, and weaker while it has harmonics."""
+    if _following(drive, SWEEP_V, 0.0)[1] < _HARMONICS:
+        return SWEEP_V, 0.0
+    offset = max(_BIASES.tolist(), key=lambda volts: _following(drive, SWEEP_V, volts)[0])
+    level = SWEEP_V
+    while level > 0.1 * SWEEP_V and _following(drive, level, offset)[1] > _HARMONICS:
+        level = 0.5 * level
+    return level, offset
+
+
+def _following(drive: Drive, level: float, offset: float) -> tuple[float, float]:
+    """Fundamental of the force [N] under a small sine about a voltage that was come to from above, and its harmonics
+    over it."""
+    cycle = np.sin(2.0 * np.pi * np.arange(256) / 256.0)
+    volts = offset + level * np.concatenate([cycle, cycle])
+    force = drive.law.force(volts, (*drive.history, offset + 2.0 * level))[256:]
+    size = np.abs(np.fft.rfft(force))[1:] / 128.0
+    return float(size[0]), float(np.linalg.norm(size[1:]) / size[0]) if size[0] > 0.0 else np.inf
 
 
 def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
@@ -440,6 +476,11 @@ _APART = 9.0
 def _placed(scene: Scene, take: Take, drive: str) -> Scene:
     """The scene of a take: its drive, its distance, begun at rest."""
     changes: dict[str, object] = {"signals": {drive: take.signal}, "initial.displacement": rest_state(scene)}
+    if take.before:
+        history = (*scene.robot.drives[drive].history, *take.before)
+        changes |= {f"robot.drives.{drive}.history": history}
+        settled = with_values(scene, {f"robot.drives.{drive}.history": history})
+        changes |= {"initial.displacement": rest_state(settled, float(take.signal.volts(np.zeros(1))[0]))}
     if take.gap is not None:
         changes |= {f"robot.feet.{name}.gap": take.gap for name in scene.robot.feet}
     return with_values(scene, changes)
