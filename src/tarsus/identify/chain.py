@@ -26,7 +26,7 @@ from tarsus.identify.known import PLACEHOLDER, Known
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.step import LeftOut, StepResult, Used
+from tarsus.identify.step import LeftOut, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 
 __all__ = ["Chain", "Identification", "NotDone", "identify"]
@@ -36,6 +36,8 @@ Progress = Callable[[int, int, str], None]
 
 _STEPS = 7
 _FILM = "ground.film.coefficient"
+_ROUGH = 4.0
+"""What a fit may leave over the noise before it is remarked."""
 _STRUCTURE = "robot.structure.frequencies"
 
 
@@ -139,7 +141,8 @@ class Chain:
         self.evidence.close(used | {one.file for one in (*comparisons, *in_air)})
         if not self.steps:
             raise InputError(
-                [said for one in self.not_done for said in one.reasons] or ["no step could be done"]
+                [f"{one.name} was not done: {said}" for one in self.not_done for said in one.reasons]
+                or ["no step could be done"]
             )
         return Identification(
             self.opened,
@@ -211,6 +214,12 @@ class Chain:
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
         self.known = self.known.after(found)
+        rough = max(found.residuals, key=_over_noise, default=None)
+        if rough is not None and _over_noise(rough) > _ROUGH:
+            self.evidence.remarks.append(
+                f"{name}: what the fit leaves of {rough.label} is {_over_noise(rough):.3g} times what noise alone "
+                "would leave; no interval knows of that"
+            )
 
     def _resonances(self) -> StepResult:
         records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
@@ -360,7 +369,8 @@ class Chain:
     def _again(self, model: FootModel, path: str | None, force: float) -> dict[str, float]:
         """Parameters with another model, and the drive's force at one path moved after the loops."""
         other = Chain(replace(self.opened, model=model), self.seed)
-        other.evidence, other.resonances = replace(self.evidence, opened=other.opened), self.resonances
+        other.evidence = replace(self.evidence, opened=other.opened, remarks=[])
+        other.resonances = self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
         other.known = _certain(_nothing(model).after(self.steps["resonances"]))
         for name, _, step in other.planned():
@@ -424,6 +434,10 @@ class Chain:
         if self.progress is not None:
             self.progress(min(self._told, total), total, what)
         self._told += 1
+
+
+def _over_noise(one: Residual) -> float:
+    return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
 
 
 def _nothing(model: FootModel) -> Known:

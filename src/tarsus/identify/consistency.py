@@ -30,8 +30,8 @@ _TOLD = 0.01
 GAIN = 0.02
 """Largest deviation of the ratio of displacement and integrated velocity from one."""
 _SURE = 6.0
-_QUICK = 0.35
-"""Share of the velocity above the low-pass from which on, and times which, the ratio is left open."""
+_QUICK, _ROUGH = 0.35, 0.8
+"""Share of the velocity above the low-pass from which on the ratio is known roughly only, and how roughly."""
 _ALIKE = 0.9
 
 ODD = 0.02
@@ -70,8 +70,8 @@ def not_together(trace: Trace) -> list[LeftOut]:
 
 
 def _ratio(trace: Trace, point: int, other: int) -> tuple[float, float, float] | None:
-    """Displacement of one point over the integrated velocity of another, its standard error, and their correlation;
-    None where noise hides it."""
+    """Displacement of one point over the integrated velocity of another, its error (relative above one), and their
+    correlation; None where noise hides it."""
     best = None
     slow = convolve1d(np.stack([trace.x[point], trace.v[other]]), _SLOW, axis=1, mode="nearest")
     whole = CubicSpline(trace.time, slow[1]).antiderivative()(trace.time)
@@ -88,17 +88,17 @@ def _ratio(trace: Trace, point: int, other: int) -> tuple[float, float, float] |
             continue
         gain = float(moved @ integral / (integral @ integral))
         alike = float(moved @ integral / np.sqrt((moved @ moved) * (integral @ integral)))
-        error = noise / size / np.sqrt(len(moved) / span)
+        error = noise / size / np.sqrt(len(moved) / span) / max(abs(gain), 1.0)
         if best is None or error < best[1]:
             best = gain, error, alike
     return None if best is None or best[1] > _TOLD else best
 
 
 def _quick(trace: Trace, point: int) -> float:
-    """Ratio that motion too quick for the sampling leaves open: steps of the drive in modes near half the rate."""
+    """Deviation that motion too quick for the sampling leaves open: steps of the drive in modes near half the rate."""
     v = trace.v[point]
     share = float(np.std(v - convolve1d(v, _SLOW, mode="nearest")) / max(float(np.std(v)), 1e-300))
-    return _QUICK * share if share > _QUICK else 0.0
+    return _ROUGH if share > _QUICK else 0.0
 
 
 def odd_ones(traces: Sequence[Trace]) -> list[LeftOut]:

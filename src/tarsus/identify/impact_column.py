@@ -54,12 +54,14 @@ def identify_impact_column(model: FootModel, study: BounceStudy, seed: int) -> S
         draws = ratio.value + ratio.std * random.standard_normal(DRAWS)
         combinations[f"jump of {name} over the foot's"] = (ratio.value, draws, "1")
         rest = changes[:, i] - ratio.value * changes[:, k]
+        turn = np.array([1.0, -ratio.value])
+        unsure = np.einsum("a,nab,b->n", turn, pair, turn)
         residuals.append(
             Residual(
                 f"jumps of {name}",
                 "m/s",
                 float(np.sqrt(np.mean(rest**2))),
-                float(np.sqrt(np.mean(pair[:, 0, 0]))),
+                float(np.sqrt(np.mean(unsure))),
                 len(rest),
             )
         )
