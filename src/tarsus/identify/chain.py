@@ -36,6 +36,8 @@ Progress = Callable[[int, int, str], None]
 
 _STEPS = 7
 _FILM = "ground.film.coefficient"
+_BY_NOISE = ("hysteresis", "film", "electrostatics")
+"""Steps whose intervals hold the noise of records, not a scatter from event to event."""
 _ROUGH = 4.0
 """What a fit may leave over the noise before it is remarked."""
 _STRUCTURE = "robot.structure.frequencies"
@@ -214,7 +216,7 @@ class Chain:
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
         self.known = self.known.after(found)
-        rough = max(found.residuals, key=_over_noise, default=None)
+        rough = max(found.residuals if name in _BY_NOISE else (), key=_over_noise, default=None)
         if rough is not None and _over_noise(rough) > _ROUGH:
             self.evidence.remarks.append(
                 f"{name}: what the fit leaves of {rough.label} is {_over_noise(rough):.3g} times what noise alone "
