@@ -140,6 +140,7 @@ class Chain:
         comparisons, in_air = self.validate(), self.look_in_the_air()
         shifts = self.shifted()
         used = {file for step in self.steps.values() for file in step.files}
+        used |= {one.file for step in self.steps.values() for one in step.left_out}
         self.evidence.close(used | {one.file for one in (*comparisons, *in_air)})
         if not self.steps:
             raise InputError(
