@@ -15,6 +15,9 @@ __all__ = ["Combination", "Sum", "Ties", "correlation", "find_exponents", "find_
 
 Floats = NDArray[np.float64]
 
+_STEEPEST = 20.0
+"""Largest ratio of two exponents in a product: beyond, one number is so much better known that it ties nothing."""
+
 
 @dataclass(frozen=True)
 class Combination:
@@ -118,6 +121,9 @@ def find_exponents(
             columns = [j, *chosen]
             slopes = np.linalg.lstsq(v[:, list(chosen)], v[:, j], rcond=None)[0]
             powers = np.concatenate([[1.0], -slopes])
+            steepness = np.abs(powers)
+            if not steepness.max() <= _STEEPEST * steepness.min():
+                continue
             width = float(_half_width(v[:, columns] @ powers[:, None], level)[0])
             if best is None or width < best[0]:
                 best = (width, columns, powers)

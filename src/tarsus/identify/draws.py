@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 DRAWS = 400
 """Draws of every step."""
 
+_FACTOR = 0.5
 _KEPT = 0.999
 _SHARE = 0.5
 
@@ -60,8 +61,9 @@ def carried(
 ) -> Floats:
     """What the uncertainty of earlier parameters does to an estimate: deviations (draws, p), one a draw of theirs.
 
-    The estimate is taken as linear in them over their spread: it is formed again with the earlier parameters moved by
-    one standard deviation along each principal direction of their draws.
+    The estimate is taken as linear in them over their spread, or in their logarithms where they are known to a factor
+    only: it is formed again with the earlier parameters moved by one standard deviation along each principal direction
+    of their draws.
 
     Parameters
     ----------
@@ -75,7 +77,15 @@ def carried(
         Standard deviations to move by.
     """
     base = np.asarray(estimate(values), dtype=float)
-    off = samples - values
+    scaled = _by_factors(values, samples)
+
+    def even(numbers: Floats) -> Floats:
+        return np.where(scaled, np.log(np.where(scaled, np.abs(numbers), 1.0)), numbers)
+
+    def back(numbers: Floats) -> Floats:
+        return np.where(scaled, np.sign(values) * np.exp(np.where(scaled, numbers, 0.0)), numbers)
+
+    off = even(samples) - even(values)
     size = np.sqrt(np.mean(off**2, axis=0))
     used = size > 0.0
     out = np.zeros((len(samples), len(base)))
@@ -89,9 +99,16 @@ def carried(
         one = spread[k] / np.sqrt(len(samples))
         direction = np.zeros(len(values))
         direction[used] = right[k] * one * size[used]
-        moved = np.asarray(estimate(values + step * direction), dtype=float) - base
+        moved = np.asarray(estimate(back(even(values) + step * direction)), dtype=float) - base
         out += np.outer(left[:, k] * np.sqrt(len(samples)), moved / step)
     return out
+
+
+def _by_factors(values: Floats, samples: Floats) -> NDArray[np.bool_]:
+    """Parameters (q,) that are known to a factor only: draws of one sign that spread by half the value or more. They
+    move by factors, for one that is added would lead to where no draw lies."""
+    wide = np.std(samples, axis=0) > _FACTOR * np.abs(values)
+    return wide & np.all(samples * values > 0.0, axis=0)
 
 
 def pooled(parts: Sequence[Floats]) -> Floats:

@@ -77,6 +77,17 @@ def test_a_product_of_three():
     assert all(isinstance(one, OnlyTogether) for one in found.verdicts)
 
 
+def test_a_number_known_to_a_thousandth_ties_none_known_to_a_factor():
+    """Correlated by chance with one spread over decades: a product with its 1000th power would say nothing."""
+    random = np.random.default_rng(4)
+    wide = 8.0 * random.standard_normal(400)
+    narrow = 0.008 * (wide / 8.0 + 0.01 * random.standard_normal(400))
+    draws = np.exp(np.column_stack([wide, narrow]))
+    judged = judge_samples(("C", "zeta"), (1.0, 1.0), draws)
+    assert isinstance(judged["C"], NotFromTheseData)
+    assert isinstance(judged["zeta"], Determined)
+
+
 def test_exponents_that_are_not_whole_are_those_fitted():
     random = np.random.default_rng(3)
     g = random.normal(0.0, 1.0, 2000)
