@@ -34,19 +34,21 @@ _NOTED = 0.5
 _SURE = 4.0
 """Standard errors that a difference must have."""
 _CUT = 0.005
-_WELL = 0.1
+_WELL = 0.12
 """Part of the root mean square below which a fit from the stated place needs no search for a better one."""
 _EXACT = 0.01
-"""The same for a fit from another place, after which no further one is tried."""
+_BETTER = 0.7
+"""The same for a fit from another place, after which no further one is tried; and how much less than another it must
+leave to be taken instead: half a period later a wave is its own negative."""
 _RUNNING = 9
-_STEPS = 6
+_STEPS = 15
 _FAST = 0.1
 _FINE = 0.02
 _FASTEST = 4.0
 _AWAY = 0.5
 _SWING = 0.25
 _PAIRS = 4000
-_FEWEST = 3
+_FEWEST = 2
 _LONGER = 2.5
 _UPSAMPLED = 8
 _SINGULAR = 1e-6
@@ -132,15 +134,18 @@ def fit_drive(volts: Floats, step: float, rest: float, signal: Waveform) -> Driv
     if span == 0.0:
         return None
     jumps = jumps_of(meant)
+    far = int(np.count_nonzero(np.abs(np.diff(meant)) > _FAST * span))
+    fast = far > 2 * len(jumps)
     apart = int(np.min(np.diff(jumps), initial=len(volts)))
-    running = max(2 * (min(_RUNNING, apart // 2) // 2) + 1, 1) if len(jumps) else 1
-    fast = not len(jumps) and float(np.max(np.abs(np.diff(meant)))) > _FAST * span
+    running = max(2 * (min(_RUNNING, apart // 2) // 2) + 1, 1) if len(jumps) and not fast else 1
     case = _Case(volts, step, rest, signal, running, fast)
     best = _refined(case, 0.0, 1.0)
     if best.unexplained <= _WELL:
         return best
     for late, pace in _starts(case):
-        best = min(best, _refined(case, late, pace), key=lambda fit: fit.unexplained)
+        other = _refined(case, late, pace)
+        if other.unexplained < _BETTER * best.unexplained:
+            best = other
         if best.unexplained <= _EXACT:
             break
     return best
