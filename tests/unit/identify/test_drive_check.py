@@ -1,0 +1,139 @@
+"""The recorded drive against the stated one: size, zero, delay and pace come out, and noise alone moves none of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tarsus.drive.waveforms import Constant, Poling, RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
+from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive, stated_length
+
+RATE = 20e3
+REST = 0.01
+WAVES = {
+    "bounces": (Square(amplitude=4.0, frequency=300.0), 0.2, RATE),
+    "square from 0": (Square(amplitude=5.0, frequency=40.0, offset=5.0), 0.3, RATE),
+    "slow square": (Square(amplitude=8.0, frequency=5.0), 0.6, RATE),
+    "sine": (Sine(amplitude=6.0, frequency=15.0), 0.4, RATE),
+    "sine from 0": (Sine(amplitude=3.0, frequency=60.0, offset=3.0), 0.12, RATE),
+    "ramps": (RampedSquare(amplitude=8.0, frequency=5.0, duty=0.25), 0.6, RATE),
+    "triangle": (RampedSquare(amplitude=8.0, frequency=100.0, duty=1.0), 0.1, RATE),
+    "loop": (Sampled(times=(0.0, 0.3, 0.9, 1.4, 1.6), levels=(0.0, 8.0, -8.0, 6.0, 0.0)), 1.8, 1e3),
+    "up": (SweptSine(amplitude=0.2, start_frequency=200.0, stop_frequency=7e3, duration=0.5), 0.6, RATE),
+    "down": (SweptSine(amplitude=0.2, start_frequency=7e3, stop_frequency=200.0, duration=0.5), 0.6, RATE),
+}
+
+
+def recorded(
+    wave: str,
+    gain: float = 1.0,
+    offset: float = 0.0,
+    late: float = 0.0,
+    pace: float = 1.0,
+    noise: float = 0.0,
+) -> tuple[np.ndarray, float]:
+    """Volts that a recorder sees in whole steps of 20 V / 2^16, and its sampling step; late in samples, offset in
+    amplitudes, noise in root mean squares."""
+    signal, seconds, rate = WAVES[wave]
+    step = 1.0 / rate
+    time = pace * step * np.arange(round((seconds + REST) * rate / pace)) - REST - late * step
+    volts = np.where(time + 1e-9 < 0.0, 0.0, signal.volts(np.maximum(time + 1e-9, 0.0)))
+    size = 0.5 * float(np.ptp(volts))
+    volts = gain * volts + offset * size + noise * float(np.std(volts)) * _NORMAL[: len(volts)]
+    return np.round(volts * 2**16 / 20.0) * 20.0 / 2**16, step
+
+
+_NORMAL = np.random.default_rng(5).standard_normal(40000)
+
+
+def faults(wave: str, **changes: float) -> list[str]:
+    volts, step = recorded(wave, **changes)
+    fit = fit_drive(volts, step, REST, WAVES[wave][0])
+    assert fit is not None
+    return drive_faults(fit, step, len(volts) * step, REST, True)[0]
+
+
+@pytest.mark.parametrize("wave", WAVES)
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gain": 1.2},
+        {"gain": -1.0},
+        {"offset": 0.05},
+        {"late": 10.0},
+        {"late": -4.0},
+        {"pace": 1.003},
+        {"pace": 1.25},
+        {"pace": 0.5},
+        {"gain": 0.5, "late": 7.0, "pace": 1.02},
+    ],
+    ids=str,
+)
+def test_what_is_wrong_is_measured(wave, changes):
+    true = {"gain": 1.0, "offset": 0.0, "late": 0.0, "pace": 1.0} | changes
+    volts, step = recorded(wave, **changes)
+    fit = fit_drive(volts, step, REST, WAVES[wave][0])
+    assert fit is not None
+    assert fit.gain.value == pytest.approx(true["gain"], abs=2e-3)
+    assert fit.offset.value / fit.amplitude == pytest.approx(true["offset"], abs=2e-3)
+    assert fit.late.value / step == pytest.approx(true["late"], abs=0.05 if fit.smooth else 1.5)
+    assert fit.pace.value == pytest.approx(true["pace"], rel=2e-5 if fit.smooth else 4e-4)
+    assert len(drive_faults(fit, step, len(volts) * step, REST, True)[0]) == len(changes)
+
+
+@pytest.mark.parametrize("wave", WAVES)
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"noise": 0.03},
+        {"noise": 0.1},
+        {"gain": 1.02, "offset": 0.01, "late": 1.0},
+        {"pace": 1.0003},
+        {"pace": 0.9997, "noise": 0.03},
+    ],
+    ids=str,
+)
+def test_a_drive_as_it_was_meant_is_not_refused(wave, changes):
+    assert faults(wave, **changes) == []
+
+
+@pytest.mark.parametrize("wave", WAVES)
+def test_another_drive_is_refused(wave):
+    signal, _, rate = WAVES[wave]
+    volts = np.convolve(_NORMAL, np.ones(40), "valid")[:3000]
+    fit = fit_drive(volts, 1.0 / rate, REST, signal)
+    assert fit is not None
+    told, notes = drive_faults(fit, 1.0 / rate, 3000 / rate, REST, False)
+    assert len(told) == 1 and "not the one that the campaign states" in told[0] and not notes
+
+
+def test_the_size_of_a_sweep_is_noted_only():
+    volts, step = recorded("up", gain=1.2)
+    fit = fit_drive(volts, step, REST, WAVES["up"][0])
+    assert fit is not None
+    told, notes = drive_faults(fit, step, len(volts) * step, REST, False)
+    assert told == [] and notes == [
+        "the drive is 1.2 times the one that the campaign states: is its unit or scale right?"
+    ]
+
+
+def test_a_drive_that_was_meant_to_be_nothing_is_not_compared():
+    assert fit_drive(np.ones(100), 1e-3, 0.01, Sine(amplitude=0.0, frequency=5.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("signal", "seconds"),
+    [
+        (Square(amplitude=1.0, frequency=4.0), 0.25),
+        (WAVES["loop"][0], 1.6),
+        (WAVES["up"][0], 0.5),
+        (Poling(level=10.0, hold=1.0, fall=0.5), 1.5),
+        (Constant(level=1.0), 0.0),
+    ],
+)
+def test_a_record_may_end_when_the_drive_has_done_all_it_does(signal: Waveform, seconds: float):
+    assert stated_length(signal) == pytest.approx(seconds)
+    assert cut_short(seconds + REST, REST, 1e-3, signal) is None
+    if seconds:
+        assert "is the file cut short?" in str(cut_short(0.9 * seconds + REST, REST, 1e-3, signal))
