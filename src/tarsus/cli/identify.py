@@ -93,13 +93,19 @@ def _show(found: Identification) -> None:
         left = f", {len(step.left_out)} left out" if step.left_out else ""
         print(f"  {step.name}: {'; '.join(str(one) for one in step.used)}{left}")
     if found.comparisons:
-        errors = [abs(one.error("peak")) for one in found.comparisons]
-        contact = [abs(one.error("contact")) for one in found.comparisons]
+        peak, contact = (_size(found, which) for which in ("peak", "contact"))
         print(
-            f"held-out signals: {len(errors)}; mean absolute error of peaks "
-            f"{100 * sum(errors) / len(errors):.2g} %, of "
-            f"contact durations {100 * sum(contact) / len(contact):.2g} %"
+            f"held-out signals: {len(found.comparisons)}; absolute error of peaks {peak}, of contact durations {contact}"
         )
+
+
+def _size(found: Identification, which: str) -> str:
+    """Median and mean of the absolute errors of the held-out records that show any."""
+    import numpy as np
+
+    errors = 100.0 * np.abs([one.error(which) for one in found.comparisons])
+    known = errors[np.isfinite(errors)]
+    return f"{np.median(known):.2g} % (mean {known.mean():.2g} %)" if len(known) else "unknown"
 
 
 def _shown(value: float, unit: str) -> str:
