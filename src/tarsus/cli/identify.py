@@ -95,7 +95,8 @@ def _show(found: Identification) -> None:
     if found.comparisons:
         peak, contact = (_size(found, which) for which in ("peak", "contact"))
         print(
-            f"held-out signals: {len(found.comparisons)}; absolute error of peaks {peak}, of contact durations {contact}"
+            f"held-out signals: {len(found.comparisons)}; absolute error of peaks {peak}, of contact durations "
+            f"{contact}"
         )
 
 
