@@ -78,7 +78,6 @@ def correlations(judged: Assessment) -> Plate:
     for spine in axes.spines.values():
         spine.set_visible(False)
     bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.02)
-    bar.set_label("correlation")
     bar.outline.set_visible(False)
     caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
     return Plate(to_svg(figure, caption), caption)
