@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from tarsus.drive.hysteresis import PrandtlIshlinskii
+from tarsus.drive.laws import LinearForce
 from tarsus.errors import InputError
 from tarsus.experiment.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
 from tarsus.experiment.synthesis import (
@@ -25,6 +27,7 @@ from tarsus.identify.known import PLACEHOLDER
 from tarsus.measurement import Measurement
 from tarsus.scene import ModalLoad, Provenance, Scene, Source
 from tarsus.spec import with_values
+from tarsus.structure import Beam, Modal
 
 __all__ = ["unknown_device", "write_campaign"]
 
@@ -113,10 +116,9 @@ def write_campaign(
     Raises
     ------
     InputError
-        For a device with several drives or no foot, or one whose records cannot be simulated.
+        For a device that identification cannot tell from a campaign, or one whose records cannot be simulated.
     """
-    if len(scene.robot.drives) != 1 or not scene.robot.feet:
-        raise InputError("a campaign needs a device with one drive and a foot")
+    _check_identifiable(scene)
     drive, foot = next(iter(scene.robot.drives)), next(iter(scene.robot.feet))
     if takes is None:
         takes = planned(scene, instrument.rate, drive)
@@ -151,6 +153,24 @@ def write_campaign(
     (folder / "truth").mkdir(exist_ok=True)
     write_scene(scene, folder / "truth" / "device.toml")
     return [folder / "campaign.toml", folder / "device.toml", *written, folder / "truth" / "device.toml"]
+
+
+def _check_identifiable(scene: Scene) -> None:
+    """Raise InputError, in one sentence, for a device of a kind that `identify` does not know."""
+    robot, amiss = scene.robot, []
+    if not isinstance(robot.structure, Beam | Modal):
+        amiss.append(f"its structure is of the kind '{robot.structure.kind}', not 'beam' or 'modal'")
+    if len(robot.drives) != 1:
+        amiss.append(f"it has {len(robot.drives)} drives, not one")
+    amiss += [
+        f"the law of '{name}' is of the kind '{drive.law.kind}', not 'prandtl_ishlinskii' or 'linear'"
+        for name, drive in robot.drives.items()
+        if not isinstance(drive.law, PrandtlIshlinskii | LinearForce)
+    ]
+    if len(robot.feet) != 1:
+        amiss.append(f"it has {len(robot.feet)} feet, not one")
+    if amiss:
+        raise InputError(f"'{scene.name}' cannot be identified from a campaign: {'; '.join(amiss)}")
 
 
 def _described(take: Take, files: tuple[str, ...], said: dict[str, ChannelChoice], drive: str) -> RecordSet:

@@ -16,8 +16,8 @@ from scipy.linalg import eigh
 
 from tarsus.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.errors import InputError
+from tarsus.experiment.sweep_level import sweep_level
 from tarsus.measurement import Channel, Measurement, Quantity
-from tarsus.robot import Drive
 from tarsus.scene import Scene
 from tarsus.solve import simulate
 from tarsus.spec import float_paths, with_values
@@ -258,11 +258,12 @@ def planned(scene: Scene, rate: float, drive: str) -> list[Take]:
     for hz, duty, periods in RAMPS:
         wave = RampedSquare(amplitude=8.0, frequency=hz, duty=duty)
         takes.append(Take(f"ramps-{hz:g}hz-{100 * duty:g}", Purpose.RAMPS, wave, periods / hz))
-    for wave in _bouncing(scene, rate, drive, _squares()):
+    waves, seconds = _bouncing(scene, rate, drive, _squares())
+    for wave in waves:
         level = f"{1000.0 * wave.amplitude:g}mv-{wave.frequency:g}hz"
         near, far = f"bounces-{level}", f"air-{level}"
-        takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
-        takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
+        takes.append(Take(near, Purpose.BOUNCES, wave, seconds, air=far))
+        takes.append(Take(far, Purpose.AIR, wave, seconds, gap=IN_AIR))
     for volts in (6.0, 8.0):
         for hz in (5.0, 15.0, 50.0, 100.0):
             for kind, wave in (("square", Square), ("sine", Sine)):
@@ -284,16 +285,18 @@ def _robot_plan(scene: Scene, rate: float, drive: str) -> list[Take]:
         Take("loops", Purpose.LOOPS, _staircase((top, 0.0, top, 0.0)), 2.0, gap=IN_AIR, share=_LOOP_SHARE)
     )
     own = min(foot.gap for foot in scene.robot.feet.values())
-    for share in CLOSE_GAPS:
+    attracts = any(law is not None for law in (scene.ground.acting.film, scene.ground.acting.electrostatic))
+    for share in CLOSE_GAPS if attracts else ():
         for hz in CLOSE_HZ:
             gap = float(np.round(share * own, 8))  # as a stage is set, to 10 nm
             wave = _clear(scene, drive, gap, hz, top)
             name = f"close-{1e6 * gap:.4g}um-{hz:g}hz".replace(".", "p")
             takes.append(Take(name, Purpose.CLOSE, wave, CLOSE_S, gap=gap))
-    for number, wave in enumerate(_bouncing(scene, rate, drive, _robot_squares(signal, top))):
+    waves, seconds = _bouncing(scene, rate, drive, _robot_squares(signal, top))
+    for number, wave in enumerate(waves):
         near, far = f"bounces-{number + 1}", f"air-{number + 1}"
-        takes.append(Take(near, Purpose.BOUNCES, wave, BOUNCE_S, air=far))
-        takes.append(Take(far, Purpose.AIR, wave, BOUNCE_S, gap=IN_AIR))
+        takes.append(Take(near, Purpose.BOUNCES, wave, seconds, air=far))
+        takes.append(Take(far, Purpose.AIR, wave, seconds, gap=IN_AIR))
     for hz in (40.0, 90.0):
         for kind, wave in (("square", Square), ("sine", Sine)):
             held = wave(amplitude=0.5 * top, frequency=hz, offset=0.5 * top)
@@ -314,9 +317,9 @@ def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Take]:
     squared, modes = eigh(m.stiffness, m.mass)
     omega = np.sqrt(squared)
     decay = 0.5 * np.einsum("ij,ik,kj->j", modes, m.damping, modes)
-    low, high = 0.6 * omega.min() / (2.0 * np.pi), 1.25 * omega.max() / (2.0 * np.pi)
+    low, high = 0.3 * omega.min() / (2.0 * np.pi), np.max(1.25 * omega + decay) / (2.0 * np.pi)
     share = max(int(0.45 * rate / high), 1)
-    seconds, tail = 5.0 * np.pi / decay.min(), 5.0 / decay.min()
+    seconds, tail = max(5.0 * np.pi / decay.min(), _LEAST_SWEEP_S), 5.0 / decay.min()
     takes = []
     for number in range(4):
         length = float(np.round(seconds * (1.0 + 0.1 * number), 2))
@@ -330,6 +333,10 @@ def _robot_sweeps(scene: Scene, rate: float, top: float) -> list[Take]:
             Take(f"sweep-{number + 1}", Purpose.MODAL, wave, whole, gap=IN_AIR, repeats=1, share=share)
         )
     return takes
+
+
+_LEAST_SWEEP_S = 4.0
+"""Strongly damped modes need no time to be resolved, but lines enough to average the noise over."""
 
 
 def _clear(scene: Scene, drive: str, gap: float, hz: float, top: float) -> Sine:
@@ -370,14 +377,14 @@ RAMPS = (
 BOUNCE_HZ = (300.0, 200.0, 120.0)
 """Frequency of the bouncing experiment, section 2.4, and others to try."""
 
-BOUNCE_S = 0.2
-"""Its duration [s]."""
+BOUNCE_S = (0.2, 1.0)
+"""Its duration [s], and a longer one for devices that bounce seldom."""
 
 
 def _sweeps(scene: Scene, rate: float, drive: str) -> list[Take]:
     """Sweeps up and down of different lengths, so that the harmonics of a drive that is not quite linear meet the
     modes at other times in each, and average out. Each ends where the sine is zero."""
-    level, offset = _sweep_level(scene.robot.drives[drive])
+    level, offset = sweep_level(scene.robot.drives[drive])
     before = (offset + 2.0 * level,) if offset else ()
     takes = []
     for number in range(SWEEPS):
@@ -394,38 +401,6 @@ def _sweeps(scene: Scene, rate: float, drive: str) -> list[Take]:
     return takes
 
 
-SWEEP_V = 0.2
-"""Amplitude of the sweeps [V]: low, as in section 2.3.1."""
-
-_BIASES = np.arange(-8.0, 8.01, 1.0)
-"""Voltages [V] about which a sweep may swing, those that the other records reach."""
-
-_HARMONICS = 0.01
-"""Harmonics over the fundamental of the drive's force up to which a sweep is good."""
-
-
-def _sweep_level(drive: Drive) -> tuple[float, float]:
-    """Amplitude and offset [V] of the sweeps, as a laboratory tunes them on its device: about 0 V unless the force
-    hardly follows the voltage there; then where it follows most, and weaker while it has harmonics."""
-    if _following(drive, SWEEP_V, 0.0)[1] < _HARMONICS:
-        return SWEEP_V, 0.0
-    offset = max(_BIASES.tolist(), key=lambda volts: _following(drive, SWEEP_V, volts)[0])
-    level = SWEEP_V
-    while level > 0.1 * SWEEP_V and _following(drive, level, offset)[1] > _HARMONICS:
-        level = 0.5 * level
-    return level, offset
-
-
-def _following(drive: Drive, level: float, offset: float) -> tuple[float, float]:
-    """Fundamental of the force [N] under a small sine about a voltage that was come to from above, and its harmonics
-    over it."""
-    cycle = np.sin(2.0 * np.pi * np.arange(256) / 256.0)
-    volts = offset + level * np.concatenate([cycle, cycle])
-    force = drive.law.force(volts, (*drive.history, offset + 2.0 * level))[256:]
-    size = np.abs(np.fft.rfft(force))[1:] / 128.0
-    return float(size[0]), float(np.linalg.norm(size[1:]) / size[0]) if size[0] > 0.0 else np.inf
-
-
 def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
     """Straight ramps [V/s] from 0 V to each turning point in order."""
     levels = [0.0, *turns]
@@ -433,19 +408,29 @@ def _staircase(turns: tuple[float, ...], slope: float = 28.0) -> Sampled:
     return Sampled(times=tuple(times.tolist()), levels=tuple(levels))
 
 
-def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) -> list[Square]:
-    """The two square waves whose bounces are told best: most of those with samples enough around.
+def _bouncing(scene: Scene, rate: float, drive: str, tried: list[list[Square]]) -> tuple[list[Square], float]:
+    """The two square waves whose bounces are told best, and for how long [s]: most of those with samples enough around.
 
-    Of several sets of waves, the first that has some.
+    Of several sets of waves and durations, the first that has some.
     """
     found: list[tuple[int, Square]] = []
-    for waves in tried:
-        for wave in waves:
-            run = simulate(_placed(scene, Take("", Purpose.BOUNCES, wave, BOUNCE_S), drive), BOUNCE_S)
-            found.append((_clear_bounces(run.events, wave, rate), wave))
-        if sorted(count for count, _ in found)[-2] >= _ENOUGH:
+    seconds = 0.0
+    for seconds in BOUNCE_S:
+        found = []
+        for waves in tried:
+            for wave in waves:
+                run = simulate(_placed(scene, Take("", Purpose.BOUNCES, wave, seconds), drive), seconds)
+                found.append((_clear_bounces(run.events, wave, rate, seconds), wave))
+            if _second(found) >= _ENOUGH:
+                break
+        if _second(found) >= _FEW:
             break
-    return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]]
+    return [wave for _, wave in sorted(found, key=lambda one: -one[0])[:2]], seconds
+
+
+def _second(found: list[tuple[int, Square]]) -> int:
+    """Bounces of the second best of some waves."""
+    return sorted(count for count, _ in found)[-2]
 
 
 def _squares() -> list[list[Square]]:
@@ -454,10 +439,10 @@ def _squares() -> list[list[Square]]:
     return [[Square(amplitude=float(level), frequency=hz) for level in volts] for hz in BOUNCE_HZ]
 
 
-def _clear_bounces(events: np.ndarray, wave: Square, rate: float) -> int:
+def _clear_bounces(events: np.ndarray, wave: Square, rate: float, seconds: float) -> int:
     """Bounces with samples enough between them and the touches and jumps of the drive on both sides."""
     touch = events[events["kind"] != 3]
-    jumps = 0.5 / wave.frequency * np.arange(round(2.0 * BOUNCE_S * wave.frequency) + 1)
+    jumps = 0.5 / wave.frequency * np.arange(round(2.0 * seconds * wave.frequency) + 1)
     ends = np.sort(np.concatenate([touch["time"], jumps]))
     bounces = touch["time"][touch["kind"] == 1]
     place = np.searchsorted(ends, bounces)
@@ -469,6 +454,8 @@ def _clear_bounces(events: np.ndarray, wave: Square, rate: float) -> int:
 
 _ENOUGH = 15
 """Bounces that a record should show."""
+_FEW = 3
+"""And those below which it is recorded for longer."""
 _APART = 9.0
 """Samples between impacts that a bounce needs on both sides to be told well."""
 

@@ -24,6 +24,7 @@ from tarsus.identify.draws import DRAWS, drawn_counts, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.frf import Frf, estimate_frf
 from tarsus.identify.hysteresis import Shares
+from tarsus.identify.known_shapes import fit_known_shapes
 from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
@@ -46,6 +47,7 @@ _OVERLAP = 1.25
 _KNOWN_TO = 3e-4
 """Relative error that a participation has at least: the drive is not quite linear, and all sweeps share that."""
 _SWAPPED = 0.5
+_UNEXPLAINED = 0.3
 _WORST_SHAPE = 0.5
 
 
@@ -89,7 +91,7 @@ def identify_resonances(
             "the structure to identify must be a beam or modal, for its frequencies to be its parameters"
         )
     margin = _EDGE * (band[1] - band[0])
-    inside = band[0] + margin, band[1] - margin
+    inside = band[0] + min(margin, 0.5 * band[0]), band[1] - margin
     agreed = agreeing(records, model.points, inside)
     fit = _fitted(model, agreed, inside, structure.size)
     if isinstance(structure, Modal):
@@ -129,16 +131,32 @@ def _fitted(model: FootModel, agreed: Agreed, inside: tuple[float, float], count
         if len(fit.modes) >= count:
             break
         fit = _in_parts(frf, inside, parts, max(_FEWEST_ORDERS, _ORDERS_PER_MODE * count))
+    if isinstance(model.scene.robot.structure, Modal) and len(fit.modes) < count:
+        return _by_shapes(model, fit, agreed)
     if len(fit.modes) < count:
         raise InputError(
-            f"{first.source} and its repeats show {len(fit.modes)} modes from {inside[0]:.4g} to "
-            f"{inside[1]:.4g} Hz, and "
-            f"the structure has {count}: sweep wider, or average more"
+            f"{first.source} and its repeats show {len(fit.modes)} of the {count} modes of the structure from "
+            f"{inside[0]:.4g} to {inside[1]:.4g} Hz: they may lie outside, or the drive hardly moves them; sweep "
+            "where they are, and about a voltage at which the drive follows it"
         )
     chosen = fit.only([fit.modes[int(k)].frequency.value for k in _picked(model, fit, count)])
     if chosen.refused:
         raise InputError([f"{first.source} and its repeats: {said}" for said in chosen.refused])
     return chosen
+
+
+def _by_shapes(model: FootModel, seen: ModalFit, agreed: Agreed) -> ModalFit:
+    """Modes too wide and close to be seen one by one: those of the known shapes, together."""
+    fit = replace(fit_known_shapes(seen.frf, model.rows.T), poles=seen.poles)
+    name = f"{agreed.records[0].source} and its repeats"
+    if fit.misfit > _UNEXPLAINED:
+        raise InputError(
+            f"{name}: modes of the shapes of the structure leave {100 * fit.misfit:.0f} % of the responses "
+            "unexplained: are the points, the order and signs of the channels and the shapes right?"
+        )
+    if fit.refused:
+        raise InputError([f"{name}: {said}" for said in fit.refused])
+    return fit
 
 
 def _picked(model: FootModel, fit: ModalFit, count: int) -> list[int]:

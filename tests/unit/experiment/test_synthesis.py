@@ -1,0 +1,60 @@
+"""What a synthetic campaign plans: sweeps where the drive follows the voltage, and devices it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.drive.waveforms import SweptSine
+from tarsus.errors import InputError
+from tarsus.experiment.campaign_folder import write_campaign
+from tarsus.experiment.sweep_level import sweep_level
+from tarsus.experiment.synthesis import Instrument, Purpose, Take, recorded
+
+
+def test_a_drive_that_follows_about_0_volts_is_swept_there() -> None:
+    assert sweep_level(ts.load_scene("cantilever").robot.drives["pzt"]) == (0.2, 0.0)
+
+
+def test_a_drive_that_hardly_follows_there_is_swept_where_it_does() -> None:
+    """Plays rest below 1.143 V, and the memory-free part turns near 0 V."""
+    drive = ts.load_scene("cantilever-1").robot.drives["pzt"]
+    level, offset = sweep_level(drive)
+    assert offset == 8.0
+    assert level <= 0.1
+
+    def gain(volts: float) -> float:
+        cycles = drive.law.force(volts + 0.1 * np.array([1.0, -1.0, 1.0, -1.0]), drive.history)
+        return abs(float(cycles[3] - cycles[2])) / 0.2
+
+    assert gain(offset) > 30.0 * gain(0.0)
+
+
+def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
+    scene = ts.load_scene("cantilever-1")
+    wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.1, offset=8.0)
+    take = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03, before=(8.2,))
+    clean = Instrument(snr_db=300.0)
+    at_rest = recorded(scene, take, clean, "pzt", 1).values[0]
+    jumped = recorded(scene, Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03), clean, "pzt", 1).values[0]
+    assert abs(at_rest[0]) < 1e-9
+    assert np.abs(at_rest[:20]).max() < 0.05 * np.abs(jumped[:20]).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        (
+            "millipede",
+            r"kind 'walker', not 'beam' or 'modal'; it has 2 drives, not one; it has 2 feet, not one$",
+        ),
+        ("millipede-30", "it has 30 drives, not one; it has 30 feet, not one$"),
+    ],
+)
+def test_devices_that_identification_does_not_know(name: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=said):
+        write_campaign(ts.load_scene(name), tmp_path, Instrument(), 1)
+    assert not list(tmp_path.iterdir())
