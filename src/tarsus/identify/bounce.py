@@ -20,7 +20,7 @@ from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Trace, jumps_of
 from tarsus.identify.volts import Volts
 
-__all__ = ["Bounce", "BounceFit", "Bounces", "fewer", "find_bounces", "impacts_of"]
+__all__ = ["Bounce", "BounceFit", "Bounces", "Zeros", "fewer", "find_bounces", "impacts_of"]
 
 Floats = NDArray[np.float64]
 
@@ -125,6 +125,17 @@ class BounceFit:
     inverse: Floats
 
 
+@dataclass(frozen=True)
+class Zeros:
+    """Impacts and the zeros of their records: by_zero (ni, 2, np): change of departure and approach velocity with what
+    is added to the displacements of each point [1/s]; information (ni, np, np) [1/m^2] and score (ni, np) [1/m] of the
+    impacts about that, their own unknowns taken along."""
+
+    by_zero: Floats
+    information: Floats
+    score: Floats
+
+
 class Bounces:
     """Impacts of several records, ready to be fitted with any model and film."""
 
@@ -182,6 +193,22 @@ class Bounces:
         return BounceFit(
             kept, kept[:, [-1, -2]], covariance, best / counts, tuple(good[2]), ready.changes, inverse
         )
+
+    def zeros(self, model: FootModel, film: Film, fitted: BounceFit) -> Zeros:
+        """What wrong zeros of the displacements do to fitted impacts."""
+        free = fitted.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
+        ready, points = _Ready(self, model, film, free), len(model.points)
+        slopes, residuals = ready.slopes(fitted.unknowns)
+        white = [one[:points, 0] for one in ready.white]
+        # a zero adds the same to every sample of a channel
+        across = np.array([s[:, :points].sum(axis=2) / w for s, w in zip(slopes, white, strict=True)])
+        total = np.array([s.shape[2] / w**2 for s, w in zip(slopes, white, strict=True)])
+        plain = np.array([r[:points].sum(axis=1) / w for r, w in zip(residuals, white, strict=True)])
+        right = np.array([np.einsum("qcs,cs->q", s, r) for s, r in zip(slopes, residuals, strict=True)])
+        by_zero = fitted.inverse @ across
+        information = total[:, :, None] * np.eye(points) - np.einsum("rqa,rqb->rab", across, by_zero)
+        score = np.einsum("rqa,rq->ra", by_zero, right) - plain
+        return Zeros(by_zero[:, [-1, -2]], information, score)
 
     def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
@@ -264,6 +291,16 @@ class _Ready:
     def system(self, unknowns: Floats) -> tuple[Floats, Floats, Floats, list[Floats]]:
         """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns."""
         count, q = unknowns.shape
+        normal, right, cost = np.empty((count, q, q)), np.empty((count, q)), np.empty(count)
+        slopes, residuals = self.slopes(unknowns)
+        for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
+            flat = slope.reshape(q, -1)
+            normal[r], right[r], cost[r] = flat @ flat.T, flat @ residual.ravel(), np.sum(residual**2)
+        return normal, right, cost, residuals
+
+    def slopes(self, unknowns: Floats) -> tuple[list[Floats], list[Floats]]:
+        """Derivatives (q, channels, samples) of every impact's motion over the noise, and residuals over the noise."""
+        count, q = unknowns.shape
         m = self.free.shape[1]
         steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * (q - 1 - m)])
         tried = np.concatenate(
@@ -271,12 +308,12 @@ class _Ready:
         )
         before, after = self._states(tried)
         late, times = tried[:, 0], q + 1
-        slope = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)
-        at = np.tile(self.between[0], times) + slope * late
+        rise = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)
+        at = np.tile(self.between[0], times) + rise * late
         gap = self.model.gap
 
         def force(after: Floats) -> Floats:
-            return at + slope * after
+            return at + rise * after
 
         back = self.backward.short(before, force, self.film, gap, -late)
         past = self.backward.fly(back, np.tile(self.past, (1, times)), self.film, gap)
@@ -284,16 +321,14 @@ class _Ready:
         coming = self.onward.fly(ahead, np.tile(self.next, (1, times)), self.film, gap)
         seen_past = np.einsum("ci,sin->nsc", self.output, past)
         seen_next = np.einsum("ci,sin->nsc", self.output, coming)
-        normal, right, cost, residuals = np.empty((count, q, q)), np.empty((count, q)), np.empty(count), []
+        slopes, residuals = [], []
         for r, one in enumerate(self.bounces.items):
             both = np.concatenate(
                 [seen_past[r::count, : one.before][:, ::-1], seen_next[r::count, : one.after]], axis=1
             ).transpose(0, 2, 1)
-            residual = (self.measured[r] - both[0]) / self.white[r]
-            flat = ((both[1:] - both[0]) / self.white[r] / steps[:, None, None]).reshape(q, -1)
-            normal[r], right[r], cost[r] = flat @ flat.T, flat @ residual.ravel(), np.sum(residual**2)
-            residuals.append(residual)
-        return normal, right, cost, residuals
+            residuals.append((self.measured[r] - both[0]) / self.white[r])
+            slopes.append((both[1:] - both[0]) / self.white[r] / steps[:, None, None])
+        return slopes, residuals
 
 
 def fewer(bounces: Sequence[Bounce], most: int) -> list[Bounce]:

@@ -287,7 +287,8 @@ class Chain:
         if self.opened.model.scene.ground.acting.film is not None and _FILM not in self.known.paths:
             raise InputError("it needs the film, which no step has found")
         model = self.known.model()
-        self.bounces = identify_restitution(model, self.known, traces, self._ground(), self.seed + 4)
+        error = 0.0 if self.level is None else self.level[1]
+        self.bounces = identify_restitution(model, self.known, traces, (self._ground(), error), self.seed + 4)
         return self.bounces.step
 
     def _impact_map(self) -> StepResult:

@@ -21,6 +21,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
+from tarsus.identify.zeros import zeros_of_records
 
 __all__ = ["BounceStudy", "film_of", "identify_restitution"]
 
@@ -31,7 +32,7 @@ FEWEST = 5
 """Bounces that are needed."""
 
 MOST = 200
-_OUTSIDE = 5.0
+_OUTSIDE = 3.5
 _TURN = np.array([[1.0, -1.0], [-1.0, 1.0]])
 
 
@@ -45,7 +46,7 @@ class BounceStudy:
 
 
 def identify_restitution(
-    model: FootModel, known: Known, traces: Sequence[Trace], level: float, seed: int
+    model: FootModel, known: Known, traces: Sequence[Trace], level: tuple[float, float], seed: int
 ) -> BounceStudy:
     """Coefficient of restitution with its interval.
 
@@ -58,7 +59,7 @@ def identify_restitution(
     traces
         Records of bounces.
     level
-        Contact level from the rest [m].
+        Contact level from the rest, and its standard error [m].
     seed
         Of the draws.
 
@@ -67,7 +68,7 @@ def identify_restitution(
     InputError
         If there are too few bounces that can be used.
     """
-    found, left = find_bounces(traces, model.foot_point, level)
+    found, left = find_bounces(traces, model.foot_point, level[0])
     total = len(found) + len(left)
     items = fewer(found, MOST)
     files = ", ".join(sorted({trace.file for trace in traces}))
@@ -80,7 +81,7 @@ def identify_restitution(
     if len(items) < len(found):
         text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
         left.append(LeftOut("all records of bounces", model.foot_point, text))
-    bounces = Bounces(traces, items, level)
+    bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
     single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0)
@@ -106,21 +107,22 @@ def identify_restitution(
         )
     bounces = bounces.chosen(good)
     fitted = _only(fitted, good)
-    return BounceStudy(_result(model, known, bounces, fitted, left, total, seed), bounces, fitted)
+    return BounceStudy(_result(model, known, bounces, fitted, left, total, level[1], seed), bounces, fitted)
 
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Impacts whose ratio is within some spreads of the middle one, the spread told by the middle half of them."""
+    """Impacts whose ratio is as far from the middle one as its error allows, or as most others are by theirs.
+
+    A foot that was caught and let go again within a sample looks like a weak rebound."""
     if not single.any():
         return single
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     ratio = departure / np.where(approach > 0.0, approach, np.nan)
-    error = np.sqrt(_variance(fitted.covariance * _TURN, float(np.nanmedian(ratio[single])))) / np.abs(
-        approach
-    )
     middle = float(np.nanmedian(ratio[single]))
-    spread = 1.4826 * float(np.nanmedian(np.abs(ratio[single] - middle)))
-    return np.abs(ratio - middle) < _OUTSIDE * np.hypot(error, spread)
+    error = np.sqrt(_variance(fitted.covariance * _TURN, middle)) / np.abs(approach)
+    off = np.abs(ratio - middle) / error
+    usual = 1.4826 * float(np.nanmedian(off[single]))
+    return off < _OUTSIDE * max(usual, 1.0)
 
 
 def film_of(model: FootModel) -> Film:
@@ -149,9 +151,13 @@ def _result(
     fitted: BounceFit,
     left: Sequence[LeftOut],
     total: int,
+    level_error: float,
     seed: int,
 ) -> StepResult:
-    departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
+    by_zero = bounces.zeros(model, film_of(model), fitted)
+    zeros = zeros_of_records(model, bounces, by_zero, level_error, seed)
+    fitted_speeds = zeros.moved(fitted.speeds, by_zero, zeros.values)
+    departure, approach = fitted_speeds[:, 0], -fitted_speeds[:, 1]
     covariance = fitted.covariance * _TURN
     try:
         whole = common_ratio(departure, approach, covariance)
@@ -160,12 +166,17 @@ def _result(
 
     def again(values: Floats) -> Floats:
         other = known.model(values)
-        speeds = bounces.moved(other, film_of(other), fitted)
+        speeds = zeros.moved(bounces.moved(other, film_of(other), fitted), by_zero, zeros.values)
+        return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
+
+    def shifted(values: Floats) -> Floats:
+        speeds = zeros.moved(fitted.speeds, by_zero, values.reshape(zeros.values.shape))
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     groups = np.array([one.trace for one in bounces.items])
     own = _draws(departure, approach, covariance, groups, whole.value, whole.std, seed)
     samples = whole.value + own[:, None] + carried(again, known.values, known.samples)
+    samples = samples + carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
     noise = _variance(covariance, whole.value)
     rest = departure - whole.value * approach
 

@@ -132,7 +132,7 @@ def test_too_few_bounces_are_counted(tmp_path):
     chain.find_ground()
     traces = next(found for purpose, found in chain.traces.items() if purpose.value == "bounces")
     with pytest.raises(InputError, match=r"bounces-.*\.h5: channel 'tip' shows \d bounces .* at least 5"):
-        identify_restitution(chain.opened.model, chain.known, traces, chain.level[0], 1)
+        identify_restitution(chain.opened.model, chain.known, traces, chain.level, 1)
 
 
 def test_repeats_that_are_none_count_once(tmp_path):

@@ -1,0 +1,59 @@
+"""Zeros of the displacements of records, told by the impacts in them.
+
+Where the ground is as seen from a record is known from the rest before it, some ten nanometres uncertain, and from the
+common level of all records. At an impact the structure's modes accelerate the foot by thousands of m/s^2, so that its
+velocity at the ground hangs on that. The flights before and after an impact meet at the ground, which tells it as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.identify.bounce import Bounces, Zeros
+from tarsus.identify.draws import DRAWS
+from tarsus.identify.foot import FootModel
+
+__all__ = ["RecordZeros", "zeros_of_records"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RecordZeros:
+    """What is to be added to the displacements of each record's points.
+
+    record (ni,): number of each impact's record; values (nr, np) [m]; samples (draws, nr, np)."""
+
+    record: NDArray[np.intp]
+    values: Floats
+    samples: Floats
+
+    def moved(self, speeds: Floats, zeros: Zeros, values: Floats) -> Floats:
+        """Departure and approach velocities (ni, 2) for zeros (nr, np)."""
+        return speeds + np.einsum("rap,rp->ra", zeros.by_zero, values[self.record])
+
+
+def zeros_of_records(
+    model: FootModel, bounces: Bounces, zeros: Zeros, level_error: float, seed: int
+) -> RecordZeros:
+    """Least squares of all records together: each record's zeros are known to the error of its rest, the ground to that
+    of the level, and the impacts tell the rest."""
+    names, record = np.unique([one.trace for one in bounces.items], return_inverse=True)
+    count, points = len(names), len(model.points)
+    shift = (model.rest(bounces.level + 1e-6) - model.rest(bounces.level)) / 1e-6
+    own = np.concatenate([bounces.traces[int(name)].zero ** 2 for name in names])
+    common = np.tile(shift, count) * level_error
+    prior = np.linalg.inv(np.diag(own) + np.outer(common, common))
+    information, score = prior.copy(), np.zeros(count * points)
+    for r in range(count):
+        part, mine = slice(points * r, points * (r + 1)), record == r
+        information[part, part] += zeros.information[mine].sum(axis=0)
+        score[part] += zeros.score[mine].sum(axis=0)
+    covariance = np.linalg.inv(information)
+    values = covariance @ score
+    random = np.random.default_rng([seed, 19])
+    drawn = random.multivariate_normal(values, 0.5 * (covariance + covariance.T), DRAWS, method="cholesky")
+    return RecordZeros(record, values.reshape(count, points), drawn.reshape(DRAWS, count, points))
