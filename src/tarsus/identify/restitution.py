@@ -84,7 +84,12 @@ def identify_restitution(
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
-    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0)
+    again = bounces.moved(model, film_of(model), fitted)
+    error = np.sqrt(np.maximum(np.einsum("raa->ra", fitted.covariance), 0.0))
+    settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
+        np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
+    )
+    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
     good = single & _alike(fitted, single)
     for r in np.flatnonzero(~good):
         trace = traces[items[int(r)].trace]
@@ -92,6 +97,10 @@ def identify_restitution(
         if single[r]:
             ratio = -fitted.speeds[r, 0] / fitted.speeds[r, 1]
             text = f"the impact at {at:.5g} s, with a ratio of {ratio:.3g}, is far off the others"
+            left.append(LeftOut(trace.file, model.foot_point, text))
+            continue
+        if not settled[r]:
+            text = f"the fit of the motion around the impact at {at:.5g} s does not settle"
             left.append(LeftOut(trace.file, model.foot_point, text))
             continue
         text = (
@@ -119,8 +128,8 @@ def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:
     departure, approach = fitted.speeds[:, 0], -fitted.speeds[:, 1]
     ratio = departure / np.where(approach > 0.0, approach, np.nan)
     middle = float(np.nanmedian(ratio[single]))
-    error = np.sqrt(_variance(fitted.covariance * _TURN, middle)) / np.abs(approach)
-    off = np.abs(ratio - middle) / error
+    error = np.sqrt(np.maximum(_variance(fitted.covariance * _TURN, middle), 0.0)) / np.abs(approach)
+    off = np.abs(ratio - middle) / np.where(error > 0.0, error, np.nan)
     usual = 1.4826 * float(np.nanmedian(off[single]))
     return off < _OUTSIDE * max(usual, 1.0)
 
