@@ -124,6 +124,10 @@ class BounceFit:
     changes: Floats
     inverse: Floats
 
+    def free(self, model: FootModel) -> bool:
+        """Whether the velocities of all coordinates jumped as they like."""
+        return self.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
+
 
 @dataclass(frozen=True)
 class Zeros:
@@ -196,8 +200,7 @@ class Bounces:
 
     def zeros(self, model: FootModel, film: Film, fitted: BounceFit) -> Zeros:
         """What wrong zeros of the displacements do to fitted impacts."""
-        free = fitted.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
-        ready, points = _Ready(self, model, film, free), len(model.points)
+        ready, points = _Ready(self, model, film, fitted.free(model)), len(model.points)
         slopes, residuals = ready.slopes(fitted.unknowns)
         white = [one[:points, 0] for one in ready.white]
         # a zero adds the same to every sample of a channel
@@ -212,8 +215,7 @@ class Bounces:
 
     def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""
-        free = fitted.unknowns.shape[1] > 1 + 2 * (len(model.row) - 1) + 2
-        normal, right, _, _ = _Ready(self, model, film, free).system(fitted.unknowns)
+        normal, right, _, _ = _Ready(self, model, film, fitted.free(model)).system(fitted.unknowns)
         moved = fitted.unknowns + np.linalg.solve(normal, right[..., None])[..., 0]
         return moved[:, [-1, -2]]
 

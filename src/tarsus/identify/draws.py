@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ DRAWS = 400
 
 _FACTOR = 0.5
 _KEPT = 0.999
-_SHARE = 0.5
 
 
 def drawn_counts(groups: int, seed: int, draws: int = DRAWS) -> Floats:
@@ -109,8 +108,3 @@ def _by_factors(values: Floats, samples: Floats) -> NDArray[np.bool_]:
     move by factors, for one that is added would lead to where no draw lies."""
     wide = np.std(samples, axis=0) > _FACTOR * np.abs(values)
     return wide & np.all(samples * values > 0.0, axis=0)
-
-
-def pooled(parts: Sequence[Floats]) -> Floats:
-    """Sum of deviations of the same draws (draws, p)."""
-    return np.sum(parts, axis=0)

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.drive.laws import VoltageLaw
+from tarsus.drive.waveforms import Waveform
+from tarsus.experiment.synthesis import rest_state
 from tarsus.scene import Scene
 from tarsus.spec import with_values
 
@@ -145,6 +147,12 @@ class FootModel:
         """Displacements (np,) [m] of the points from the neutral position at rest, where the foot in contact is
         ``level`` [m] from the rest along +z: the drive holds the foot at ``-gap - level``."""
         return self.by_drive * ((-self.gap - self.normal * level) / self.static_load)
+
+    def driven(self, signal: Waveform) -> Scene:
+        """The scene under another drive, begun at rest in the air."""
+        return with_values(
+            self.scene, {"signals": {self.drive: signal}, "initial.displacement": rest_state(self.scene)}
+        )
 
     def changed(self, values: Mapping[str, Any]) -> FootModel:
         """The same with other values in the scene, by path."""

@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
-from tarsus.experiment.synthesis import rest_state
 from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import STILL, Trace
 from tarsus.solve import simulate
-from tarsus.spec import with_values
 
 __all__ = ["Comparison", "Contacts", "compare", "contacts_of"]
 
@@ -140,12 +138,9 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
     period = signal.period
     if period is None:
         raise InputError(f"{trace.file}: a held-out signal must be periodic, to be judged by period")
-    scene = with_values(
-        model.scene, {"signals": {model.drive: signal}, "initial.displacement": rest_state(model.scene)}
-    )
     driven = trace.time >= -1e-9
     time = np.maximum(trace.time[driven], 0.0)
-    run = simulate(scene, float(time[-1]) + trace.step)
+    run = simulate(model.driven(signal), float(time[-1]) + trace.step)
     if not run.ok:
         raise InputError(
             f"{trace.file}: the identified device cannot be simulated with this drive: {run.code}"

@@ -98,12 +98,11 @@ def compare_in_air(model: FootModel, trace: Trace, signal: Waveform) -> InAir:
         If the simulation does not reach its end.
     """
     far = IN_AIR if trace.gap is None else trace.gap
-    changes: dict[str, object] = {f"robot.feet.{name}.gap": far for name in model.scene.robot.feet}
+    changes = {f"robot.feet.{name}.gap": far for name in model.scene.robot.feet}
     rest = np.array(rest_state(model.scene))
-    changes |= {"signals": {model.drive: signal}, "initial.displacement": tuple(rest.tolist())}
     driven = trace.time >= -1e-9
     time = np.maximum(trace.time[driven], 0.0)
-    run = simulate(with_values(model.scene, changes), float(time[-1]) + trace.step)
+    run = simulate(with_values(model.driven(signal), changes), float(time[-1]) + trace.step)
     if not run.ok:
         raise InputError(f"{trace.file}: the identified device cannot be simulated in the air: {run.code}")
     moved = model.rows @ (run.states(time).x - rest[:, None])

@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.drive.waveforms import Waveform
-from tarsus.experiment.synthesis import rest_state
 from tarsus.identify.breakoff import BreakOffs, Fitted
 from tarsus.identify.foot import FootModel
 from tarsus.solve import simulate
-from tarsus.spec import with_values
 
 __all__ = ["Contacts", "seen_contacts", "simulated_contacts"]
 
@@ -89,10 +87,8 @@ def simulated_contacts(
 def _contacts(model: FootModel, offs: BreakOffs, name: str, signal: Waveform) -> tuple[Floats, Floats]:
     """Beginnings and ends (nc,) [s] of the contacts that a simulation with one set's drive shows; of a run that stops
     early, those before."""
-    scene = with_values(
-        model.scene, {"signals": {model.drive: signal}, "initial.displacement": rest_state(model.scene)}
-    )
-    events = simulate(scene, max(float(t.time[-1]) for t in offs.traces if t.set == name)).events
+    until = max(float(t.time[-1]) for t in offs.traces if t.set == name)
+    events = simulate(model.driven(signal), until).events
     events = events[np.isin(events["kind"], (*_TOUCHES, RELEASE))]
     ended = np.flatnonzero(events["kind"][1:] == RELEASE)
     ended = ended[np.isin(events["kind"][ended], _TOUCHES)]
