@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import calibrate
+    from tarsus.calibrate.mixture import load_mixture
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
@@ -99,10 +101,12 @@ __all__ = [
     "WalkerBody",
     "WalkerLeg",
     "Wave",
+    "calibrate",
     "device_names",
     "float_paths",
     "get_value",
     "load_laws",
+    "load_mixture",
     "load_scene",
     "quantity",
     "read_scene",
@@ -113,6 +117,8 @@ __all__ = [
 ]
 
 _HOMES = {
+    "tarsus.calibrate.calibrating": "calibrate",
+    "tarsus.calibrate.mixture": "load_mixture",
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",

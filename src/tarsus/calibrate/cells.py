@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.calibrate.description import MeasureColumn, Study
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.objective import Cells, Limit
-from tarsus.calibrate.readings import MEASURES, MOTION
+from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import RunBranch
 from tarsus.calibrate.table import Table, number_of
 from tarsus.measure import scene_period
@@ -47,7 +47,7 @@ def cells_of(
             with_values(branch.rows[place].template, branch.values(middle, branch.rows[place])), np.inf
         )
         for k, (name, one) in enumerate(measures):
-            unit = MEASURES[one.measure][0]
+            unit = unit_of(one.measure)
             absolute[place, k] = absolute_of(study, one, period, f"measures.{name}", faults)
             cell = table.rows[number][one.column or name]
             where = f"line {table.lines[number]} of the table"
@@ -76,7 +76,7 @@ def cells_of(
 
 def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:
     """Absolute tolerance of a column [SI] in a row of this drive period [s]: its own, and one count in the window."""
-    unit = MEASURES[one.measure][0]
+    unit = unit_of(one.measure)
     own = faults.quantity(one.absolute, unit, f"{where}.absolute")
     if not one.counts:
         return own
@@ -93,7 +93,7 @@ def limits_of(study: Study, channels: Sequence[str], trained: int, table_rows: i
         if one.measure not in channels:
             continue
         where = f"constraints.{n}"
-        unit = MEASURES[one.measure][0] if one.measure in MEASURES else MOTION[one.measure]
+        unit = unit_of(one.measure)
         low = -np.inf if one.min is None else faults.quantity(one.min, unit, f"{where}.min")
         high = np.inf if one.max is None else faults.quantity(one.max, unit, f"{where}.max")
         softness = faults.quantity(one.softness, unit, f"{where}.softness")

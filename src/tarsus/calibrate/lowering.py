@@ -17,7 +17,7 @@ from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Branch, Objective
 from tarsus.calibrate.problem import Given, Problem, Unknowns
-from tarsus.calibrate.readings import MEASURES, MOTION
+from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
 from tarsus.calibrate.table import Table, number_of
 from tarsus.errors import InputError
@@ -139,7 +139,7 @@ def _channels(study: Study, faults: Faults) -> list[str]:
                 wanted.append((where, measure, False))
     wanted += [(f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)]
     for where, measure, motion in wanted:
-        known = [*MEASURES, *MOTION] if motion else list(MEASURES)
+        known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
             faults.add(f"{where}: there is no measure '{measure}'{nearest(measure, known)}")
     return list(dict.fromkeys([*(measure for _, measure, _ in wanted), PEAK]))

@@ -149,7 +149,7 @@ def _predict(
     p = None
     if cells.exists[k]:
         mean = float(existence(windows) @ member)
-        p = mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k]
+        p = float(mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k])
     decidable = True
     if peak is not None:
         tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
