@@ -26,6 +26,7 @@ __all__ = ["Comparison", "Contacts", "compare", "contacts_of"]
 
 Floats = NDArray[np.float64]
 
+
 @dataclass(frozen=True)
 class Contacts:
     """Means over drive periods after transients: bounces; contact duration [s] a period; peak [m] over contact level;
@@ -99,7 +100,8 @@ def _history(
     time: Floats, height: Floats, speed: Floats, noise_x: float, noise_v: float, seen: float
 ) -> FootHistory:
     """What a record shows of a foot: it stands where it is still at the contact level, from half a sample before
-    to half a sample after, it touches where an impact is seen, and flies between. Heights below ``seen`` [m] are noise."""
+    to half a sample after, it touches where an impact is seen, and flies between. Heights below ``seen`` [m] are
+    noise."""
     step, end = float(time[1] - time[0]), float(2.0 * time[-1] - time[-2])
     impacts, _ = impacts_of(height, speed, noise_x, noise_v, step)
     near = (np.abs(height) < STILL * noise_x) & (np.abs(speed) < STILL * noise_v)
