@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.laws import (
         Adhesion,
+        CaptureUnlessPulled,
         DominantMode,
         Electrostatic,
         Film,
@@ -37,7 +38,9 @@ if TYPE_CHECKING:
         LatchLaw,
         LegElectrostatic,
         MassWeighted,
+        PullAsPrinted,
         ResistiveLaw,
+        RestituteFirst,
         Restitution,
         SmoothLaw,
         load_laws,
@@ -54,6 +57,7 @@ __all__ = [
     "Alternating",
     "Batch",
     "Beam",
+    "CaptureUnlessPulled",
     "Constant",
     "Cubic",
     "DominantMode",
@@ -80,9 +84,11 @@ __all__ = [
     "PointLoad",
     "Poling",
     "PrandtlIshlinskii",
+    "PullAsPrinted",
     "Ramp",
     "RampedSquare",
     "ResistiveLaw",
+    "RestituteFirst",
     "Restitution",
     "Ripple",
     "Robot",
@@ -120,8 +126,8 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw LegElectrostatic "
-        "MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw "
+        "LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution SmoothLaw load_laws"
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",
