@@ -25,6 +25,7 @@ from tarsus.laws import (
     Adhesion,
     AnyImpactMap,
     AnyLanding,
+    CaptureUnlessPulled,
     Electrostatic,
     Film,
     Friction,
@@ -103,6 +104,11 @@ class Ground(Description):
             return self
         absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
         return self.model_copy(update=absent)
+
+    @property
+    def landing_rule(self) -> AnyLanding:
+        """The landing rule that acts, given or not."""
+        return CaptureUnlessPulled() if self.landing is None else self.landing
 
     @property
     def makes_energy(self) -> bool:

@@ -29,18 +29,18 @@ class CaptureUnlessPulled(Landing):
     Without adhesion it always departs, until its flights are too low to be told from rest.
     """
 
-    title = "captured unless the pull exceeds the adhesion"
+    title = "held unless the pull exceeds the adhesion"
     kind: Literal["capture_unless_pulled"] = "capture_unless_pulled"
 
 
 class RestituteFirst(Landing):
-    """A foot departs with ``e v``; one that would depart at `speed` or slower is held unless the pull exceeds ``f_a(0)``.
+    """A foot departs with ``e v``; one that would at `speed` or slower is held if the pull is at most ``f_a(0)``.
 
     The speed has no default: adhesion here is a force without a range and an impact takes no time, so that no work or
     impulse of adhesion, and no such speed, follows from the other parameters.  At 0 m/s only what accumulates is held.
     """
 
-    title = "restitution first, captured when slow"
+    title = "restitution first, held when slow"
     kind: Literal["restitute_first"] = "restitute_first"
     speed: float = quantity("m/s", "departing speed up to which a foot that lands may be held", ge=0)
 
@@ -51,13 +51,13 @@ class RestituteFirst(Landing):
 
 
 class PullAsPrinted(Landing):
-    r"""Equation (2.13) as printed: a foot departs with ``e v`` if ``f_pull > 0`` and ``f_pull > f_a(0)``, else it is held.
+    r"""(2.13) as printed: a foot departs with ``e v`` if ``f_pull`` is positive and above ``f_a(0)``, else it is held.
 
     .. math:: f_{pull} = -\sum_{j \ne p} (K_{pj} x_j + C_{pj} \dot x_j) + K_{pp} x_p + C_{pp} \dot x_p + F_p
 
     in the displacements of named points, the foot's velocity being the one after the bounce, ``+e v``.  ``F_p`` are the
-    drive's force on the foot, its weight and the smooth forces of the ground, which (2.13) does not have or need.  Its
-    last two terms have the sign opposite to that of the structure's force (erratum E1).
+    drive's force on the foot, its weight and the smooth forces of the ground, of which the source's tip has none.
+    The last two terms of the structure have the sign opposite to that of its force (erratum E1).
     """
 
     title = "(2.13) as printed"

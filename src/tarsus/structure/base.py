@@ -73,11 +73,13 @@ class Structure(Description):
         rows = np.array([self.row(name) for name in points])
         if len(points) != self.size or np.linalg.cond(rows) > 1e10:  # beyond it five digits of K_pp are left
             raise InputError(
-                f"the displacements of its points ({', '.join(points)}) cannot stand for the {self.size} coordinates of "
-                "the structure: as many points with independent shapes are needed"
+                f"the displacements of its points ({', '.join(points)}) cannot stand for the {self.size} coordinates "
+                "of the structure: as many points with independent shapes are needed"
             )
         if point not in points:
-            raise InputError(f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them")
+            raise InputError(
+                f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them"
+            )
         return np.linalg.solve(rows, np.array([float(name == point) for name in points]))
 
     def vertical(self) -> Array | None:
