@@ -24,6 +24,8 @@ from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
     Adhesion,
     AnyImpactMap,
+    AnyLanding,
+    CaptureUnlessPulled,
     Electrostatic,
     Film,
     Friction,
@@ -32,6 +34,7 @@ from tarsus.laws import (
     Law,
     LegElectrostatic,
     MassWeighted,
+    PullAsPrinted,
     Restitution,
 )
 from tarsus.laws.impact_map import Body
@@ -77,6 +80,10 @@ class Ground(Description):
     impact: AnyImpactMap | None = Field(
         default=None, description="how the whole structure follows an impact; absent: mass-weighted"
     )
+    landing: AnyLanding | None = Field(
+        default=None,
+        description="whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion",
+    )
     adhesion: Adhesion | None = None
     film: Film | None = None
     electrostatic: Electrostatic | None = None
@@ -97,6 +104,11 @@ class Ground(Description):
             return self
         absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
         return self.model_copy(update=absent)
+
+    @property
+    def landing_rule(self) -> AnyLanding:
+        """The landing rule that acts, given or not."""
+        return CaptureUnlessPulled() if self.landing is None else self.landing
 
     @property
     def makes_energy(self) -> bool:
@@ -221,6 +233,8 @@ class Scene(Description):
             faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
+        if not faults and isinstance(self.ground.landing, PullAsPrinted):
+            faults += self._landing_faults()
         if faults:
             raise PathErrors(faults)
         return self
@@ -244,6 +258,16 @@ class Scene(Description):
             except PathErrors as error:
                 faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
         return faults
+
+    def _landing_faults(self) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for foot in self.robot.feet.values():
+            try:
+                self.robot.structure.alone(foot.point)
+            except InputError as error:
+                said = f"the pull as printed takes K_pp and C_pp of a foot's displacement, but {error}"
+                faults.append(("ground.landing", said))
+        return list(dict.fromkeys(faults))
 
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []

@@ -26,6 +26,8 @@ MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
 HAS_MOMENTUM, HAS_FORCE, USES_RATE, HAS_LATCH = 1, 2, 4, 8
 # An impact map that acts as it is, not through its passive projection.
 MAP_AS_IS = 16
+# The rule by which a foot lands, see core.landing; without one of these it is captured unless pulled.
+RESTITUTES_FIRST, PULL_AS_PRINTED = 32, 64
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,7 @@ _ARGUMENTS = {
     "rebound": ("speed",),
     "strength": ("age",),
     "friction": ("margin",),
+    "excess": ("departing",),
 }
 _COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
 
@@ -145,6 +148,11 @@ def friction(par, pointer, foot, margin):
     return _plain["friction"](par, pointer, foot, margin)
 
 
+def excess(par, pointer, foot, departing):
+    """How much faster [m/s] a foot departs than one that may be held."""
+    return _plain["excess"](par, pointer, foot, departing)
+
+
 def passive_angle(restitution, skew):
     """Angle [rad] of the passive projection of an impact map, see laws.impact_map."""
     return _plain["passive_angle"](restitution, skew)
@@ -167,6 +175,7 @@ def call_pointer(address, a, b, c, d, parameters):
 
 for _name, _stub in (
     ("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength), ("friction", friction),
+    ("excess", excess),
 ):  # fmt: skip
 
     def _implementation(name: str, stub: Callable[..., float]) -> None:

@@ -7,6 +7,7 @@ from tarsus.laws.film import Film
 from tarsus.laws.friction import Friction
 from tarsus.laws.gravity import Gravity
 from tarsus.laws.impact_map import AnyImpactMap, DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, Landing, PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.laws.userfile import load_laws
@@ -14,6 +15,8 @@ from tarsus.laws.userfile import load_laws
 __all__ = [
     "Adhesion",
     "AnyImpactMap",
+    "AnyLanding",
+    "CaptureUnlessPulled",
     "DominantMode",
     "Electrostatic",
     "Film",
@@ -22,11 +25,14 @@ __all__ = [
     "Gravity",
     "ImpactLaw",
     "ImpactMap",
+    "Landing",
     "LatchLaw",
     "Law",
     "LegElectrostatic",
     "MassWeighted",
+    "PullAsPrinted",
     "ResistiveLaw",
+    "RestituteFirst",
     "Restitution",
     "SmoothLaw",
     "load_laws",
