@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ def crossing(row: Floats, tolerance: float, after: float = -1.0) -> float | None
         return None
     knots = [after, *_real_roots(row, after), 1.0]
     before = after
-    for low, high in zip(knots, knots[1:], strict=False):
+    for low, high in pairwise(knots):
         middle = 0.5 * (low + high)
         if value(row, middle) > tolerance:
             return _between(row, before, middle, low)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -152,7 +153,9 @@ def _clipped(command: Pieces, stage: Stage, tolerance: float) -> Pieces:
         left, right, row = command.start[p], command.start[p + 1], command.coef[p]
         swing = float(np.abs(row[1:]).sum())
         if row[0] + swing <= stage.high and row[0] - swing >= stage.low:
-            starts.append(left), rows.append(row), kinks.append(bool(command.kink[p]))
+            starts.append(left)
+            rows.append(row)
+            kinks.append(bool(command.kink[p]))
             continue
         for low, part, cut in _between_rails(row, stage, tolerance):
             starts.append(left + 0.5 * (low + 1.0) * (right - left))
@@ -177,7 +180,9 @@ def _between_rails(row: Floats, stage: Stage, tolerance: float) -> list[tuple[fl
             flat, leaves = stage.low, [-under]
         else:
             leaves = [over, under]
-        found = [x for side in leaves if math.isfinite(side[0]) and (x := crossing(side, tolerance)) is not None]
+        found = [
+            x for side in leaves if math.isfinite(side[0]) and (x := crossing(side, tolerance)) is not None
+        ]
         end = 1.0 if not found else at + 0.5 * (min(found) + 1.0) * (1.0 - at)
         end = max(end, min(1.0, at + 1e-9))
         part = _part(row, at, end)
@@ -245,7 +250,7 @@ class _Output:
                 "signal, or the signal is too long"
             )
         cuts = [-1.0, *turns(row, _SWING * self.span), 1.0]
-        for low, high in zip(cuts, cuts[1:], strict=False):
+        for low, high in pairwise(cuts):
             begin = time if low == -1.0 else time + 0.5 * (low + 1.0) * (end - time)
             part = row if len(cuts) == 2 else _part(row, low, high)
             first = value(row, low)
@@ -399,11 +404,14 @@ class _Output:
         """
         right = ratio * (_INTEGRAL @ (_TO_CHEBYSHEV @ command))
         right[0] += self.volts
-        series = np.linalg.solve(np.eye(_TERMS) + ratio * _INTEGRAL, right)
+        matrix = np.eye(_TERMS) + ratio * _INTEGRAL
+        series = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
         miss = float(np.abs(series[TERMS:]).sum())
         kept = series[:TERMS]
         rest = np.cumsum(np.abs(kept[::-1]))[::-1]
-        return _TO_MONOMIAL @ np.where(rest <= 2e-15 * self.span, 0.0, kept), miss
+        return np.asarray(
+            _TO_MONOMIAL @ np.where(rest <= 2e-15 * self.span, 0.0, kept), dtype=np.float64
+        ), miss
 
 
 def _place(at: float, x: float) -> float:
