@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.drive.amplifier import Amplifier
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
@@ -52,6 +53,7 @@ __all__ = [
     "Accuracy",
     "Adhesion",
     "Alternating",
+    "Amplifier",
     "Batch",
     "Beam",
     "Constant",
@@ -114,6 +116,7 @@ __all__ = [
 
 _HOMES = {
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.drive.amplifier": "Amplifier",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
     "tarsus.errors": "InputError",
