@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import calibrate
     from tarsus.calibrate.mixture import load_mixture
+    from tarsus.drive.amplifier import Amplifier
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
@@ -57,6 +58,7 @@ __all__ = [
     "Accuracy",
     "Adhesion",
     "Alternating",
+    "Amplifier",
     "Batch",
     "Beam",
     "CaptureUnlessPulled",
@@ -126,6 +128,7 @@ _HOMES = {
     "tarsus.calibrate.calibrating": "calibrate",
     "tarsus.calibrate.mixture": "load_mixture",
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.drive.amplifier": "Amplifier",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
     "tarsus.errors": "InputError",
