@@ -9,7 +9,7 @@ z and variance s^2 over the windows the cost of a cell is
 
 minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and with the tail of Cauchy's beyond c tolerances,
 so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed fraction of windows
-that have it. A constraint costs (excess / softness)^2 with the same tail.
+that have it, half a window added to either side. A constraint costs (excess / softness)^2 with the same tail.
 """
 
 from __future__ import annotations
@@ -91,12 +91,13 @@ def tolerance(values: Floats, absolute: Floats, relative: Floats) -> Floats:
     return np.sqrt(absolute**2 + (relative * values) ** 2)
 
 
-def existence(readings: Floats) -> Floats:
-    """Probability (...,) that a window has something, from readings (..., samples): half a window is added to each side,
-    as for any fraction of few; failed runs give one half."""
-    known = ~np.isinf(readings)
-    count = known.sum(axis=-1)
-    return ((known & (np.nan_to_num(readings) > 0.0)).sum(axis=-1) + 0.5) / (count + 1.0)
+def existence(readings: Floats, extra: float = 0.0) -> Floats:
+    """Fraction (...,) of windows that have something, from readings (..., samples); failed ones count half.
+
+    extra: windows added to either side, for a probability that is never 0 or 1.
+    """
+    some = np.where(np.isinf(readings), 0.5, np.nan_to_num(readings) > 0.0)
+    return (some.sum(axis=-1) + extra) / (readings.shape[-1] + 2.0 * extra)
 
 
 @dataclass(frozen=True)
@@ -117,9 +118,10 @@ class Objective:
         cost = self.soft(z**2 / (1.0 + scatter)) + np.log1p(scatter)
         wrong = np.full(z.shape, np.nan)
         for k in np.flatnonzero(self.cells.exists):
-            p = existence(table[:, :, k])
-            wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
-        cost = cost + np.where(self.cells.exists, -2.0 * np.log1p(-np.nan_to_num(wrong)), 0.0)
+            there = self.cells.observed[:, k] > 0.0
+            p, careful = existence(table[:, :, k]), existence(table[:, :, k], 0.5)
+            wrong[:, :, k] = np.where(there, 1.0 - p, p)
+            cost[:, :, k] -= 2.0 * np.log(np.where(there, careful, 1.0 - careful))
         cost = np.where(known, cost, 0.0) * self.cells.weight
         return Costs(
             cost.sum(axis=-1),
