@@ -1,0 +1,188 @@
+"""Studies of a bouncing ball, from file to folder: recovery, choice of a column, threads, mixture, device files."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from calibrate.toys import BALL, SCENES, ball_study
+
+import tarsus as ts
+from tarsus.calibrate.calibrating import calibrate
+from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.mixture import load_mixture
+from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.errors import InputError
+
+TRUTH = {"e": 0.8, "weight": 1.1}
+
+
+def rows(folder, drops=(50, 80, 120)) -> str:
+    """Rows of the table that a ball of the true numbers gives: `height` is its mean height."""
+    lowered = lower_study(*_described(ball_study(folder, "".join(f"{d},1,1\n" for d in drops))))
+    values = np.array([[TRUTH[name] for name in lowered.problem.unknowns.names]])
+    found = lowered.forward(0, values, range(len(drops)))[0, :, :, 0]
+    rate, height = (lowered.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
+    return "".join(
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip(drops, found, strict=True)
+    )
+
+
+def _described(file):
+    described = load_study(file)
+    return described.study, described.table
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A finished calibration of the ball, its folder, and the text of its table."""
+    folder = tmp_path_factory.mktemp("ball")
+    table = rows(folder)
+    file = ball_study(folder, table + "200,,\n")
+    return calibrate(file, folder / "out", threads=1), folder / "out", file
+
+
+def test_the_numbers_of_the_ball_and_the_meaning_of_its_column_are_found(finished):
+    result, _, _ = finished
+    solution = result.solution
+    assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
+    best = {one.name: one.best for one in solution.ranges[solution.best]}
+    assert best["e"] == pytest.approx(TRUTH["e"], abs=0.03)
+    assert best["weight"] == pytest.approx(TRUTH["weight"], abs=0.08)
+
+
+def test_a_row_without_values_is_predicted(finished):
+    result, folder, _ = finished
+    assert result.lowered.others == (3,)
+    lowered = result.lowered
+    truth = lowered.forward(0, np.array([[TRUTH["e"], TRUTH["weight"]]]), [3])[0, 0, :, 0]
+    height = truth[lowered.forward.channels.index("mean_height")]
+    one = next(one for one in result.others[0] if one.measure == "height")
+    assert one.low <= height <= one.high and one.median == pytest.approx(height, rel=0.15)
+    entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
+    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(100.0 * one.median)
+
+
+def test_the_folder_holds_a_mixture_that_predicts_the_same(finished):
+    result, folder, _ = finished
+    mixture = load_mixture(folder)
+    (found,) = mixture.predict([{"drop": "2 m"}])
+    for one in result.others[0]:
+        assert found[one.measure].median == pytest.approx(one.median, rel=1e-9)
+        assert found[one.measure].low == pytest.approx(one.low, rel=1e-9)
+    assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8
+    with pytest.raises(InputError, match="no condition 'dorp'"):
+        mixture.predict([{"dorp": 3}])
+
+
+def test_every_branch_is_a_device_with_provenance_and_intervals(finished):
+    result, folder, _ = finished
+    scene = ts.read_scene(folder / "branch-1.toml")
+    path = "ground.restitution.coefficient"
+    best = result.solution.ranges[0][0]
+    assert ts.get_value(scene, path) == pytest.approx(best.best)
+    origin = scene.origin(path)
+    assert origin is not None and origin.source.value == "calibrated" and "ball" in origin.note
+    low, high = scene.interval(path) or (np.nan, np.nan)
+    assert low <= best.best <= high
+    assert ts.get_value(scene, "ground.gravity.acceleration") != 9.81
+
+
+def test_the_folder_explains_itself(finished, tmp_path):
+    _, folder, file = finished
+    again = load_study(folder / STUDY_FILE)
+    assert again.study == load_study(file).study and again.table.rows == load_study(file).table.rows
+
+
+def test_threads_do_not_change_a_byte(finished, tmp_path):
+    _, folder, file = finished
+    calibrate(file, tmp_path / "two", threads=2)
+    for name in ("calibration.json", "mixture.json", "branch-1.toml"):
+        assert (tmp_path / "two" / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_a_folder_is_not_overwritten_and_not_mistaken(finished, tmp_path):
+    _, folder, file = finished
+    with pytest.raises(InputError, match="continue the calibration there with --resume"):
+        calibrate(file, folder)
+    with pytest.raises(InputError, match="holds another calibration"):
+        calibrate(file, folder, seed=7, resume=True)
+
+
+def test_every_fault_of_a_study_is_told_at_once(tmp_path):
+    text = (
+        BALL.replace('paths = ["ground.restitution.coefficient"]', 'paths = ["ground.restitution.coeficient"]')
+        .replace('measure = "peak"', 'measure = "peek"')
+        .replace('"g * weight"', '"g * wait"')
+    )
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text)))
+    said = "\n".join(error.value.problems)
+    assert "no measure 'peek'; did you mean 'peak'" in said and "no 'wait'" in said
+    text = BALL.replace('unit = "cm"\npaths', 'unit = "V"\npaths').replace("low = 0.5", "low = 0.99")
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\nx,2,2\n", text)))
+    said = "\n".join(error.value.problems)
+    assert "'drop'" in said
+    text = BALL.replace("low = 0.5", "low = 0.99").replace("relative = 0.02\n", "relative = 0.02\nabsolut = 3\n")
+    with pytest.raises(InputError) as error:
+        load_study(ball_study(tmp_path, "50,1,1\n", text))
+    assert "absolut" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("low = 0.5", "low = 0.99", "unknowns.e: expected low below high"),
+        ('paths = ["robot.feet.ball.gap"]', 'paths = ["robot.feet.ball.gab"]', "did you mean 'robot.feet.ball.gap'"),
+        ('absolute = "1 mm"', 'absolute = "1 mm/s"', "measures.height.absolute: expected a length"),
+        ('settle = "1 s"', 'settle = "1 s"\nsettle_periods = 3', "expected one of settle and settle_periods"),
+        ("high = 0.95", "high = 1.5", "restitution"),
+        ('measures = {{height = "mean_height"}}', 'measures = {{hight = "mean_height"}}', "did you mean 'height'"),
+        ("[search]", "[search]\nwithn = 3", "withn"),
+    ],
+)
+def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
+    assert old in BALL
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
+    assert said in str(error.value)
+
+
+def test_a_bad_table_is_told_with_its_lines(tmp_path):
+    with pytest.raises(InputError) as error:
+        load_study(ball_study(tmp_path, "50,1,1,4\n60,1\n70,1,2,3,4\n"))
+    assert len(error.value.problems) == 2 and "line 2: 4 cells" in str(error.value)
+    with pytest.raises(InputError, match="line 3 of the table: 'rate' should be a number, got 'many'"):
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n60,many,1\n")))
+    with pytest.raises(InputError, match="row 2: 'drop': expected a number"):
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n,1,1\n")))
+
+
+def test_a_constraint_has_a_run_of_its_own(tmp_path):
+    text = BALL + """
+[[constraints]]
+name = "a ball from 1 m rises to 60 cm at most after a second"
+conditions = [{{drop = 100}}]
+measure = "peak"
+max = "60 cm"
+softness = "1 cm"
+
+[[constraints]]
+name = "it swings by the whole height"
+conditions = [{{drop = 100}}]
+set = {{"ground.restitution.coefficient" = 0.0}}
+measure = "swing"
+min = "1 cm"
+softness = "1 mm"
+"""
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n60,1,1\n", text)))
+    assert lowered.problem.rows == (0, 1, 2, 3)
+    sets = np.array([[0.6, 1.0], [0.9, 1.0]])
+    readings = lowered.forward(0, sets, lowered.problem.rows)
+    costs = lowered.problem.costs(readings, lowered.problem.branches[0])
+    assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
+    assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+
+
