@@ -67,6 +67,9 @@ BALL = """
 device = "{scenes}/ball.toml"
 table = "table.csv"
 
+[set]
+"initial.velocity" = [0.0]
+
 [conditions.drop]
 unit = "cm"
 paths = ["robot.feet.ball.gap"]
@@ -88,15 +91,15 @@ low = 0.5
 high = 0.95
 paths = ["ground.restitution.coefficient"]
 
-[unknowns.weight]
-low = 0.8
-high = 1.3
+[unknowns.push]
+low = 0.0
+high = 1.5
 
 [constants]
-g = "9.81 m/s^2"
+speed = "2 m/s"
 
 [derived]
-"ground.gravity.acceleration" = "g * weight"
+"initial.velocity.0" = "speed * push"
 
 [choices.height.options.highest]
 measures = {{height = "peak"}}
@@ -110,19 +113,20 @@ window = "2 s"
 windows = 1
 
 [search]
-population = 8
-screening = 16
-short = 3
-generations = 6
-spread = 4
-leave_out = 0
-members = 8
+population = 6
+screening = 12
+short = 2
+generations = {generations}
+spread = 3
+leave_out = {leave_out}
+leave_out_population = 5
+members = 6
 """
 
 
-def ball_study(folder: Path, rows: str, text: str = BALL) -> Path:
-    """A study of a ball's rebounds in a folder; rows: lines of its table."""
+def ball_study(folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0) -> Path:
+    """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.toml"
-    file.write_text(text.format(scenes=SCENES), encoding="utf-8")
+    file.write_text(text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8")
     return file
