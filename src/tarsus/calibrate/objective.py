@@ -144,7 +144,10 @@ class Objective:
         failed = np.isinf(table).any(axis=-1)
         values = np.maximum(np.where(np.isfinite(table), table, 0.0), 0.0)
         floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)
-        ratio = np.maximum(values + a[:, :, None], floor[:, :, None]) / np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
+        ratio = (
+            np.maximum(values + a[:, :, None], floor[:, :, None])
+            / np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
+        )
         u = np.log(ratio) * scale[:, :, None]
         z = np.where(failed, FAILED, u.mean(axis=-1))
         return z, np.where(failed, 0.0, u.var(axis=-1))

@@ -39,7 +39,9 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
         for one in ensemble.points
     ]
     scene = mixture.scene(place)
-    scene = with_values(scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name})
+    scene = with_values(
+        scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name}
+    )
     count = len(lowered.trained)
     note = f"Calibration '{study.name}' to {count} row{'s' if count > 1 else ''} of its table; branch: {ensemble.branch.name}."
     origins = {path: origin for path, origin in scene.provenance.items() if _there(scene, path)}
@@ -51,7 +53,9 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
     for choice, option in ensemble.branch.options.items():
         for path in study.choices[choice].options[option].set:
             covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
-            origins = covered | {path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")}
+            origins = covered | {
+                path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")
+            }
     return with_values(scene, {"provenance": origins})
 
 
@@ -79,8 +83,13 @@ def write_outputs(result: Calibrated, folder: Path) -> list[Path]:
         target = folder / device_file(place)
         write_text(target, scene_text(scene))
         written.append(target)
-    for name, table in ((MIXTURE_FILE, mixture_table(mixture_of(result))), (CALIBRATION_FILE, calibration_table(result))):
-        write_text(folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    for name, table in (
+        (MIXTURE_FILE, mixture_table(mixture_of(result))),
+        (CALIBRATION_FILE, calibration_table(result)),
+    ):
+        write_text(
+            folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
         written.append(folder / name)
     return written
 

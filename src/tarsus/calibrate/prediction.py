@@ -128,7 +128,9 @@ def _predict(
     peak: int | None,
     resolution: float,
 ) -> Prediction:
-    parts = [np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)]
+    parts = [
+        np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)
+    ]
     windows = np.concatenate(parts)
     member = np.concatenate(share)
     failed = np.isinf(windows).any(axis=1)
@@ -155,7 +157,11 @@ def _predict(
         tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
         top = weighted_quantile(np.nan_to_num(tops).ravel(), each, 0.5)
         decidable = not 0.0 < top < resolution
-    modes = has_modes(windows.mean(axis=1), member, tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0])
+    modes = has_modes(
+        windows.mean(axis=1),
+        member,
+        tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0],
+    )
     return Prediction(name, median, low, high, p, modes, decidable, lost)
 
 

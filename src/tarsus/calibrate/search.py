@@ -19,7 +19,17 @@ from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.problem import Problem
 
-__all__ = ["Chain", "Found", "budget", "chain", "evolve", "residual_scale", "screen", "search_branches", "spread_over"]
+__all__ = [
+    "Chain",
+    "Found",
+    "budget",
+    "chain",
+    "evolve",
+    "residual_scale",
+    "screen",
+    "search_branches",
+    "spread_over",
+]
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +65,9 @@ def budget(problem: Problem, search: Search) -> int:
     return runs * search.screening + later + (rows if search.leave_out else 0)
 
 
-def costs_at(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> tuple[Floats, Floats]:
+def costs_at(
+    problem: Problem, archive: Archive, branch: int, without: int | None = None
+) -> tuple[Floats, Floats]:
     """Visited points (n, nu) of a branch and their costs (n,)."""
     chosen = problem.branches[branch]
     points, readings = archive.points(chosen.run)
@@ -171,7 +183,9 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
         points, costs = costs_at(problem, archive, b)
         start = points[np.argsort(costs, kind="stable")[: search.population]]
         rng = np.random.default_rng([search.seed, SHORT, b])
-        populations[b] = evolve(problem, archive, b, _filled(start, search.population, rng), search.short, rng)
+        populations[b] = evolve(
+            problem, archive, b, _filled(start, search.population, rng), search.short, rng
+        )
     best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
     scale = _scale(problem, archive, best)
     hopeless = min(best.values()) + search.hopeless * scale

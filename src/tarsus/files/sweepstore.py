@@ -47,7 +47,13 @@ class SweepStore:
 
     @classmethod
     def open(
-        cls, folder: Path, digest: str, units: int, texts: Mapping[str, str], *, resume: bool = False,
+        cls,
+        folder: Path,
+        digest: str,
+        units: int,
+        texts: Mapping[str, str],
+        *,
+        resume: bool = False,
         what: str = "sweep",
     ) -> SweepStore:
         """The store of a plan: a new one, or with `resume` the one that is there.

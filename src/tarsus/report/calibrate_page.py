@@ -117,7 +117,8 @@ def _branches(result: Mapping[str, Any]) -> str:
             number(one["cost"], 4),
             MISSING if one["dropped"] else f"{one['weight']:.2f}",
             code(one["file"]) if not one["dropped"] else escape(one["dropped"]),
-            "; ".join(f"{c['name']}: {c['cost']:.2g}" for c in one.get("constraints", ()) if c["cost"] > 0.0) or "kept",
+            "; ".join(f"{c['name']}: {c['cost']:.2g}" for c in one.get("constraints", ()) if c["cost"] > 0.0)
+            or "kept",
         ]
         for one in sorted(result["branches"], key=lambda one: one["cost"])
     ]

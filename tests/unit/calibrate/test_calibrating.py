@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
 from tarsus.errors import InputError
 
+DOCS = Path(__file__).parents[3] / "docs"
 TRUTH = {"e": 0.8, "push": 0.6}
 
 
@@ -25,7 +28,8 @@ def rows(folder, drops=(50, 80, 120)) -> str:
     found = lowered.forward(0, values, range(len(drops)))[0, :, :, 0]
     rate, height = (lowered.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
     return "".join(
-        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n" for drop, line in zip(drops, found, strict=True)
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n"
+        for drop, line in zip(drops, found, strict=True)
     )
 
 
@@ -72,7 +76,9 @@ def test_a_row_without_values_is_predicted(finished):
     one = next(one for one in result.others[0] if one.measure == "height")
     assert one.median == pytest.approx(height, rel=0.1)
     entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
-    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(100.0 * one.median)
+    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(
+        100.0 * one.median
+    )
 
 
 def test_the_folder_holds_a_mixture_that_predicts_the_same(finished):
@@ -123,7 +129,9 @@ def test_a_folder_is_not_overwritten_and_not_mistaken(finished, tmp_path):
 
 def test_every_fault_of_a_study_is_told_at_once(tmp_path):
     text = (
-        BALL.replace('paths = ["ground.restitution.coefficient"]', 'paths = ["ground.restitution.coeficient"]')
+        BALL.replace(
+            'paths = ["ground.restitution.coefficient"]', 'paths = ["ground.restitution.coeficient"]'
+        )
         .replace('measure = "peak"', 'measure = "peek"')
         .replace('"speed * push"', '"speed * pusch"')
     )
@@ -136,7 +144,9 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
         lower_study(*_described(ball_study(tmp_path, "50,1,1\nx,2,2\n", text)))
     said = "\n".join(error.value.problems)
     assert "'drop'" in said
-    text = BALL.replace("low = 0.5", "low = 0.99").replace("relative = 0.02\n", "relative = 0.02\nabsolut = 3\n")
+    text = BALL.replace("low = 0.5", "low = 0.99").replace(
+        "relative = 0.02\n", "relative = 0.02\nabsolut = 3\n"
+    )
     with pytest.raises(InputError) as error:
         load_study(ball_study(tmp_path, "50,1,1\n", text))
     assert "absolut" in str(error.value)
@@ -146,11 +156,19 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
     ("old", "new", "said"),
     [
         ("low = 0.5", "low = 0.99", "unknowns.e: expected low below high"),
-        ('paths = ["robot.feet.ball.gap"]', 'paths = ["robot.feet.ball.gab"]', "did you mean 'robot.feet.ball.gap'"),
+        (
+            'paths = ["robot.feet.ball.gap"]',
+            'paths = ["robot.feet.ball.gab"]',
+            "did you mean 'robot.feet.ball.gap'",
+        ),
         ('absolute = "1 mm"', 'absolute = "1 mm/s"', "measures.height.absolute: expected a length"),
         ('settle = "1 s"', 'settle = "1 s"\nsettle_periods = 3', "expected one of settle and settle_periods"),
         ("high = 0.95", "high = 1.5", "restitution"),
-        ('measures = {{height = "mean_height"}}', 'measures = {{hight = "mean_height"}}', "did you mean 'height'"),
+        (
+            'measures = {{height = "mean_height"}}',
+            'measures = {{hight = "mean_height"}}',
+            "did you mean 'height'",
+        ),
         ("[search]", "[search]\nwithn = 3", "withn"),
     ],
 )
@@ -172,7 +190,9 @@ def test_a_bad_table_is_told_with_its_lines(tmp_path):
 
 
 def test_a_constraint_has_a_run_of_its_own(tmp_path):
-    text = BALL + """
+    text = (
+        BALL
+        + """
 [[constraints]]
 name = "a ball from 1 m rises to 60 cm at most after a second"
 conditions = [{{drop = 100}}]
@@ -188,6 +208,7 @@ measure = "swing"
 min = "1 cm"
 softness = "1 mm"
 """
+    )
     lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n60,1,1\n", text)))
     assert lowered.problem.rows == (0, 1, 2, 3)
     sets = np.array([[0.6, 1.0], [0.9, 1.0]])
@@ -197,3 +218,32 @@ softness = "1 mm"
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
 
 
+def test_the_study_on_the_calibration_page_is_one(tmp_path):
+    page = (DOCS / "calibrate.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    lines = (
+        "freq_hz,volt_v,wave,bounces,peak_um",
+        "50,8,sine,1,152",
+        "50,8,square,1,",
+        "100,8,sine,1~2,156",
+        "5,6,sine,,",
+    )
+    (tmp_path / "table.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lowered = lower_study(*_described(tmp_path / "study.toml"))
+    problem = lowered.problem
+    assert lowered.trained == (0, 1, 2) and lowered.others == (3,)
+    assert {branch.name for branch in problem.branches} == {
+        f"polarity {a}, peak {b}" for a in ("plain", "half") for b in ("highest", "average")
+    }
+    assert problem.objective.cells.observed[2].tolist() == [1.5, pytest.approx(156e-6)]
+    values = problem.unknowns.values(np.array([0.5, 0.5, 0.5]))
+    row = lowered.forward.branches[1].rows[0]
+    found = lowered.forward.branches[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
+    assert found["signals.pzt.amplitude"] == 4.0 and found["signals.pzt.frequency"] == 50.0
+    assert found["robot.drives.pzt.load.participation.0"] == pytest.approx(np.sqrt(11 * 22) / 164.0)
+    assert found["robot.drives.pzt.law.cubic"] == pytest.approx(2.7e-9)
+    assert found["robot.drives.pzt.law.linear"] == pytest.approx(-700e-9)
+    assert row.template.signals["pzt"].offset == 2.0
+    readings = lowered.forward(0, values[None], problem.rows)
+    assert readings.shape == (1, 4, len(lowered.forward.channels), 2) and np.isfinite(readings[0, :, 1]).all()

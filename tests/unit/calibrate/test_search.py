@@ -92,7 +92,9 @@ def test_a_constraint_is_data():
     table = cells([[0.9]])
     limit = (Limit("b is small", (1,), 0, -np.inf, 0.2, 0.005),)
     free = solve(problem(table, sloped, unknowns("ab"), extra_rows=1), search(spread=30)).ranges[0][1]
-    held = solve(problem(table, sloped, unknowns("ab"), limits=limit, extra_rows=1), search(spread=30)).ranges[0][1]
+    held = solve(
+        problem(table, sloped, unknowns("ab"), limits=limit, extra_rows=1), search(spread=30)
+    ).ranges[0][1]
     assert free.high > 0.5 and held.high < 0.25
 
 
@@ -136,7 +138,9 @@ def test_another_seed_is_another_search():
 def test_without_a_row_its_value_is_predicted_from_the_others():
     """The least-squares mean of the other two, by hand: 2.5, 2 and 1.5 for 1, 2 and 3."""
     table = cells([[1.0], [2.0], [3.0]], absolute=1e3)
-    constant = problem(table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3)
+    constant = problem(
+        table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3
+    )
     best = [_best_without(constant, row) for row in range(3)]
     assert best == pytest.approx([2.5, 2.0, 1.5], abs=0.02)
 

@@ -21,7 +21,9 @@ def search(**values: Any) -> Search:
     return Search(**{**short, **values})
 
 
-def unknowns(names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Given | None, ...] = ()) -> Unknowns:
+def unknowns(
+    names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Given | None, ...] = ()
+) -> Unknowns:
     """Numbers between two bounds, one a letter of ``names``."""
     count = len(names)
     return Unknowns(
@@ -59,7 +61,12 @@ def problem(
     count = len(table.observed)
     labels = tuple(f"row {n + 1}" for n in range(count))
     return Problem(
-        numbers, branches, simulate, Objective(table, limits, robust), tuple(range(count + extra_rows)), labels
+        numbers,
+        branches,
+        simulate,
+        Objective(table, limits, robust),
+        tuple(range(count + extra_rows)),
+        labels,
     )
 
 
@@ -124,9 +131,13 @@ members = 6
 """
 
 
-def ball_study(folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0) -> Path:
+def ball_study(
+    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0
+) -> Path:
     """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.toml"
-    file.write_text(text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8")
+    file.write_text(
+        text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8"
+    )
     return file
