@@ -48,7 +48,7 @@ class Condition(Description):
 
 
 class MeasureColumn(Description):
-    """A column that says what was seen, and how exactly: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
+    """A column that says what was seen: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
 
     column: str | None = Field(default=None, description="name of the column; the measure's own when absent")
     unit: str = Field(default="1", description="unit of the column")
@@ -224,11 +224,11 @@ class Study(Description):
     measures: dict[Name, MeasureColumn] = Field(min_length=1)
     constants: dict[Identifier, Value] = Field(default={}, description="named numbers for expressions")
     unknowns: dict[Identifier, Unknown] = Field(min_length=1)
-    along: dict[Identifier, Along] = {}
+    along: dict[Identifier, Along] = Field(default={})
     derived: dict[str, str] = Field(
         default={}, description="expressions by path, or by a name for later ones"
     )
-    choices: dict[Name, Choice] = {}
+    choices: dict[Name, Choice] = Field(default={})
     constraints: tuple[Constraint, ...] = ()
     sampling: Sampling
     search: Search = Search()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -36,8 +36,8 @@ PEAK = "peak"
 class Lowered:
     """A study ready to be searched.
 
-    forward: the forward model; problem: what is searched; trained, others: numbers of the table's rows, from 0, that are
-    fitted and that are only predicted; cells of the latter are those of ``other_cells``.
+    forward: the forward model; problem: what is searched; trained, others: numbers of the table's rows, from 0, that
+    are fitted and that are only predicted; cells of the latter are those of ``other_cells``.
     """
 
     study: Study
@@ -52,12 +52,12 @@ class Lowered:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """What the table's rows are called: their conditions."""
-        columns = list(self.study.conditions)
-        return tuple(
-            " ".join(f"{row[c]} {self.study.conditions[c].unit}".removesuffix(" 1") if not self.study.conditions[c].words
-                     else row[c] for c in columns)
-            for row in self.table.rows
-        )  # fmt: skip
+
+        def told(column: str, cell: str) -> str:
+            one = self.study.conditions[column]
+            return cell if one.words or one.unit == "1" else f"{cell} {one.unit}"
+
+        return tuple(" ".join(told(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
 
 
 def lower_study(study: Study, table: Table, threads: int | None = None) -> Lowered:
@@ -260,7 +260,7 @@ def _run_branch(
     settings = tuple(Setting(name, one.paths) for name, one in study.unknowns.items())
     constants = {}
     for name, value in study.constants.items():
-        constants[name] = faults.quantity(value, None, f"constants.{name}")
+        constants[name] = faults.constant(value, f"constants.{name}")
     return RunBranch(dict(options), tuple(rows), constants, settings, (), tuple(expressions))
 
 
@@ -350,7 +350,7 @@ def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Fa
         at = tuple(
             faults.quantity(x, unknowns.units[unknowns.names.index(name)], f"{where}.at") for x in one.at
         )
-        if any(b <= a for a, b in zip(at, at[1:], strict=False)):
+        if any(b <= a for a, b in pairwise(at)):
             faults.add(f"{where}.at: expected values that increase")
         faults.paths(branch.rows[0].template, known, one.paths, f"{where}.paths")
         lists: dict[str, tuple[Any, ...]] = {**one.paths, **one.names}

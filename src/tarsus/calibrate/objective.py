@@ -1,15 +1,16 @@
 """How well readings fit a table: residuals in tolerances, existence as a likelihood, constraints as soft bounds.
 
 A cell with value o and tolerance ``tau = sqrt(a^2 + (r o)^2)`` (a absolute, r relative) is compared on the scale
-``u(v) = log(v + a) (o + a) / tau``: for small errors the residual ``z = u(model) - u(o)`` is (model - o) / tau, for large
-ones it grows with their logarithm, upwards as downwards. The model's reading scatters from window to window; with mean
-z and variance s^2 over the windows the cost of a cell is
+``u(v) = log(v + a) (o + a) / tau``: for small errors the residual ``z = u(model) - u(o)`` is (model - o) / tau, for
+large ones it grows with their logarithm, upwards as downwards. The model's reading scatters from window to window;
+with mean z and variance s^2 over the windows the cost of a cell is
 
     c^2 log(1 + z^2 / ((1 + s^2) c^2)) + log(1 + s^2),
 
-minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and with the tail of Cauchy's beyond c tolerances,
-so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed fraction of windows
-that have it, half a window added to either side. A constraint costs (excess / softness)^2 with the same tail.
+minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and with the tail of Cauchy's beyond c
+tolerances, so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed
+fraction of windows that have it, half a window added to either side. A constraint costs (excess / softness)^2 with
+the same tail.
 """
 
 from __future__ import annotations
@@ -77,8 +78,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where unknown;
-    wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is none."""
+    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where
+    unknown; wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is
+    none."""
 
     rows: Floats
     limits: Floats
@@ -111,7 +113,7 @@ class Objective:
     def __call__(self, readings: NDArray[np.floating], branch: Branch) -> Costs:
         """Costs of readings (ns, rows, channels, samples), of which the first nr rows are those of the table."""
         seen = np.asarray(readings, dtype=float)
-        nr, nk = self.cells.observed.shape
+        nr = len(self.cells.observed)
         table = seen[:, :nr][:, :, list(branch.columns)]
         z, scatter = self._residuals(table)
         known = np.isfinite(self.cells.observed)

@@ -1,5 +1,5 @@
-"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that follow
-the likelihood.
+"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that
+follow the likelihood.
 
 All randomness comes from the study's seed and the place in the sequence (stage, branch, row left out), never from time
 or threads.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,8 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 LEVEL = 0.9
-"""Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom for
-each unknown)."""
+"""Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
+for each unknown)."""
 SCREEN, SHORT, DEEP, CHAIN, LEAVE_OUT = range(5)
 """Stages, for the random numbers of each."""
 
@@ -110,8 +111,9 @@ def evolve(
         readings = archive.evaluate(chosen.run, points)
         return problem.total(problem.costs(readings, chosen), points, without)
 
+    population: Any = start  # scipy's own types know a name only
     found = differential_evolution(
-        cost, [(0.0, 1.0)] * start.shape[1], init=start, maxiter=generations, tol=0.0, atol=0.0, vectorized=True,
+        cost, [(0.0, 1.0)] * start.shape[1], init=population, maxiter=generations, tol=0.0, atol=0, vectorized=True,
         updating="deferred", mutation=(0.4, 0.9), recombination=0.8, polish=False, rng=rng,
     )  # fmt: skip
     return np.asarray(found.population)

@@ -36,8 +36,8 @@ _DIGEST = "plan"
 class SweepStore:
     """A folder that holds the finished units of one plan.
 
-    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it. Safe between threads that write
-    different units.
+    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it. Safe between
+    threads that write different units.
     """
 
     folder: Path

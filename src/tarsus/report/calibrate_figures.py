@@ -60,7 +60,7 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
     panels[0].set_ylim(len(rows) - 0.5, -0.5)
     handles, labels = panels[0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="upper center", ncols=max(len(labels), 1), handletextpad=0.3)
-    caption = "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and fitted without the row."
+    caption = "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row."
     return Plate(to_svg(drawn, caption), caption)
 
 
@@ -84,7 +84,10 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.0)
     axes.set_xlabel("between the bounds")
-    caption = "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as a dot."
+    caption = (
+        "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as "
+        "a dot."
+    )
     return Plate(to_svg(drawn, caption), caption)
 
 

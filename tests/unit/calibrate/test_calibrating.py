@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from calibrate.toys import BALL, SCENES, ball_study
+from calibrate.toys import BALL, ball_study
 
 import tarsus as ts
 from tarsus.calibrate.calibrating import calibrate
