@@ -82,7 +82,11 @@ def _branches(result: Calibrated) -> list[dict[str, Any]]:
     out = []
     for b, branch in enumerate(solution.problem.branches):
         found = solution.found[b]
-        entry: dict[str, Any] = {"options": branch.options, "cost": found.cost, "dropped": found.dropped or None}
+        entry: dict[str, Any] = {
+            "options": branch.options,
+            "cost": found.cost,
+            "dropped": found.dropped or None,
+        }
         if b in places:
             place = places[b]
             names = solution.problem.unknowns.names
@@ -131,7 +135,9 @@ def _entries(lowered: Lowered, predictions: Sequence[Prediction], observed: np.n
     cells = lowered.problem.objective.cells
     return {
         name: prediction_entry(one, unit, value)
-        for name, unit, one, value in zip(cells.names, cells.units, predictions, observed.tolist(), strict=True)
+        for name, unit, one, value in zip(
+            cells.names, cells.units, predictions, observed.tolist(), strict=True
+        )
     }
 
 
@@ -169,7 +175,9 @@ def _summary(result: Calibrated, predictions: Sequence[Sequence[Prediction]]) ->
     holds_all: list[bool] = []
     for k, (name, unit) in enumerate(zip(cells.names, cells.units, strict=True)):
         pairs = [
-            (one[k], float(o)) for one, o in zip(predictions, cells.observed[:, k], strict=True) if np.isfinite(o)
+            (one[k], float(o))
+            for one, o in zip(predictions, cells.observed[:, k], strict=True)
+            if np.isfinite(o)
         ]
         holds = [one.holds(o) for one, o in pairs]
         holds_all += holds

@@ -28,8 +28,8 @@ DIGITS = 9
 class Archive:
     """Visited points (n, nu) of the unit cube and their readings, by run branch.
 
-    problem: what is asked; store: where answers are kept; on_sets: called after every question with the number of sets that were new;
-    simulated: sets that were simulated in this process.
+    problem: what is asked; store: where answers are kept; on_sets: called after every question with the number of
+    sets that were new; simulated: sets that were simulated in this process.
     """
 
     problem: Problem

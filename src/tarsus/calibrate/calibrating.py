@@ -190,8 +190,14 @@ def calibrate(
         described = Described(described.study.model_copy(update={"search": search}), described.table)
     lowered = lower_study(described.study, described.table, threads)
     texts = frozen_texts(described)
-    store = None if out is None else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
-    simulate_batch(described.study.scene, {}, 1e-6 * described.study.scene.duration)  # compiles before threads
+    store = (
+        None
+        if out is None
+        else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
+    )
+    simulate_batch(
+        described.study.scene, {}, 1e-6 * described.study.scene.duration
+    )  # compiles before threads
     solution = solve(lowered.problem, described.study.search, store, progress)
     result = Calibrated(
         described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)

@@ -58,7 +58,9 @@ def cells_of(
                 continue
             if value is None:
                 continue
-            observed[place, k] = faults.quantity(f"{value!r} {one.unit}".removesuffix(" 1"), unit, f"measures.{name}.unit")
+            observed[place, k] = faults.quantity(
+                f"{value!r} {one.unit}".removesuffix(" 1"), unit, f"measures.{name}.unit"
+            )
             if value < 0.0:
                 faults.add(f"{where}: '{one.column or name}' must be zero or more, got '{cell}'")
             elif observed[place, k] == 0.0 and absolute[place, k] == 0.0:
@@ -85,7 +87,9 @@ def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, fau
     return float(np.hypot(own, 1.0 / window if unit == "1/s" else period / window))
 
 
-def limits_of(study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults) -> list[Limit]:
+def limits_of(
+    study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults
+) -> list[Limit]:
     """Constraints over places among the simulated rows: those of the table, then one for each own condition."""
     limits = []
     place = table_rows

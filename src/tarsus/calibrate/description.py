@@ -41,12 +41,14 @@ class Condition(Description):
     @model_validator(mode="after")
     def _one_kind(self) -> Condition:
         if self.words and self.paths:
-            raise PathErrors([("", "a column of words sets the values of its words; it has no paths of its own")])
+            raise PathErrors(
+                [("", "a column of words sets the values of its words; it has no paths of its own")]
+            )
         return self
 
 
 class MeasureColumn(Description):
-    """A column that says what was seen, and how exactly: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
+    """A column that says what was seen: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
 
     column: str | None = Field(default=None, description="name of the column; the measure's own when absent")
     unit: str = Field(default="1", description="unit of the column")
@@ -99,7 +101,9 @@ class Option(Description):
 
     set: dict[str, Any] = Field(default={}, description="values of the scene by path")
     derived: dict[str, str] = Field(default={}, description="expressions by path or name")
-    measures: dict[str, str] = Field(default={}, description="measure of the run by name of a column's measure")
+    measures: dict[str, str] = Field(
+        default={}, description="measure of the run by name of a column's measure"
+    )
 
 
 class Choice(Description):
@@ -117,7 +121,8 @@ class Constraint(Description):
 
     name: str = Field(min_length=1)
     conditions: tuple[dict[str, Any], ...] = Field(
-        default=(), description="values of the condition columns, one table a run; those absent: the first row's"
+        default=(),
+        description="values of the condition columns, one table a run; those absent: the first row's",
     )
     rows: Literal["training", "all"] | None = Field(
         default=None, description="hold in the runs of the table's rows, instead of own conditions"
@@ -149,10 +154,14 @@ class Sampling(Description):
     foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
     settle: float | None = quantity("s", "transient that is dropped", default=None, ge=0)
     settle_periods: float | None = Field(default=None, ge=0, description="the same in drive periods")
-    window: float | None = quantity("s", "length of the window that the table's numbers come from", default=None, gt=0)
+    window: float | None = quantity(
+        "s", "length of the window that the table's numbers come from", default=None, gt=0
+    )
     window_periods: float | None = Field(default=None, gt=0, description="the same in drive periods")
     windows: int = Field(default=4, ge=1, le=1000, description="windows of each run, one after the other")
-    draws: int = Field(default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest")
+    draws: int = Field(
+        default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest"
+    )
     speed: float = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
     resolution: float = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
     accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
@@ -198,7 +207,9 @@ class Search(Description):
         description="a branch is kept when its cost is so near the best, in units of the residual scale: 6 is a "
         "likelihood ratio of 20",
     )  # fmt: skip
-    reason: str = Field(default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is")
+    reason: str = Field(
+        default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
+    )
 
 
 class Study(Description):
@@ -213,9 +224,11 @@ class Study(Description):
     measures: dict[Name, MeasureColumn] = Field(min_length=1)
     constants: dict[Identifier, Value] = Field(default={}, description="named numbers for expressions")
     unknowns: dict[Identifier, Unknown] = Field(min_length=1)
-    along: dict[Identifier, Along] = {}
-    derived: dict[str, str] = Field(default={}, description="expressions by path, or by a name for later ones")
-    choices: dict[Name, Choice] = {}
+    along: dict[Identifier, Along] = Field(default={})
+    derived: dict[str, str] = Field(
+        default={}, description="expressions by path, or by a name for later ones"
+    )
+    choices: dict[Name, Choice] = Field(default={})
     constraints: tuple[Constraint, ...] = ()
     sampling: Sampling
     search: Search = Search()

@@ -75,8 +75,8 @@ def ensemble_of(
     """Up to ``count`` members of a branch.
 
     The states of its chain that lie inside the likelihood region, thinned so that each member is as far as can be from
-    the others; a member's weight is the share of the states nearest to it. Without a chain all visited points of the region
-    are states, weighted by their likelihood. The best point is always the first member.
+    the others; a member's weight is the share of the states nearest to it. Without a chain all visited points of the
+    region are states, weighted by their likelihood. The best point is always the first member.
     """
     chosen = problem.branches[branch]
     points, costs = costs_at(problem, archive, branch, without)
@@ -120,8 +120,8 @@ def determined(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
         q = {at: weighted_quantile(column, ensemble.weights, at) for at in (0.025, 0.05, 0.95, 0.975)}
         ranges.append(
             Range(
-                name, si(column[0]), si(q[0.05]), si(q[0.95]), (si(min(q[0.025], column[0])), si(max(q[0.975], column[0]))),
-                _word(unknowns, i, column, ensemble.weights, q[0.05], q[0.95]),
+                name, si(column[0]), si(q[0.05]), si(q[0.95]), (si(min(q[0.025], column[0])), si(max(q[0.975],
+                column[0]))), _word(unknowns, i, column, ensemble.weights, q[0.05], q[0.95]),
             )
         )  # fmt: skip
     return ranges

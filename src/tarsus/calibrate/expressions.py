@@ -42,7 +42,8 @@ class Expression:
         except InputError as error:
             return list(error.problems)
         return [
-            f"'{self.text}': there is no '{name}'{nearest(name, known)}" for name in sorted(names - set(known))
+            f"'{self.text}': there is no '{name}'{nearest(name, known)}"
+            for name in sorted(names - set(known))
         ]
 
     def value(self, names: Mapping[str, float]) -> float:

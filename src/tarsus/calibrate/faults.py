@@ -35,12 +35,14 @@ class Faults:
         if self._said:
             raise InputError(self._said)
 
-    def quantity(self, value: float | str, unit: str | None, where: str) -> float:
-        """SI value of a number or text; without a unit any is taken. NaN where it is a fault."""
+    def constant(self, value: float | str, where: str) -> float:
+        """SI value of a number or text of any unit."""
+        found = _UNIT.match(value) if isinstance(value, str) else None
+        return self.quantity(value, found[1] if found else "1", where)
+
+    def quantity(self, value: float | str, unit: str, where: str) -> float:
+        """SI value of a number or text in a unit; NaN where it is a fault."""
         try:
-            if unit is None:
-                found = _UNIT.match(value) if isinstance(value, str) else None
-                unit = found[1] if found else "1"
             return parse_quantity(value, unit)
         except InputError as error:
             self.add(*(f"{where}: {said}" for said in error.problems))

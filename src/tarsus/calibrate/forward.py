@@ -109,7 +109,7 @@ class Forward:
         template = first.row.template
         foot = s.foot or next(iter(template.robot.feet))
         index = list(template.robot.feet).index(foot)
-        edges = first.settle + first.window * np.arange(s.windows + 1)
+        edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
         accuracy = Accuracy(gap=s.accuracy)
         vary = {path: np.repeat([run.values[path] for run in runs], s.draws) for path in first.values}
         if s.draws > 1:

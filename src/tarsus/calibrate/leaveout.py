@@ -54,9 +54,9 @@ def predictions_at(problem: Problem, fit: Fit, row: int) -> list[Prediction]:
 def leave_out(problem: Problem, archive: Archive, search: Search, branches: list[int], row: int) -> Fit:
     """The mixture refitted without a row of the table.
 
-    In every branch: differential evolution on the cost without that row, from a population of which one half are the best
-    of the first, even spread of sets (which no row has drawn anywhere) and the other half is spread over the visited sets
-    that are likely without the row; then chains on the same cost.
+    In every branch: differential evolution on the cost without that row, from a population of which one half are the
+    best of the first, even spread of sets (which no row has drawn anywhere) and the other half is spread over the
+    visited sets that are likely without the row; then chains on the same cost.
     """
     size = search.leave_out_population
     for b in branches:

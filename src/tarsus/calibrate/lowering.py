@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -36,8 +36,8 @@ PEAK = "peak"
 class Lowered:
     """A study ready to be searched.
 
-    forward: the forward model; problem: what is searched; trained, others: numbers of the table's rows, from 0, that are
-    fitted and that are only predicted; cells of the latter are those of ``other_cells``.
+    forward: the forward model; problem: what is searched; trained, others: numbers of the table's rows, from 0, that
+    are fitted and that are only predicted; cells of the latter are those of ``other_cells``.
     """
 
     study: Study
@@ -52,12 +52,12 @@ class Lowered:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """What the table's rows are called: their conditions."""
-        columns = list(self.study.conditions)
-        return tuple(
-            " ".join(f"{row[c]} {self.study.conditions[c].unit}".removesuffix(" 1") if not self.study.conditions[c].words
-                     else row[c] for c in columns)
-            for row in self.table.rows
-        )  # fmt: skip
+
+        def told(column: str, cell: str) -> str:
+            one = self.study.conditions[column]
+            return cell if one.words or one.unit == "1" else f"{cell} {one.unit}"
+
+        return tuple(" ".join(told(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
 
 
 def lower_study(study: Study, table: Table, threads: int | None = None) -> Lowered:
@@ -99,7 +99,9 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
         rows += tuple(range(len(trained), len(chosen)))
     own = [n for n, row in enumerate(built[0].rows) if n >= len(chosen)]
     rows += tuple(own)
-    middle = dict(zip(unknowns.names, unknowns.values(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True))
+    middle = dict(
+        zip(unknowns.names, unknowns.values(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True)
+    )
     cells, other = cells_of(study, table, trained, others, built[0], middle, faults)
     limits = limits_of(study, channels, len(trained), len(chosen) if everywhere else len(trained), faults)
     faults.stop()
@@ -137,7 +139,9 @@ def _channels(study: Study, faults: Faults) -> list[str]:
                 if column not in study.measures:
                     faults.add(f"{where}: there is no measure of that name{nearest(column, study.measures)}")
                 wanted.append((where, measure, False))
-    wanted += [(f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)]
+    wanted += [
+        (f"constraints.{n}.measure", one.measure, one.rows is None) for n, one in enumerate(study.constraints)
+    ]
     for where, measure, motion in wanted:
         known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
@@ -181,7 +185,9 @@ def conditions_of(
             if cell in one.words:
                 words[column] = str(cell)
             else:
-                faults.add(f"{where}: '{column}' is '{cell}', which is no word{nearest(str(cell), one.words)}")
+                faults.add(
+                    f"{where}: '{column}' is '{cell}', which is no word{nearest(str(cell), one.words)}"
+                )
             continue
         try:
             text = str(number_of(str(cell)))
@@ -191,7 +197,9 @@ def conditions_of(
             if text == "None":
                 raise InputError("expected a number, the cell is empty")
             bare = not any(c.isalpha() for c in text.replace("e", ""))
-            numbers[column] = parse_quantity(f"{text} {one.unit}" if bare and one.unit != "1" else text, one.unit)
+            numbers[column] = parse_quantity(
+                f"{text} {one.unit}" if bare and one.unit != "1" else text, one.unit
+            )
         except InputError as error:
             faults.add(*(f"{where}: '{column}': {said}" for said in error.problems))
     return numbers, words
@@ -201,7 +209,9 @@ def _branches(study: Study, channels: list[str]) -> tuple[list[dict[str, str]], 
     """Options of every run branch, and all branches."""
     names = list(study.choices)
     own = [
-        name for name in names if any(option.set or option.derived for option in study.choices[name].options.values())
+        name
+        for name in names
+        if any(option.set or option.derived for option in study.choices[name].options.values())
     ]
     runs: list[dict[str, str]] = []
     branches = []
@@ -228,25 +238,29 @@ def _run_branch(
 ) -> RunBranch:
     """A run branch without unknowns: templates of its rows, those of the table and then those of constraints."""
     chosen = {(name, key): study.choices[name].options[key] for name, key in options.items()}
-    rows = run_rows(study, chosen.values(), conditions, names, faults)
+    rows = run_rows(study, list(chosen.values()), conditions, names, faults)
     first = conditions[0]
     for n, constraint in enumerate(study.constraints):
         for m, given in enumerate(constraint.conditions):
             unknown = [column for column in given if column not in study.conditions]
             where = f"constraints.{n}.conditions.{m}"
-            faults.add(*(f"{where}: there is no condition '{c}'{nearest(c, study.conditions)}" for c in unknown))
-            own, words = conditions_of(
-                replace_conditions(study, given), {**given}, where, faults
+            faults.add(
+                *(f"{where}: there is no condition '{c}'{nearest(c, study.conditions)}" for c in unknown)
             )
+            own, words = conditions_of(replace_conditions(study, given), {**given}, where, faults)
             merged = {**first[0], **own}, {**first[1], **words}
-            made = run_rows(study, chosen.values(), [merged], [constraint.name], faults, constraint.set, where)
+            made = run_rows(
+                study, list(chosen.values()), [merged], [constraint.name], faults, constraint.set, where
+            )
             motion = constraint.measure in MOTION
             rows += [replace(row, motion=motion) for row in made]
-    expressions = [one for key in chosen for one in derived.get(("choices", *key), [])] + list(derived.get((), []))
+    expressions = [one for key in chosen for one in derived.get(("choices", *key), [])] + list(
+        derived.get((), [])
+    )
     settings = tuple(Setting(name, one.paths) for name, one in study.unknowns.items())
     constants = {}
     for name, value in study.constants.items():
-        constants[name] = faults.quantity(value, None, f"constants.{name}")
+        constants[name] = faults.constant(value, f"constants.{name}")
     return RunBranch(dict(options), tuple(rows), constants, settings, (), tuple(expressions))
 
 
@@ -258,7 +272,7 @@ def replace_conditions(study: Study, given: Mapping[str, Any]) -> Study:
 
 def run_rows(
     study: Study,
-    options: Iterable[Option],
+    options: Sequence[Option],
     conditions: list[tuple[dict[str, float], dict[str, str]]],
     names: list[str],
     faults: Faults,
@@ -271,12 +285,13 @@ def run_rows(
     for (numbers, words), name in zip(conditions, names, strict=True):
         key = tuple(words.values())
         if key not in templates:
-            values: dict[str, Any] = {}
-            for option in options:
-                values |= option.set
+            scene = study.scene
             for column, word in words.items():
-                values |= study.conditions[column].words[word]
-            scene = faults.scene(study.scene, values, where)
+                scene = faults.scene(
+                    scene, study.conditions[column].words[word], f"conditions.{column}.words.{word}"
+                )
+            for option in options:
+                scene = faults.scene(scene, option.set, where)
             scene = faults.scene(scene, dict(last or {}), f"{where}.set")
             if study.sampling.draws > 1 and scene.initial.velocity is None:
                 scene = with_values(scene, {"initial.velocity": (0.0,) * scene.robot.structure.size})
@@ -332,8 +347,10 @@ def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Fa
         if name not in unknowns.names:
             faults.add(f"{where}: there is no unknown '{name}'{nearest(name, unknowns.names)}")
             continue
-        at = tuple(faults.quantity(x, unknowns.units[unknowns.names.index(name)], f"{where}.at") for x in one.at)
-        if any(b <= a for a, b in zip(at, at[1:], strict=False)):
+        at = tuple(
+            faults.quantity(x, unknowns.units[unknowns.names.index(name)], f"{where}.at") for x in one.at
+        )
+        if any(b <= a for a, b in pairwise(at)):
             faults.add(f"{where}.at: expected values that increase")
         faults.paths(branch.rows[0].template, known, one.paths, f"{where}.paths")
         lists: dict[str, tuple[Any, ...]] = {**one.paths, **one.names}
@@ -360,7 +377,9 @@ def _check_values(branches: list[RunBranch], unknowns: Unknowns, faults: Faults)
             driven |= dict.fromkeys(setting.paths, f"unknowns.{setting.name}")
         for target in (*(one.target for one in branch.along), *(target for target, _ in branch.derived)):
             if "." in target and target in driven:
-                faults.add(f"{driven[target]}: '{target}' is also set by a table or an expression; set it once")
+                faults.add(
+                    f"{driven[target]}: '{target}' is also set by a table or an expression; set it once"
+                )
         for row in branch.rows:
             faults.paths(row.template, float_paths(row.template), branch.driven, f"{row.name}")
         if faults:
@@ -372,7 +391,9 @@ def _check_values(branches: list[RunBranch], unknowns: Unknowns, faults: Faults)
                 if not finite(values):
                     bad = [path for path, value in values.items() if not np.isfinite(value)]
                     if n == 0:
-                        faults.add(*(f"derived.{path}: has no value in the middle of the bounds" for path in bad))
+                        faults.add(
+                            *(f"derived.{path}: has no value in the middle of the bounds" for path in bad)
+                        )
                     continue
                 own = {p: v for p, v in values.items() if p in driven or p in row.fixed} if n else values
                 faults.scene(row.template, own, row.name if n == 0 else "unknowns")

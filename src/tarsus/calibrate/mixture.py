@@ -39,7 +39,9 @@ class Mixture:
     weights: NDArray[np.float64]
     discrepancy: Discrepancy
 
-    def predict(self, rows: Sequence[Mapping[str, Any]], threads: int | None = None) -> list[dict[str, Prediction]]:
+    def predict(
+        self, rows: Sequence[Mapping[str, Any]], threads: int | None = None
+    ) -> list[dict[str, Prediction]]:
         """Predict rows by all members.
 
         Parameters
@@ -86,7 +88,9 @@ class Mixture:
             period = scene_period(
                 with_values(row.template, branches[best.branch.run].values(values, row)), np.inf
             )
-            absolute = np.array([absolute_of(study, one, period, "", faults) for one in study.measures.values()])
+            absolute = np.array(
+                [absolute_of(study, one, period, "", faults) for one in study.measures.values()]
+            )
             found = predict_row(
                 self.ensembles, self.weights, [one[:, n] for one in readings], lowered.problem.objective.cells,
                 absolute, self.discrepancy, lowered.problem.peak, lowered.problem.resolution,

@@ -1,4 +1,4 @@
-"""Measures of a foot's motion that events do not tell: how far it swings, and how often it oscillates in a drive step."""
+"""Measures of a foot's motion that events do not tell: its swing, and its oscillations in a drive step."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Floats = NDArray[np.float64]
 
 PROMINENCE = 0.2
 """A maximum counts as an oscillation from so much of the swing on: what one sees in a printed trace of a few cm."""
-SAMPLES = 400
-"""Samples of a drive step: forty for each of ten oscillations."""
+SAMPLES = 100
+"""Samples of a drive step: ten for each of ten oscillations."""
 
 
 def swing(gap: Floats) -> float:

@@ -1,15 +1,16 @@
 """How well readings fit a table: residuals in tolerances, existence as a likelihood, constraints as soft bounds.
 
 A cell with value o and tolerance ``tau = sqrt(a^2 + (r o)^2)`` (a absolute, r relative) is compared on the scale
-``u(v) = log(v + a) (o + a) / tau``: for small errors the residual ``z = u(model) - u(o)`` is (model - o) / tau, for large
-ones it grows with their logarithm, upwards as downwards. The model's reading scatters from window to window; with mean
-z and variance s^2 over the windows the cost of a cell is
+``u(v) = log(v + a) (o + a) / tau``: for small errors the residual ``z = u(model) - u(o)`` is (model - o) / tau, for
+large ones it grows with their logarithm, upwards as downwards. The model's reading scatters from window to window;
+with mean z and variance s^2 over the windows the cost of a cell is
 
     c^2 log(1 + z^2 / ((1 + s^2) c^2)) + log(1 + s^2),
 
-minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and with the tail of Cauchy's beyond c tolerances,
-so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed fraction of windows
-that have it. A constraint costs (excess / softness)^2 with the same tail.
+minus twice a log-likelihood (constants dropped), Gaussian for \\|z\\| << c and with the tail of Cauchy's beyond c
+tolerances, so that one cell that the model cannot reach does not decide. Existence adds -2 log p, p the smoothed
+fraction of windows that have it, half a window added to either side. A constraint costs (excess / softness)^2 with
+the same tail.
 """
 
 from __future__ import annotations
@@ -77,8 +78,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where unknown;
-    wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is none."""
+    """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where
+    unknown; wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is
+    none."""
 
     rows: Floats
     limits: Floats
@@ -91,12 +93,13 @@ def tolerance(values: Floats, absolute: Floats, relative: Floats) -> Floats:
     return np.sqrt(absolute**2 + (relative * values) ** 2)
 
 
-def existence(readings: Floats) -> Floats:
-    """Probability (...,) that a window has something, from readings (..., samples): half a window is added to each side,
-    as for any fraction of few; failed runs give one half."""
-    known = ~np.isinf(readings)
-    count = known.sum(axis=-1)
-    return ((known & (np.nan_to_num(readings) > 0.0)).sum(axis=-1) + 0.5) / (count + 1.0)
+def existence(readings: Floats, extra: float = 0.0) -> Floats:
+    """Fraction (...,) of windows that have something, from readings (..., samples); failed ones count half.
+
+    extra: windows added to either side, for a probability that is never 0 or 1.
+    """
+    some = np.where(np.isinf(readings), 0.5, np.nan_to_num(readings) > 0.0)
+    return (some.sum(axis=-1) + extra) / (readings.shape[-1] + 2.0 * extra)
 
 
 @dataclass(frozen=True)
@@ -110,16 +113,17 @@ class Objective:
     def __call__(self, readings: NDArray[np.floating], branch: Branch) -> Costs:
         """Costs of readings (ns, rows, channels, samples), of which the first nr rows are those of the table."""
         seen = np.asarray(readings, dtype=float)
-        nr, nk = self.cells.observed.shape
+        nr = len(self.cells.observed)
         table = seen[:, :nr][:, :, list(branch.columns)]
         z, scatter = self._residuals(table)
         known = np.isfinite(self.cells.observed)
         cost = self.soft(z**2 / (1.0 + scatter)) + np.log1p(scatter)
         wrong = np.full(z.shape, np.nan)
         for k in np.flatnonzero(self.cells.exists):
-            p = existence(table[:, :, k])
-            wrong[:, :, k] = np.where(self.cells.observed[:, k] > 0.0, 1.0 - p, p)
-        cost = cost + np.where(self.cells.exists, -2.0 * np.log1p(-np.nan_to_num(wrong)), 0.0)
+            there = self.cells.observed[:, k] > 0.0
+            p, careful = existence(table[:, :, k]), existence(table[:, :, k], 0.5)
+            wrong[:, :, k] = np.where(there, 1.0 - p, p)
+            cost[:, :, k] -= 2.0 * np.log(np.where(there, careful, 1.0 - careful))
         cost = np.where(known, cost, 0.0) * self.cells.weight
         return Costs(
             cost.sum(axis=-1),
@@ -142,7 +146,10 @@ class Objective:
         failed = np.isinf(table).any(axis=-1)
         values = np.maximum(np.where(np.isfinite(table), table, 0.0), 0.0)
         floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)
-        ratio = np.maximum(values + a[:, :, None], floor[:, :, None]) / np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
+        ratio = (
+            np.maximum(values + a[:, :, None], floor[:, :, None])
+            / np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
+        )
         u = np.log(ratio) * scale[:, :, None]
         z = np.where(failed, FAILED, u.mean(axis=-1))
         return z, np.where(failed, 0.0, u.var(axis=-1))

@@ -10,11 +10,11 @@ from tarsus.calibrate.account import calibration_table, device_file
 from tarsus.calibrate.calibrating import Calibrated
 from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
+from tarsus.errors import InputError
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
 from tarsus.scene import Provenance, Scene, Source
 from tarsus.spec import get_value, with_values
-from tarsus.errors import InputError
 
 __all__ = ["CALIBRATION_FILE", "branch_scene", "mixture_of", "write_outputs"]
 
@@ -28,7 +28,7 @@ def mixture_of(result: Calibrated) -> Mixture:
 
 
 def branch_scene(result: Calibrated, place: int) -> Scene:
-    """The device of a kept branch: its best member, every fitted value with its 95 % interval and where it comes from."""
+    """The device of a kept branch: its best member, every fitted value with its 95 % interval and its origin."""
     mixture = mixture_of(result)
     ensemble = mixture.ensembles[place]
     lowered, study = result.lowered, result.described.study
@@ -39,9 +39,12 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
         for one in ensemble.points
     ]
     scene = mixture.scene(place)
-    scene = with_values(scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name})
+    scene = with_values(
+        scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name}
+    )
     count = len(lowered.trained)
-    note = f"Calibration '{study.name}' to {count} row{'s' if count > 1 else ''} of its table; branch: {ensemble.branch.name}."
+    rows = f"{count} row{'s' if count > 1 else ''}"
+    note = f"Calibration '{study.name}' to {rows} of its table; branch: {ensemble.branch.name}."
     origins = {path: origin for path, origin in scene.provenance.items() if _there(scene, path)}
     for path in run.driven:
         values = [one[path] for one in members]
@@ -51,7 +54,9 @@ def branch_scene(result: Calibrated, place: int) -> Scene:
     for choice, option in ensemble.branch.options.items():
         for path in study.choices[choice].options[option].set:
             covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
-            origins = covered | {path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")}
+            origins = covered | {
+                path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")
+            }
     return with_values(scene, {"provenance": origins})
 
 
@@ -79,8 +84,13 @@ def write_outputs(result: Calibrated, folder: Path) -> list[Path]:
         target = folder / device_file(place)
         write_text(target, scene_text(scene))
         written.append(target)
-    for name, table in ((MIXTURE_FILE, mixture_table(mixture_of(result))), (CALIBRATION_FILE, calibration_table(result))):
-        write_text(folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    for name, table in (
+        (MIXTURE_FILE, mixture_table(mixture_of(result))),
+        (CALIBRATION_FILE, calibration_table(result)),
+    ):
+        write_text(
+            folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
         written.append(folder / name)
     return written
 

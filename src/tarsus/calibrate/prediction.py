@@ -1,18 +1,18 @@
 """What an ensemble over branches predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
 
 The predictive distribution of a measure has three parts. *Parameters*: every member of every branch by its weight.
-*Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was fitted.
-On the scale on which cells are compared it is normal with standard deviation
+*Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
+fitted. On the scale on which cells are compared it is normal with standard deviation
 
     sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),
 
-q the 80 % quantile of \\|residual\\| (in tolerances) over the n fitted cells of the measure's kind, 1.2816 that of a standard
-normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it means nothing.
-Residuals that grow with the table's own tolerance include it; sigma is at least 1, the tolerance itself. Where rows were
-left out and predicted, their residuals take the place of the fitted ones, with f = 1.
+q the 80 % quantile of \\|residual\\| (in tolerances) over the n fitted cells of the measure's kind, 1.2816 that of a
+standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it
+means nothing. Residuals that grow with the table's own tolerance include it; sigma is at least 1, the tolerance
+itself. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1.
 
-The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on the
-fitted rows, so p (1 - w) + (1 - p) w is given.
+The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
+the fitted rows, so p (1 - w) + (1 - p) w is given.
 """
 
 from __future__ import annotations
@@ -128,7 +128,9 @@ def _predict(
     peak: int | None,
     resolution: float,
 ) -> Prediction:
-    parts = [np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)]
+    parts = [
+        np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)
+    ]
     windows = np.concatenate(parts)
     member = np.concatenate(share)
     failed = np.isinf(windows).any(axis=1)
@@ -155,13 +157,17 @@ def _predict(
         tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
         top = weighted_quantile(np.nan_to_num(tops).ravel(), each, 0.5)
         decidable = not 0.0 < top < resolution
-    modes = has_modes(windows.mean(axis=1), member, tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0])
+    modes = has_modes(
+        windows.mean(axis=1),
+        member,
+        tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0],
+    )
     return Prediction(name, median, low, high, p, modes, decidable, lost)
 
 
 def has_modes(values: Floats, weights: Floats, least: float) -> bool:
-    """Whether weighted values (n,) fall into two groups of at least `SHARE` of the weight each, whose gap is larger than
-    ``least`` and than `APART` standard deviations of the wider group."""
+    """Whether weighted values (n,) fall into two groups of at least `SHARE` of the weight each, whose gap is larger
+    than ``least`` and than `APART` standard deviations of the wider group."""
     order = np.argsort(values, kind="stable")
     x, w = values[order], weights[order] / weights.sum()
     for i in np.argsort(np.diff(x), kind="stable")[::-1]:

@@ -45,7 +45,9 @@ class Unknowns:
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.where(self.log, self.high / np.where(self.log, self.low, 1.0), 1.0)
         return np.where(
-            self.log, np.where(self.log, self.low, 1.0) * ratio**cube, self.low + (self.high - self.low) * cube
+            self.log,
+            np.where(self.log, self.low, 1.0) * ratio**cube,
+            self.low + (self.high - self.low) * cube,
         )
 
     def prior_cost(self, cube: Floats) -> Floats:

@@ -1,5 +1,5 @@
-"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that follow
-the likelihood.
+"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that
+follow the likelihood.
 
 All randomness comes from the study's seed and the place in the sequence (stage, branch, row left out), never from time
 or threads.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +20,23 @@ from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.problem import Problem
 
-__all__ = ["Chain", "Found", "budget", "chain", "evolve", "residual_scale", "screen", "search_branches", "spread_over"]
+__all__ = [
+    "Chain",
+    "Found",
+    "budget",
+    "chain",
+    "evolve",
+    "residual_scale",
+    "screen",
+    "search_branches",
+    "spread_over",
+]
 
 Floats = NDArray[np.float64]
 
 LEVEL = 0.9
-"""Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom for
-each unknown)."""
+"""Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
+for each unknown)."""
 SCREEN, SHORT, DEEP, CHAIN, LEAVE_OUT = range(5)
 """Stages, for the random numbers of each."""
 
@@ -55,7 +66,9 @@ def budget(problem: Problem, search: Search) -> int:
     return runs * search.screening + later + (rows if search.leave_out else 0)
 
 
-def costs_at(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> tuple[Floats, Floats]:
+def costs_at(
+    problem: Problem, archive: Archive, branch: int, without: int | None = None
+) -> tuple[Floats, Floats]:
     """Visited points (n, nu) of a branch and their costs (n,)."""
     chosen = problem.branches[branch]
     points, readings = archive.points(chosen.run)
@@ -98,8 +111,9 @@ def evolve(
         readings = archive.evaluate(chosen.run, points)
         return problem.total(problem.costs(readings, chosen), points, without)
 
+    population: Any = start  # scipy's own types know a name only
     found = differential_evolution(
-        cost, [(0.0, 1.0)] * start.shape[1], init=start, maxiter=generations, tol=0.0, atol=0.0, vectorized=True,
+        cost, [(0.0, 1.0)] * start.shape[1], init=population, maxiter=generations, tol=0.0, atol=0, vectorized=True,
         updating="deferred", mutation=(0.4, 0.9), recombination=0.8, polish=False, rng=rng,
     )  # fmt: skip
     return np.asarray(found.population)
@@ -171,7 +185,9 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
         points, costs = costs_at(problem, archive, b)
         start = points[np.argsort(costs, kind="stable")[: search.population]]
         rng = np.random.default_rng([search.seed, SHORT, b])
-        populations[b] = evolve(problem, archive, b, _filled(start, search.population, rng), search.short, rng)
+        populations[b] = evolve(
+            problem, archive, b, _filled(start, search.population, rng), search.short, rng
+        )
     best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
     scale = _scale(problem, archive, best)
     hopeless = min(best.values()) + search.hopeless * scale

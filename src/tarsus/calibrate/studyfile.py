@@ -7,7 +7,6 @@ import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.table import Table, parse_table

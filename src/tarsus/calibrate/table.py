@@ -66,7 +66,9 @@ def parse_table(text: str, where: str) -> Table:
     if len(lines) < 2:
         raise InputError(f"{where}: expected a line of column names and at least one row")
     head = tuple(lines[0][1])
-    problems = [f"{where}: the column '{name}' appears twice" for name in sorted(set(head)) if head.count(name) > 1]
+    problems = [
+        f"{where}: the column '{name}' appears twice" for name in sorted(set(head)) if head.count(name) > 1
+    ]
     problems += [f"{where}: column {i} has no name" for i, name in enumerate(head, start=1) if not name]
     problems += [
         f"{where}, line {number}: {len(cells)} cells, but there are {len(head)} columns"

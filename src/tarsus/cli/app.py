@@ -7,7 +7,19 @@ import sys
 
 from cyclopts import App, CycloptsError
 
-from tarsus.cli import bench, calibrate, check, console, devices, identify, show, simulate, sweep, synthesize, validate
+from tarsus.cli import (
+    bench,
+    calibrate,
+    check,
+    console,
+    devices,
+    identify,
+    show,
+    simulate,
+    sweep,
+    synthesize,
+    validate,
+)
 from tarsus.cli import next as next_signals
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

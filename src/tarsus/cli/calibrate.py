@@ -59,7 +59,14 @@ def calibrate(
         with console.progress_bar("sets", time_left=True) as progress:
             result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)
     except KeyboardInterrupt:
-        words = ["tarsus", "calibrate", study, "-o", str(folder), *(w for f in law or () for w in ("--law", str(f)))]
+        words = [
+            "tarsus",
+            "calibrate",
+            study,
+            "-o",
+            str(folder),
+            *(w for f in law or () for w in ("--law", str(f))),
+        ]
         words += [] if seed is None else ["--seed", str(seed)]
         console.complain(
             [f"interrupted; visited sets are kept, continue with `{shlex.join(words)} --resume`"]

@@ -36,8 +36,8 @@ _DIGEST = "plan"
 class SweepStore:
     """A folder that holds the finished units of one plan.
 
-    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it. Safe between threads that write
-    different units.
+    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it. Safe between
+    threads that write different units.
     """
 
     folder: Path
@@ -47,7 +47,13 @@ class SweepStore:
 
     @classmethod
     def open(
-        cls, folder: Path, digest: str, units: int, texts: Mapping[str, str], *, resume: bool = False,
+        cls,
+        folder: Path,
+        digest: str,
+        units: int,
+        texts: Mapping[str, str],
+        *,
+        resume: bool = False,
         what: str = "sweep",
     ) -> SweepStore:
         """The store of a plan: a new one, or with `resume` the one that is there.

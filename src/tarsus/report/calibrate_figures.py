@@ -14,7 +14,11 @@ from tarsus.report.style import BLUE, CYCLE, INK, ORANGE, RULE, WIDTH_IN, few_ti
 
 __all__ = ["ranges", "rows_figure"]
 
-_LOOKS = {"training": (-0.16, ORANGE, "fitted"), "left_out": (0.16, BLUE, "left out"), "predicted": (0.0, BLUE, "")}
+_LOOKS = {
+    "training": (-0.16, ORANGE, "fitted"),
+    "left_out": (0.16, BLUE, "left out"),
+    "predicted": (0.0, BLUE, ""),
+}
 
 
 def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
@@ -30,10 +34,23 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
         for key, (shift, color, label) in _LOOKS.items():
             entries = [(n, row[key][name]) for n, row in enumerate(rows) if row.get(key)]
             y = [n + shift for n, _ in entries]
-            axes.hlines(y, [e["low"] for _, e in entries], [e["high"] for _, e in entries], color=color, lw=1.1)
-            axes.plot([e["median"] for _, e in entries], y, "D", ms=3.4, mew=0.0, color=color, label=label or None)
+            axes.hlines(
+                y, [e["low"] for _, e in entries], [e["high"] for _, e in entries], color=color, lw=1.1
+            )
+            axes.plot(
+                [e["median"] for _, e in entries], y, "D", ms=3.4, mew=0.0, color=color, label=label or None
+            )
         seen = [(n, _observed(row, name)) for n, row in enumerate(rows)]
-        axes.plot([o for _, o in seen], [n for n, _ in seen], "o", ms=6.0, mfc="white", mew=1.2, color=INK, label="measured")
+        axes.plot(
+            [o for _, o in seen],
+            [n for n, _ in seen],
+            "o",
+            ms=6.0,
+            mfc="white",
+            mew=1.2,
+            color=INK,
+            label="measured",
+        )
         unit = _unit(rows, name)
         axes.set_xlabel(f"{name} ({unit})" if unit != "1" else name)
         axes.spines["left"].set_visible(False)
@@ -43,9 +60,7 @@ def rows_figure(table: Mapping[str, Any], names: Sequence[str]) -> Plate:
     panels[0].set_ylim(len(rows) - 0.5, -0.5)
     handles, labels = panels[0].get_legend_handles_labels()
     drawn.legend(handles, labels, loc="upper center", ncols=max(len(labels), 1), handletextpad=0.3)
-    caption = (
-        "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and fitted without the row."
-    )
+    caption = "Measured values, and median and 80 % interval of the mixture: fitted with all rows, and without the row."
     return Plate(to_svg(drawn, caption), caption)
 
 
@@ -60,14 +75,19 @@ def ranges(branches: Sequence[Mapping[str, Any]]) -> Plate:
         shift = 0.7 * ((b + 0.5) / len(branches) - 0.5)
         color = CYCLE[b % len(CYCLE)]
         y = [n + shift for n in range(len(names))]
-        places = [[_place(one, one[key]) for key in ("low", "high", "best")] for one in branch["unknowns"].values()]
+        places = [
+            [_place(one, one[key]) for key in ("low", "high", "best")] for one in branch["unknowns"].values()
+        ]
         axes.hlines(y, [p[0] for p in places], [p[1] for p in places], color=color, lw=2.0)
         axes.plot([p[2] for p in places], y, "o", ms=3.2, color=color)
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.0)
     axes.set_xlabel("between the bounds")
-    caption = "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as a dot."
+    caption = (
+        "90 % range of each unknown between its bounds, on its own scale; one colour for each branch, its best set as "
+        "a dot."
+    )
     return Plate(to_svg(drawn, caption), caption)
 
 

@@ -87,16 +87,16 @@ def _rows(result: Mapping[str, Any], names: list[str]) -> str:
         for name in names:
             fitted = (row.get("training") or {}).get(name)
             new = (row.get("left_out") or row.get("predicted") or {}).get(name)
-            shown = new or fitted
+            shown: Mapping[str, Any] = new or fitted or {}
             cells += [
                 number(shown.get("observed"), 3), number(fitted["median"], 3) if fitted else MISSING,
                 number(new["median"], 3) if new else MISSING, _interval(shown),
             ]  # fmt: skip
         body.append(cells)
     note = (
-        "<p>P is the probability of a bounce, left out; intervals in colour do not hold the measured value. Rows without a "
-        "fitted value are predictions. An asterisk: the members fall into several modes; a dagger: flights too low for the "
-        "instrument, not decidable.</p>\n"
+        "<p>P is the probability of a bounce, left out; intervals in colour do not hold the measured value. Rows "
+        "without a fitted value are predictions. An asterisk: the members fall into several modes; a dagger: flights "
+        "too low for the instrument, not decidable.</p>\n"
     )
     return table(columns, body, over=over) + note
 
@@ -117,7 +117,8 @@ def _branches(result: Mapping[str, Any]) -> str:
             number(one["cost"], 4),
             MISSING if one["dropped"] else f"{one['weight']:.2f}",
             code(one["file"]) if not one["dropped"] else escape(one["dropped"]),
-            "; ".join(f"{c['name']}: {c['cost']:.2g}" for c in one.get("constraints", ()) if c["cost"] > 0.0) or "kept",
+            "; ".join(f"{c['name']}: {c['cost']:.2g}" for c in one.get("constraints", ()) if c["cost"] > 0.0)
+            or "kept",
         ]
         for one in sorted(result["branches"], key=lambda one: one["cost"])
     ]
@@ -162,8 +163,9 @@ def _unknowns(branch: Mapping[str, Any]) -> str:
 def _footer(result: Mapping[str, Any]) -> str:
     sigma = "; ".join(f"{name} {one['sigma']:.2f}" for name, one in result["discrepancy"].items())
     return (
-        f"<footer><p>Made by Tarsus {escape(package_version())}. Intervals hold 80 %: spread of the unknowns, of windows and "
-        f"draws, and the discrepancy of the model, in tolerances: {escape(sigma)}. Left out: refitted without the row.</p></footer>"
+        f"<footer><p>Made by Tarsus {escape(package_version())}. Intervals hold 80 %: spread of the unknowns, of "
+        f"windows and draws, and the discrepancy of the model, in tolerances: {escape(sigma)}. Left out: refitted "
+        "without the row.</p></footer>"
     )
 
 

@@ -17,8 +17,18 @@ from tarsus.scene import Scene, override
 from tarsus.spec import validate
 from tarsus.study.sweep import Sweep
 
-__all__ = ["SCENE_FILE", "STUDY_FILE", "flat_values", "frozen_texts", "load_sweep", "read_sweep", "read_table",
-           "scene_of_study", "study_names", "study_path"]
+__all__ = [
+    "SCENE_FILE",
+    "STUDY_FILE",
+    "flat_values",
+    "frozen_texts",
+    "load_sweep",
+    "read_sweep",
+    "read_table",
+    "scene_of_study",
+    "study_names",
+    "study_path",
+]
 
 STUDY_FILE = "study.toml"
 SCENE_FILE = "scene.toml"
