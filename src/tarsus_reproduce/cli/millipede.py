@@ -18,7 +18,7 @@ READINGS_FILE = "readings-{seed}.jsonl"
 def run(
     device: str | None, output: Path | None, readings: int, seed: int, *, json: bool, quiet: bool = False
 ) -> int:
-    """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is a result, not a failure."""
+    """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is no failure."""
     from tarsus.cli import console
     from tarsus.files.library import load_scene
     from tarsus_reproduce.millipede import VARIANTS, reproduce_millipede
