@@ -108,8 +108,8 @@ def index_html(results: Mapping[str, Result]) -> str:
         rows.append([link, _calibrated(one, results[one.folder]), _predicted(one, results[one.folder])])
     parts = [
         "<h1>The dissertation, reproduced</h1>\n",
-        '<p class="lede">“Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots”,
-        chapters ' f"2 to 4, computed anew with Tarsus {escape(package_version())}.</p>\n",
+        '<p class="lede">“Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots”, '
+        f"chapters 2 to 4, computed anew with Tarsus {escape(package_version())}.</p>\n",
         table(columns, rows, wrap=True),
         "<h2>How to read the pages</h2>\n",
         _LEGEND,
@@ -121,23 +121,23 @@ def index_html(results: Mapping[str, Result]) -> str:
         )
         parts.append(f"<h3>{escape(one.title)}</h3>\n<ul>\n{said}</ul>\n")
     parts.append(
-        f"<footer><p>Made by Tarsus {escape(package_version())} with <code>tarsus reproduce --all</code>. E1 to E16 are "
-        "entries of the errata in its documentation.</p></footer>"
+        f"<footer><p>Made by Tarsus {escape(package_version())} with <code>tarsus reproduce --all</code>. E1 to E16 "
+        "are entries of the errata in its documentation.</p></footer>"
     )
     return page("The dissertation, reproduced", "".join(parts))
 
 
 _LEGEND = """<ul>
-<li><b>Calibrated on</b>: the device's unknown numbers were fitted to this row. Its error says how well the model can be
-bent to the data, and nothing of what it knows.</li>
+<li><b>Calibrated on</b>: the device's unknown numbers were fitted to this row. Its error says how well the model can
+be bent to the data, and nothing of what it knows.</li>
 <li><b>Predicted</b>: nothing was fitted to this row. Only these errors speak for the model.</li>
-<li>A prediction is the <b>median</b>, with the <b>interval that holds 80 %</b>: of drive periods after transients for the
-cantilever, of windows of 50 ms over random initial states for the robots, and of all devices that fit where there are
-several. Errors are (measured − median) / measured.</li>
+<li>A prediction is the <b>median</b>, with the <b>interval that holds 80 %</b>: of drive periods after transients for
+the cantilever, of windows of 50 ms over random initial states for the robots, and of all devices that fit where there
+are several. Errors are (measured − median) / measured.</li>
 <li>A <b>bounce</b> is a flight that clears 0.1 µm after a contact shorter than 0.5 ms, or a tenth of the drive period,
 however it began. The share of periods or windows with one stands beside the count.</li>
-<li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which tells of the device) or <b>not
-determined</b> (the replicates differ).</li>
+<li>A trend <b>agrees</b>, <b>contradicts</b>, is <b>insensitive</b> (nothing changes, which tells of the device) or
+<b>not determined</b> (the replicates differ).</li>
 </ul>
 """
 
