@@ -61,7 +61,7 @@ def test_the_index_keeps_fitted_and_predicted_rows_apart_and_names_what_is_misse
         (["hexapod", "--all", "-o", "x"], "--all makes every page: leave 'hexapod' out"),
         (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
         ([], "name an experiment (cantilever, hexapod, quadruped or millipede), or give --all"),
-        (["hexapod", "--readings", "3"], "--readings and --seed are of the millipede"),
+        (["hexapod", "--readings", "3"], "--readings, --scatter and --seed are of the millipede"),
     ],
 )
 def test_words_that_do_not_go_together(tarsus, words, said):

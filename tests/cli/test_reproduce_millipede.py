@@ -71,8 +71,8 @@ def test_tables_for_people(tarsus, quick):
     [
         (("--seeds", "3"), "--seeds: the millipede has one start"),
         (("--rows", "rows.csv"), "--rows: no table is printed for the millipede"),
-        (("--readings", "-1"), "--readings: expected a number from 0"),
-        (("--seed", "3"), "--seed: is the seed of --readings"),
+        (("--readings", "-1"), "--readings, --scatter: expected numbers from 0 to"),
+        (("--seed", "3"), "--seed: is the seed of --readings and --scatter"),
         (("--device", "cantilever"), "cantilever: a millipede is a walker; this structure is of kind 'beam'"),
         (("--device", "milipede"), "no device is called 'milipede'"),
     ],

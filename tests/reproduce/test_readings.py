@@ -12,7 +12,16 @@ from reproduce.coarse_studies import overdamped, ringing
 from tarsus.spec import get_value
 from tarsus_reproduce import readings
 from tarsus_reproduce.millipede import Coarse, Score, damping_ratio, stands
-from tarsus_reproduce.readings import CHOICES, RANGES, drawn, random_readings, reading_scene, scattered
+from tarsus_reproduce.readings import (
+    CHOICES,
+    RANGES,
+    drawn,
+    random_readings,
+    reading_scene,
+    scatter_scores,
+    scatter_table,
+    scattered,
+)
 
 
 @pytest.fixture
@@ -103,3 +112,11 @@ def test_a_reading_is_judged_by_the_judge(monkeypatch):
     monkeypatch.setattr(readings, "PERIODS", 2)
     (one,) = random_readings(overdamped(), 1, 1).readings
     assert one.problem is None and one.score.total == 16
+
+
+def test_neighbours_give_the_range_of_a_score(quick):
+    outcome = type("Outcome", (), {"name": "ringing", "scene": ringing()})
+    table = scatter_table(scatter_scores(outcome, 6, 1))
+    assert len(set(quick)) == table["judged"] == 6
+    assert (table["agree"], table["contradict"]) == ({"least": 0, "most": 4}, {"least": 1, "most": 1})
+    assert scatter_table([]) == {"spread": 0.1, "judged": 0}
