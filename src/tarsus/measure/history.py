@@ -22,7 +22,7 @@ DWELL_SHARE = 0.1
 # Kinds of events, as in ``tarsus.core.arrays``.
 BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
 IMPACTS = (BOUNCE, CAPTURE, REST)
-"""Kinds of events that are blows."""
+"""Kinds of events that are impacts."""
 
 
 @dataclass(frozen=True)
