@@ -27,6 +27,7 @@ from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.scene import Ground, Scene
+from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
@@ -119,7 +120,7 @@ class Plan:
 def lower_scene(scene: Scene) -> Plan:
     """Lower a scene to arrays.
 
-    Raises InputError where a law of the user cannot be compiled.
+    Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
@@ -145,6 +146,8 @@ def lower_scene(scene: Scene) -> Plan:
     signals = pack_signals(channels)
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
+    if scene.initial.standing is not None:
+        initial[:n] = equilibrium(scene, driven=scene.initial.standing.driven)
     if scene.initial.displacement is not None:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:

@@ -61,6 +61,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Source",
+    "Standing",
     "override",
     "provenance_problems",
     "reference_faults",
@@ -131,9 +132,21 @@ class Ground(Description):
         return laws
 
 
-class Initial(Description):
-    """State at time zero, in the structure's coordinates; zeros when absent."""
+class Standing(Description):
+    """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
 
+    driven: bool = Field(
+        default=False, description="with the drives' first volts; absent: at 0 V, after their history"
+    )
+
+
+class Initial(Description):
+    """State at time zero, in the structure's coordinates; zeros when absent.
+
+    `standing` stands for the displacement of a walker that stands still on its feet.
+    """
+
+    standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
     displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
     velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
 
@@ -196,6 +209,7 @@ class Scene(Description):
     def _check(self) -> Scene:
         structure = self.robot.structure
         faults = _signal_faults(self.signals, self.robot.drives)
+        faults += self._standing_faults()
         for name in ("displacement", "velocity"):
             values = getattr(self.initial, name)
             if values is not None and len(values) != structure.size:
@@ -244,6 +258,17 @@ class Scene(Description):
             except PathErrors as error:
                 faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
         return faults
+
+    def _standing_faults(self) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        if self.initial.standing is None:
+            return []
+        if not isinstance(structure, Walker):
+            text = f"only a walker stands on its feet; this structure is of kind '{structure.kind}'"
+            return [("initial.standing", text)]
+        if self.initial.displacement is not None:
+            return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
+        return []
 
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []
