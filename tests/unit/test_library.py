@@ -6,7 +6,7 @@ import pytest
 
 from tarsus.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.errors import InputError
-from tarsus.files import library
+from tarsus.files import installed, library
 from tarsus.files.library import device_names, load_scene
 from tarsus.files.toml import write_scene
 from tarsus.scene import Source
@@ -127,14 +127,14 @@ def test_devices_of_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         "[tarsus.devices]\nother = their_robots:OTHER\nbroken = their_robots:NONE\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
-    library._plugged.cache_clear()
+    installed._files.cache_clear()
     try:
         assert {"other", "broken"} <= set(device_names())
         assert load_scene("other") == load_scene("cantilever")
         with pytest.raises(InputError, match=r"device 'broken' of package .* cannot be loaded"):
             load_scene("broken")
     finally:
-        library._plugged.cache_clear()
+        installed._files.cache_clear()
         library._device.cache_clear()
 
 

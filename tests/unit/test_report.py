@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -15,12 +14,11 @@ import pytest
 
 from tarsus.errors import InputError
 from tarsus.files.store import read_run, write_run
-from tarsus.report import write_report, write_validation_report
+from tarsus.report import write_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.style import decimate, scale_of, upright
-from tarsus.report.validation_page import validation_html
 from tarsus.report.values import value_rows
 from unit.html_page import Page
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
@@ -44,33 +42,6 @@ def page_text(run: SampleRun, companion: SampleRun) -> str:
 @pytest.fixture(scope="module")
 def page(page_text: str) -> Page:
     return Page(page_text)
-
-
-def validation_row(hz: float = 50.0, measured: dict[str, float] | None = None) -> dict[str, Any]:
-    ours = {"bounces": 1.0, "peak_um": 150.0, "contact_ms": 5.0}
-    return {
-        "freq_hz": hz,
-        "volt_v": 8.0,
-        "wave": "sine",
-        "source": {"bounces": 1.0, "peak_um": 140.0, "contact_ms": 5.1},
-        "measured": measured,
-        "ours": ours,
-    }
-
-
-def validation_result() -> dict[str, Any]:
-    column = {
-        "count_right": 9,
-        "mean_count_error": 0.25,
-        "peak": {"mean_absolute_percent": 18.6, "cases": 12},
-    }
-    rows = [
-        validation_row(50.0, {"bounces": 1.0, "peak_um": 152.0, "contact_ms": 2.5}),
-        validation_row(15.0, {"bounces": 0.0, "peak_um": 120.0, "contact_ms": 0.0}),
-        validation_row(5.0),
-    ]
-    own = {"rows": 3, "source": column, "ours": column, "ours_against_source": {"peak_within_15_percent": 11}}
-    return {"device": "cantilever <x>", "rows": rows, "summary": own | {"added_rows": own}}
 
 
 def test_page_is_small_and_needs_nothing_from_outside(page_text: str, page: Page) -> None:
@@ -207,33 +178,6 @@ def test_stored_run_can_be_reported(run: SampleRun, tmp_path: Path) -> None:
 def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="folder"):
         write_report(run, tmp_path)
-
-
-def test_validation_rows_can_be_part_of_a_report(run: SampleRun) -> None:
-    text = Page(report_html(run, validation=validation_result()["rows"])).text
-    assert " Validation " in text and "50 Hz 8 V sine" in text
-
-
-def test_validation_page_has_rows_errors_and_summary(tmp_path: Path) -> None:
-    path = write_validation_report(validation_result(), tmp_path / "validation.html")
-    source = path.read_text(encoding="utf-8")
-    page = Page(source)
-    assert "Validation of cantilever <x>" in page.text
-    assert "18.6 %" in page.text
-    assert "Added rows (3)" in page.text
-    first, second, third = re.findall(r"<tr><td>\d+ Hz.*?</tr>", source.replace("\u00a0", " "))
-    assert '<td class="n">+1 %</td>' in first, "peak 152 against 150"
-    assert '<td class="n off">−100 %</td>' in first, "contact 2.5 against 5"
-    assert second.endswith('<td class="n off">–</td></tr>'), "contact 0 against 5 has no relative error"
-    assert '<td class="n off">−1</td>' in second, "one bounce where none was seen"
-    assert third.count("<td class=n>–</td>") == 6, "nothing measured"
-
-
-def test_validation_of_rows_without_reference() -> None:
-    result = validation_result()
-    for row in result["rows"]:
-        row["source"] = row["measured"] = None
-    assert "50 Hz 8 V sine" in Page(validation_html(result)).text.replace("\u00a0", " ")
 
 
 def test_contact_intervals_follow_the_events() -> None:

@@ -21,12 +21,13 @@ Tables = namedtuple(
 )
 # flags (m,), parameters (m, np), pointer (m, 8) addresses of users' laws, volts (m,) channel of the foot or -1.
 Laws = namedtuple("Laws", "flags parameters pointer volts")
-# What a run carries from call to call.
+# What a run carries from call to call. apex (m, 3): highest gap since the last event or mark and when, integral of the
+# gap over time since the start (NaN where apexes are not tracked).
 State = namedtuple("State", "count real w physical cursor since order apex")
 # Runs that differ in law parameters (nr, m, np) and initial state (nr, 2n) only; codes and event_end (nr,) and
 # finish (nr, 4 + 2m), filled by the kernel: end time, steps, rejected steps, open apexes and their times.
 Batch = namedtuple("Batch", "parameters initial codes event_end finish")
-# events (ne, 11), trace (nt, width): filled from the start, emptied by the caller when full.
+# events (ne, 12), trace (nt, width): filled from the start, emptied by the caller when full.
 Output = namedtuple("Output", "events trace")
 Work = namedtuple(
     "Work", "values constant active linear nodes volts margin power vpower series line velocity state other matrix"
@@ -41,8 +42,9 @@ TIME, END, TOL_GAP, TOL_DRIVE, EPS_GAP, EPS_FORCE, EPS_SPEED, REST_HEIGHT, PROGR
     MARK, PERIOD, GROWTH = range(14)  # fmt: skip
 REALS = 14
 # columns of an event row
-E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME = range(11)
-EVENT_WIDTH = 11
+(E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
+ E_INTEGRAL) = range(12)  # fmt: skip
+EVENT_WIDTH = 12
 # columns of a trace row before the state and the nodal inputs
 T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)
 TRACE_HEAD = 5

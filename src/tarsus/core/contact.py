@@ -16,6 +16,7 @@ from tarsus.core.arrays import (
     E_BEFORE,
     E_ENERGY,
     E_FOOT,
+    E_INTEGRAL,
     E_KIND,
     E_PULL,
     E_STRENGTH,
@@ -52,6 +53,7 @@ def log(events, count, t, foot, kind, before, after, pull, strength, energy, adh
     events[n, E_ADHESION] = adhesion
     events[n, E_APEX] = apex[foot, 0]
     events[n, E_APEX_TIME] = apex[foot, 1]
+    events[n, E_INTEGRAL] = apex[foot, 2]
     count[EVENTS] = n + 1
 
 

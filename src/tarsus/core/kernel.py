@@ -333,6 +333,7 @@ def begin(signals, laws, batch, state):
         state.order[i] = 0
         state.apex[i, 0] = 0.0
         state.apex[i, 1] = 0.0
+        state.apex[i, 2] = 0.0 if count[a.TRACK] != 0 else math.nan
         for p in range(laws.parameters.shape[1]):
             laws.parameters[i, p] = batch.parameters[run, i, p]
     for c in range(signals.loop.shape[0]):
@@ -363,7 +364,7 @@ def finish(batch, state, code):
 
 @rare
 def mark(events, state, mask, m):
-    """End of a drive period: log the highest gap since the last mark and start anew."""
+    """End of a drive period, or of the run: log the highest gap since the last mark and start anew."""
     count, t = state.count, state.real[a.TIME]
     for i in range(m):
         if not mask >> i & 1:
@@ -419,6 +420,7 @@ def make_advance(sources: str):
                 mark(output.events, r_state, modes.mask[q], m)
                 continue
             if real[a.TIME] >= real[a.END]:
+                mark(output.events, r_state, modes.mask[q], m)
                 finish(r_batch, r_state, a.DONE)
                 continue
             if count[a.CHECK] != 0:

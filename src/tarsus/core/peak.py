@@ -20,7 +20,8 @@ def hides_peak(i, apex, nodes, bound, limit, tau):
 
 @rare
 def raise_apex(i, apex, nodes, line, limit, tau, monomial, t, h):
-    """Keep the highest gap [m] of the flight of foot i and its time in apex[i] = (gap, time), up to ``limit``.
+    """Keep the highest gap [m] of the flight of foot i, its time and the gap's integral [m s] in apex[i] = (gap, time,
+    integral), up to ``limit``.
 
     Between the nodes the gap is the polynomial through them; its slope is searched on the two intervals beside the
     highest node. ``line`` is scratch.
@@ -36,12 +37,17 @@ def raise_apex(i, apex, nodes, line, limit, tau, monomial, t, h):
     high = min(high, limit)
     top = nodes[i, best]
     s = tau[best]
+    total = 0.0
+    power = limit * h
+    for c in range(N):
+        p = 0.0
+        for j in range(N):
+            p += monomial[c, j] * nodes[i, j]
+        line[c] = p
+        total += p * power / (c + 1.0)
+        power *= limit
+    apex[i, 2] += total
     if top > 0.5 * apex[i, 0] and high > low:
-        for c in range(N):
-            p = 0.0
-            for j in range(N):
-                p += monomial[c, j] * nodes[i, j]
-            line[c] = p
         if horner_slope(line, 0, N, low) > 0.0 > horner_slope(line, 0, N, high):
             for _ in range(30):
                 s = 0.5 * (low + high)

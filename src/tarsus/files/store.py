@@ -63,6 +63,7 @@ EVENT_UNITS: dict[str, str] = {
     "adhesion_energy": "J",
     "apex": "m",
     "apex_time": "s",
+    "gap_integral": "m s",
 }
 """Unit of every dimensional column of the event table."""
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.errors import InputError
 from tarsus.explain import nearest
-from tarsus.measure import FootHistory, foot_history, period_statistics
+from tarsus.measure import FootHistory, histories_of, period_edges, period_statistics
 from tarsus.measure.periods import Judged
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
@@ -114,16 +114,16 @@ def features_of(
     InputError
         For an unknown kind, with the nearest valid one.
     """
-    measures = period_statistics(run, skip=skip, resolution=resolution)
+    histories = histories_of(run)
+    measures = period_statistics(run, skip=skip, height=resolution, histories=histories)
     offered = [*measures, *_UNITS]
     wrong = [f"there is no feature '{kind}'{nearest(kind, offered)}" for kind in kinds if kind not in offered]
     if wrong:
         raise InputError(wrong)
-    edges = _edges(run, skip)
+    edges = period_edges(run, skip=skip)
     feet = run.foot_names
     names, units, values, spread = [], [], [], []
-    for i, foot in enumerate(feet):
-        history: FootHistory | None = None
+    for foot, history in histories.items():
         for kind in kinds:
             names.append(kind if len(feet) == 1 else f"{kind}.{foot}")
             if kind in measures:
@@ -131,7 +131,6 @@ def features_of(
                 values.append(measures[kind].per_foot[foot])
                 spread.append(measures[kind].spread)
                 continue
-            history = history or foot_history(run.all_events, i, run.duration)
             rows = _highest_rebound(history, edges, resolution)
             seen = rows[np.isfinite(rows)]
             units.append(_UNITS[kind])
@@ -160,18 +159,9 @@ def simulated(
     return Batched(rows[0].names, rows[0].units, values, spread, min(row.periods for row in rows))
 
 
-def _edges(run: Judged, skip: int | None) -> Floats:
-    """Edges of the drive periods that statistics are taken over [s], as in `period_statistics`."""
-    count = max(int(np.floor(run.duration / run.period * (1.0 + 1e-9))), 1)
-    if count == 1:
-        return np.array([0.0, run.duration])
-    dropped = (count + 2) // 3 if skip is None else min(skip, count - 1)
-    return np.arange(dropped, count + 1, dtype=float) * run.period
-
-
 def _highest_rebound(history: FootHistory, edges: Floats, resolution: float) -> Floats:
     """Highest apex [m] of the flights in each period that began by a bounce and are seen, NaN where there is none."""
-    seen = history.rebound & (history.apex > resolution) & np.isfinite(history.apex)
+    seen = history.rebounds(resolution)
     out = np.full(len(edges) - 1, np.nan)
     index = np.searchsorted(edges, history.flight_start[seen], side="right") - 1
     inside = (index >= 0) & (index < len(out)) & (history.flight_start[seen] <= edges[-1])

@@ -1,18 +1,37 @@
 """What a run is judged by: one definition of every measure, used by every table."""
 
-from tarsus.measure.history import FootHistory, foot_history
-from tarsus.measure.periods import RESOLUTION, Measure, Measures, period_statistics, scene_period
+from tarsus.measure.history import DWELL, RESOLUTION, Counting, FootHistory, foot_history
+from tarsus.measure.measure import Caution, CautionKind, Measure, Measures, Scope
+from tarsus.measure.periods import (
+    by_window,
+    histories_of,
+    period_edges,
+    period_statistics,
+    scene_period,
+    window_statistics,
+)
 from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics
+from tarsus.measure.whole import whole_run_statistics
 
 __all__ = [
+    "DWELL",
     "RESOLUTION",
     "STANDSTILL",
+    "Caution",
+    "CautionKind",
+    "Counting",
     "FootHistory",
     "Measure",
     "Measures",
+    "Scope",
+    "by_window",
     "foot_history",
+    "histories_of",
     "measures_of",
+    "period_edges",
     "period_statistics",
     "scene_period",
     "walk_statistics",
+    "whole_run_statistics",
+    "window_statistics",
 ]

@@ -1,56 +1,18 @@
-"""Statistics by drive period, after transients, with their spread."""
+"""Statistics by drive period or by any window of time, with their spread."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
-from tarsus.measure.history import FootHistory, foot_history
-
-RESOLUTION = 1e-7
-"""Height [m] a rebound must clear to count as a bounce: the resolution of the source's vibrometer."""
-
-
-@dataclass(frozen=True)
-class Measure:
-    """One number with its unit, its spread over ``n`` drive periods and its definition.
-
-    ``value`` is the mean over feet, ``per_foot`` that of each foot; ``spread`` is the standard deviation from
-    period to period (the largest of the feet).
-    """
-
-    value: float
-    unit: str
-    spread: float
-    n: int
-    definition: str
-    per_foot: Mapping[str, float] = field(default_factory=dict)
-
-
-class Measures(Mapping[str, Measure]):
-    """Measures by name; also as attributes: ``run.measures.contact_duration``."""
-
-    def __init__(self, values: dict[str, Measure]) -> None:
-        self._values = values
-
-    def __getitem__(self, name: str) -> Measure:
-        return self._values[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._values)
-
-    def __len__(self) -> int:
-        return len(self._values)
-
-    def __getattr__(self, name: str) -> Measure:
-        values: dict[str, Measure] = self.__dict__.get("_values", {})  # none yet while it is unpickled
-        if name not in values:
-            raise AttributeError(f"there is no measure {name!r}; there are {', '.join(values)}")
-        return values[name]
+from tarsus.errors import InputError
+from tarsus.measure.cautions import cautions
+from tarsus.measure.history import RESOLUTION, Counting, Floats, FootHistory, foot_history
+from tarsus.measure.measure import Measures, Scope, of_feet
 
 
 class Judged(Protocol):
@@ -61,7 +23,7 @@ class Judged(Protocol):
     @property
     def foot_names(self) -> tuple[str, ...]: ...
     @property
-    def duration(self) -> float: ...
+    def end_time(self) -> float: ...
     @property
     def period(self) -> float: ...
 
@@ -72,26 +34,39 @@ def scene_period(scene: Any, duration: float) -> float:
     return max((p for p in periods if p <= duration), default=duration)
 
 
-def periods_used(duration: float, period: float, skip: int | None) -> tuple[int, int]:
-    """Number of the first drive period of the statistics, and of whole periods in all (at least one); see
-    `period_statistics`."""
-    count = max(int(np.floor(duration / period * (1.0 + 1e-9))), 1)
+def periods_used(reached: float, period: float, skip: int | None) -> tuple[int, int]:
+    """Number of the first drive period of the statistics, and of whole periods in all, of a run that reached a time
+    [s]: at least one, which is a broken one if need be, but none where no time passed; see `period_statistics`."""
+    if not reached > 0.0:
+        return 0, 0
+    count = max(int(np.floor(reached / period * (1.0 + 1e-9))), 1)
     return ((count + 2) // 3 if skip is None and count > 1 else min(skip or 0, count - 1)), count
+
+
+def period_edges(run: Judged, period: float | None = None, skip: int | None = None) -> Floats:
+    """Edges (np + 1,) [s] of the drive periods that `period_statistics` is taken over."""
+    span = run.period if period is None else period
+    dropped, count = periods_used(run.end_time, span, skip)
+    edges = np.arange(dropped, count + 1, dtype=float) * span
+    if count == 1:
+        edges[1] = min(span, run.end_time)
+    return edges
 
 
 def histories_of(run: Judged) -> dict[str, FootHistory]:
     """What every foot of a run did, by its name."""
-    return {name: foot_history(run.all_events, i, run.duration) for i, name in enumerate(run.foot_names)}
+    return {name: foot_history(run.all_events, i, run.end_time) for i, name in enumerate(run.foot_names)}
 
 
 def period_statistics(
     run: Judged,
     period: float | None = None,
     skip: int | None = None,
-    resolution: float = RESOLUTION,
+    height: float = RESOLUTION,
+    dwell: float | None = None,
     histories: Mapping[str, FootHistory] | None = None,
 ) -> Measures:
-    """Measures of a run by drive period.
+    """Measures of a run by drive period, after transients.
 
     Parameters
     ----------
@@ -99,126 +74,205 @@ def period_statistics(
         Drive period [s]; the run's own by default.
     skip
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
-    resolution
-        Height [m] a rebound must clear to count as a bounce.
+    height
+        Height [m] that a flight must clear to be seen; lower ones are contact.
+    dwell
+        Length [s] that the contact before a flight must stay below for it to be a bounce; by default 0.5 ms or a tenth
+        of the period, whichever is shorter.
     histories
         Of the run's feet, where they are known already.
     """
     span = run.period if period is None else period
-    dropped, count = periods_used(run.duration, span, skip)
-    edges = np.arange(dropped, count + 1) * span
-    if count == 1:
-        edges = np.array([0.0, run.duration])
+    counting = Counting.of(span, height, dwell)
     histories = histories_of(run) if histories is None else histories
-    feet = [_Seen(history, edges, resolution) for history in histories.values()]
-    values: dict[str, Measure] = {}
-    for name, (unit, definition, by_period) in _DEFINITIONS.items():
-        rows = np.array([by_period(foot) for foot in feet]).reshape(len(feet), len(edges) - 1)
-        about = definition.format(resolution=f"{resolution * 1e6:g} um")
-        values[name] = _measure(rows, tuple(histories), unit, about)
+    edges = period_edges(run, period, skip)
+    found = _statistics(histories, edges, counting, "drive period")
+    return Measures(found, cautions(histories, edges, counting, found, periods=True))
+
+
+def window_statistics(
+    run: Judged,
+    start: float,
+    length: float,
+    count: int = 1,
+    height: float = RESOLUTION,
+    dwell: float | None = None,
+    histories: Mapping[str, FootHistory] | None = None,
+) -> Measures:
+    """The measures of `period_statistics` as an instrument takes them: over windows of time, whatever the drive does.
+
+    ``count`` windows of ``length`` [s] follow each other from ``start`` [s]; value and spread are taken over them. A
+    flight counts in the window in which it begins, and its apex in the window in which it is reached. ``peak`` is the
+    highest apex or gap at a period mark in the window; ``duty_factor`` the share of the window in contact.
+
+    Raises
+    ------
+    InputError
+        If the windows are not within the time that the run reached.
+    """
+    last = start + count * length
+    if not (start >= 0.0 and length > 0.0 and count >= 1 and last <= run.end_time * (1.0 + 1e-9)):
+        raise InputError(
+            f"window: expected {count} times {length:g} s from {start:g} s on to lie within the {run.end_time:g} s "
+            "that the run reached, each longer than 0 s"
+        )
+    counting = Counting.of(run.period, height, dwell)
+    histories = histories_of(run) if histories is None else histories
+    edges = start + length * np.arange(count + 1, dtype=float)
+    found = _statistics(histories, edges, counting, f"window of {length * 1e3:.4g} ms")
+    return Measures(found, cautions(histories, edges, counting, found, periods=False))
+
+
+def by_window(histories: Mapping[str, FootHistory], edges: Floats, counting: Counting) -> dict[str, Floats]:
+    """Every measure of the feet (m, np) in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none."""
+    feet = [_Seen(history, edges, counting) for history in histories.values()]
+    shape = len(feet), max(len(edges) - 1, 0)
+    return {
+        name: np.array([one.of(foot) for foot in feet]).reshape(shape) for name, one in _DEFINITIONS.items()
+    }
+
+
+def _statistics(
+    histories: Mapping[str, FootHistory], edges: Floats, counting: Counting, span: str
+) -> Measures:
+    words = {"span": span, **counting.words()}
+    values = {}
+    for name, rows in by_window(histories, edges, counting).items():
+        one = _DEFINITIONS[name]
+        values[name] = of_feet(
+            rows, tuple(histories), one.unit, one.words.format(**words), one.scope,
+            height=counting.height if "{height}" in one.words else None,
+            dwell=counting.dwell if "{dwell}" in one.words else None,
+        )  # fmt: skip
     return Measures(values)
-
-
-def _measure(rows: np.ndarray, feet: tuple[str, ...], unit: str, definition: str) -> Measure:
-    """A measure from its values (m, np) by foot and period, NaN where there is none."""
-    known = np.isfinite(rows)
-    count = known.sum(axis=1)
-    mean = np.full(len(feet), np.nan)
-    np.divide(np.where(known, rows, 0.0).sum(axis=1), count, out=mean, where=count > 0)
-    square = np.where(known, rows - mean[:, None], 0.0) ** 2
-    several = count > 1
-    spread = np.sqrt(square.sum(axis=1)[several] / (count[several] - 1))
-    met = mean[count > 0]
-    return Measure(
-        value=float(met.mean()) if met.size else float("nan"), unit=unit,
-        spread=float(spread.max()) if spread.size else float("nan"), n=int(count.min()) if feet else 0,
-        definition=definition, per_foot=dict(zip(feet, mean.tolist(), strict=True)),
-    )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class _Seen:
-    """What a foot did, by period: between instants ``edges`` (np + 1,) [s], bounces from ``resolution`` [m] on."""
+    """What a foot did, by window: between instants ``edges`` (np + 1,) [s]."""
 
     history: FootHistory
-    edges: np.ndarray
-    resolution: float
+    edges: Floats
+    counting: Counting
 
-    def count(self, times: np.ndarray) -> np.ndarray:
-        """How many of the times are in each period."""
-        return np.histogram(times, bins=self.edges)[0].astype(float)
+    def count(self, times: Floats) -> Floats:
+        """How many of the times are in each window."""
+        return self.total(times, np.ones(len(times)))
 
-    @cached_property
-    def impacts(self) -> np.ndarray:
-        return self.count(self.history.impact_time)
+    def total(self, times: Floats, values: Floats) -> Floats:
+        """Sum of the values at times in each window."""
+        if len(self.edges) < 2:
+            return np.zeros(0)
+        return np.histogram(times, bins=self.edges, weights=values)[0]
 
-    @cached_property
-    def contact(self) -> np.ndarray:
-        return np.diff(self.history.contact_until(self.edges, self.resolution))
+    def mean(self, times: Floats, values: Floats) -> Floats:
+        """Mean of the values at times in each window, NaN where there is none."""
+        count = self.count(times)
+        return np.where(count > 0, self.total(times, values) / np.maximum(count, 1.0), np.nan)
 
-    @cached_property
-    def lengths(self) -> np.ndarray:
-        return np.diff(self.edges)
-
-    def largest(self, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Largest value in each period, NaN where there is none."""
+    def largest(self, times: Floats, values: Floats) -> Floats:
+        """Largest value in each window, NaN where there is none."""
         out = np.full(len(self.edges) - 1, -np.inf)
         index = np.searchsorted(self.edges, times * (1.0 - 1e-12), side="right") - 1
         inside = (index >= 0) & (index < len(out)) & (times >= self.edges[0])
         np.maximum.at(out, index[inside], values[inside])
         return np.where(np.isfinite(out), out, np.nan)
 
+    @cached_property
+    def contact(self) -> Floats:
+        return np.diff(self.history.contact_until(self.edges, self.counting.height))
 
-def _bounces(foot: _Seen) -> np.ndarray:
-    return foot.count(foot.history.bounces(foot.resolution))
+    @cached_property
+    def lengths(self) -> Floats:
+        return np.diff(self.edges)
 
 
-def _contact(foot: _Seen) -> np.ndarray:
+def _bounces(foot: _Seen) -> Floats:
+    return foot.count(foot.history.flight_start[foot.history.bounces(foot.counting)])
+
+
+def _bounces_per_second(foot: _Seen) -> Floats:
+    return _bounces(foot) / foot.lengths
+
+
+def _rebounds(foot: _Seen) -> Floats:
+    return foot.count(foot.history.flight_start[foot.history.rebounds(foot.counting.height)])
+
+
+def _contact(foot: _Seen) -> Floats:
     return foot.contact
 
 
-def _duty(foot: _Seen) -> np.ndarray:
+def _duty(foot: _Seen) -> Floats:
     return foot.contact / foot.lengths
 
 
-def _peak(foot: _Seen) -> np.ndarray:
+def _peak(foot: _Seen) -> Floats:
     peak = foot.largest(foot.history.top_time, foot.history.top)
     held = foot.contact > 0.999999 * foot.lengths
     return np.where(np.isnan(peak) & held, 0.0, peak)
 
 
-def _hardest(foot: _Seen) -> np.ndarray:
+def _mean_apex(foot: _Seen) -> Floats:
+    hops = foot.history.hops(foot.counting.height)
+    return foot.mean(foot.history.apex_time[hops], foot.history.apex[hops])
+
+
+def _mean_height(foot: _Seen) -> Floats:
+    return np.diff(foot.history.integral_until(foot.edges)) / foot.lengths
+
+
+def _impacts(foot: _Seen) -> Floats:
+    return foot.count(foot.history.impact_time)
+
+
+def _mean_impact(foot: _Seen) -> Floats:
+    return foot.mean(foot.history.impact_time, foot.history.impact_speed)
+
+
+def _hardest(foot: _Seen) -> Floats:
     return foot.largest(foot.history.impact_time, foot.history.impact_speed)
 
 
-def _mean_impact(foot: _Seen) -> np.ndarray:
-    total = np.histogram(foot.history.impact_time, bins=foot.edges, weights=foot.history.impact_speed)[0]
-    return np.where(foot.impacts > 0, total / np.maximum(foot.impacts, 1), np.nan)
+@dataclass(frozen=True)
+class _Definition:
+    unit: str
+    scope: Scope
+    words: str
+    of: Callable[[_Seen], Floats]
 
 
-def _impacts(foot: _Seen) -> np.ndarray:
-    return foot.impacts
-
-
-_Definition = tuple[str, str, Callable[[_Seen], np.ndarray]]
+_BOUNCE = (
+    "flights from a touchdown to the next, or cut off by the end, whose apex clears {height}, after a contact shorter "
+    "than {dwell}, however they began"
+)
 _DEFINITIONS: dict[str, _Definition] = {
-    "bounces": (
-        "1",
-        "rebounds from contact per drive period whose apex clears {resolution}",
-        _bounces,
+    "bounces": _Definition("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", _bounces),
+    "bounces_per_second": _Definition(
+        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}", _bounces_per_second
     ),
-    "contact_duration": (
-        "s",
-        "total time per drive period with zero gap, chatter below {resolution} included",
-        _contact,
+    "rebounds": _Definition(
+        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds
     ),
-    "peak": (
-        "m",
-        "peak oscillation amplitude: from the contact level to the highest point in a drive period; 0 if always held",
+    "contact_duration": _Definition(
+        "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included", _contact
+    ),
+    "peak": _Definition(
+        "m", Scope.WORST,
+        "peak oscillation amplitude: from the contact level to the highest point in a {span}; 0 if always held",
         _peak,
     ),
-    "duty_factor": ("1", "contact duration over drive period", _duty),
-    "impacts": ("1", "touchdowns per drive period, captures and chatter included", _impacts),
-    "impact_speed": ("m/s", "mean approach speed of the touchdowns in a drive period", _mean_impact),
-    "hardest_impact": ("m/s", "highest approach speed of a touchdown in a drive period", _hardest),
-}
+    "mean_apex": _Definition(
+        "m", Scope.MEAN, "mean of the highest points in a {span} of the flights from the ground that clear {height}",
+        _mean_apex,
+    ),
+    "mean_height": _Definition("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
+    "duty_factor": _Definition("1", Scope.MEAN, "contact duration over {span}, flights below {height} included", _duty),
+    "impacts": _Definition("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included", _impacts),
+    "impact_speed": _Definition(
+        "m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}", _mean_impact
+    ),
+    "hardest_impact": _Definition(
+        "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}", _hardest
+    ),
+}  # fmt: skip

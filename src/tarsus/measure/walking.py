@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
@@ -11,17 +11,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from tarsus.errors import InputError
-from tarsus.measure.history import Floats, FootHistory
+from tarsus.measure.history import RESOLUTION, Floats
+from tarsus.measure.measure import Measure, Measures, Scope, of_feet, of_robot
 from tarsus.measure.periods import (
-    RESOLUTION,
     Judged,
-    Measure,
-    Measures,
     histories_of,
     period_statistics,
     periods_used,
 )
 from tarsus.measure.switching import charging_energy
+from tarsus.measure.whole import whole_run_statistics
 from tarsus.structure import Walker
 
 __all__ = ["STANDSTILL", "measures_of", "walk_statistics"]
@@ -40,22 +39,21 @@ class Walked(Judged, Protocol):
 
 
 def measures_of(
-    run: Any, period: float | None = None, skip: int | None = None, resolution: float = RESOLUTION
-) -> Measures:
-    """Every measure of a run: those of its walk, where it walks, then those of its feet; see `walk_statistics` and
-    `period_statistics`."""
-    histories = histories_of(run)
-    feet = period_statistics(run, period, skip, resolution, histories)
-    return Measures({**walk_statistics(run, period, skip, resolution, histories), **feet})
-
-
-def walk_statistics(
-    run: Walked,
+    run: Any,
     period: float | None = None,
     skip: int | None = None,
-    resolution: float = RESOLUTION,
-    histories: Mapping[str, FootHistory] | None = None,
+    height: float = RESOLUTION,
+    dwell: float | None = None,
 ) -> Measures:
+    """Every measure of a run: those of its walk, where it walks, then those of its feet by drive period and in the
+    whole run; see `walk_statistics`, `period_statistics` and `whole_run_statistics`."""
+    histories = histories_of(run)
+    feet = period_statistics(run, period, skip, height, dwell, histories)
+    whole = whole_run_statistics(run, period, height, dwell, histories)
+    return Measures({**walk_statistics(run, period, skip), **feet, **whole}, feet.warnings)
+
+
+def walk_statistics(run: Walked, period: float | None = None, skip: int | None = None) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
     Parameters
@@ -64,10 +62,6 @@ def walk_statistics(
         Drive period [s], a whole multiple of the run's own, which is the default.
     skip
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
-    resolution
-        Height [m] a rebound must clear to count as a bounce.
-    histories
-        Of the run's feet, where they are known already.
 
     Raises
     ------
@@ -78,18 +72,7 @@ def walk_statistics(
     if not isinstance(walker, Walker):
         return Measures({})
     way = _way(run, walker, period, skip)
-    histories = histories_of(run) if histories is None else histories
-    body = _whole_run(run.marks)
-    return Measures(
-        dict(
-            [
-                *_on_the_way(way, walker),
-                *_cost(run, way, walker),
-                *body,
-                *_whole_contact(histories, resolution),
-            ]
-        )
-    )
+    return Measures(dict([*_on_the_way(way, walker), *_cost(run, way, walker), *_whole_run(run.marks)]))
 
 
 @dataclass(frozen=True)
@@ -97,14 +80,13 @@ class _Way:
     """A walk by drive period after transients: np periods between ``edges`` (np + 1,) [s].
 
     stride (np,) [m] surge of the body; slip (np, m) [m] path each foot slid in contact; swing (np,) [m] highest minus
-    lowest heave; travel [m] surge from the end of the transients to the end of the run.
+    lowest heave.
     """
 
     edges: Floats
     stride: Floats
     slip: Floats
     swing: Floats
-    travel: float
     feet: tuple[str, ...]
 
 
@@ -116,20 +98,19 @@ def _way(run: Walked, walker: Walker, period: float | None, skip: int | None) ->
             f"period: expected a multiple of {run.period:g} s, at which the way is known, got {span:g} s"
         )
     feet = tuple(run.foot_names)
-    dropped, count = periods_used(run.duration, span, skip)
+    dropped, count = periods_used(run.end_time, span, skip)
     marks = run.marks
-    if marks is None or not len(marks):
-        return _Way(np.zeros(1), np.zeros(0), np.zeros((0, len(feet))), np.zeros(0), math.nan, feet)
+    if marks is None or not len(marks) or count == 0:
+        return _Way(np.zeros(1), np.zeros(0), np.zeros((0, len(feet))), np.zeros(0), feet)
     if count == 1:
-        rows = np.array([0, len(marks) - 1])
+        rows = np.unique([0, min(each, len(marks) - 1)])
     else:
         rows = np.arange(dropped * each, min(count * each, _whole(marks["time"], run.period)) + 1, each)
     at = marks[rows]
     surge = at["body"][:, 0]
-    travel = float(marks["body"][-1, 0] - surge[0]) if len(rows) else math.nan
     spans = [slice(a + 1, b + 1) for a, b in pairwise(rows)]
     swing = [marks["highest"][one].max() - marks["lowest"][one].min() for one in spans]
-    return _Way(at["time"], np.diff(surge), np.diff(at["slipped"], axis=0), np.array(swing), travel, feet)
+    return _Way(at["time"], np.diff(surge), np.diff(at["slipped"], axis=0), np.array(swing), feet)
 
 
 def _whole(times: Floats, period: float) -> int:
@@ -138,53 +119,33 @@ def _whole(times: Floats, period: float) -> int:
     return len(times) - 1 - broken
 
 
-def _measure(row: Floats, unit: str, definition: str) -> Measure:
-    """A measure of the body from its values (np,) by period."""
-    value = float(row.mean()) if row.size else math.nan
-    spread = float(row.std(ddof=1)) if row.size > 1 else math.nan
-    return Measure(value, unit, spread, row.size, definition)
-
-
-def _foot_measure(rows: Floats, feet: tuple[str, ...], unit: str, definition: str) -> Measure:
-    """A measure of the feet from their values (np, m): the mean over feet, the largest of their spreads."""
-    known = rows[~np.isnan(rows).any(axis=1)] if rows.size else rows
-    each = known.mean(axis=0) if len(known) else np.full(len(feet), np.nan)
-    spread = float(known.std(axis=0, ddof=1).max()) if len(known) > 1 else math.nan
-    return Measure(
-        float(each.mean()), unit, spread, len(known), definition, dict(zip(feet, each.tolist(), strict=True))
-    )
-
-
 def _on_the_way(way: _Way, walker: Walker) -> Iterator[tuple[str, Measure]]:
-    yield "travel", Measure(
-        way.travel, "m", math.nan, int(math.isfinite(way.travel)),
-        "surge of the body from the end of the transients to the end of the run",
-    )  # fmt: skip
-    yield "stride", _measure(way.stride, "m", "surge of the body per drive period")
+    yield "stride", of_robot(way.stride, "m", "surge of the body per drive period")
     speed = way.stride / np.diff(way.edges)
-    yield "mean_speed", _measure(speed, "m/s", "stride over drive period")
+    yield "mean_speed", of_robot(speed, "m/s", "stride over drive period")
     length = walker.length
-    yield "body_lengths_per_second", _measure(
+    yield "body_lengths_per_second", of_robot(
         speed / length if length > 0.0 else np.zeros(0), "1/s",
         "mean speed over the length of the body: that of its description, else from its first hip to its last; none "
         "where all hips are side by side",
     )  # fmt: skip
     yield (
         "vertical_amplitude",
-        _measure(way.swing, "m", "highest minus lowest heave of the body in a drive period"),
+        of_robot(way.swing, "m", "highest minus lowest heave of the body in a drive period"),
     )
     yield (
         "foot_slip",
-        _foot_measure(way.slip, way.feet, "m", "path that a foot slides in contact per drive period"),
+        of_feet(way.slip.T, way.feet, "m", "path that a foot slides in contact per drive period", Scope.MEAN),
     )
     stride = np.abs(way.stride)[:, None]
     path = way.slip + stride
     ratio = np.full(path.shape, np.nan)
     np.divide(way.slip, path, out=ratio, where=path > STANDSTILL)
-    yield "slip_ratio", _foot_measure(
-        ratio, way.feet, "1",
+    yield "slip_ratio", of_feet(
+        ratio.T, way.feet, "1",
         "foot slip over the sum of foot slip and stride, both without sign: 0 if the foot never slides, 1 if it slides "
         f"and the body gets nowhere; none where neither exceeds {STANDSTILL * 1e9:g} nm",
+        Scope.MEAN,
     )  # fmt: skip
 
 
@@ -197,7 +158,7 @@ def _cost(run: Walked, way: _Way, walker: Walker) -> Iterator[tuple[str, Measure
             if name in signals:
                 energy += charging_energy(drive, signals[name], way.edges)
     known = energy[np.isfinite(energy)]
-    drawn = _measure(
+    drawn = of_robot(
         known if len(known) == count else np.zeros(0), "J",
         "electrical energy that all drives draw per drive period, one step of every leg: C dV^2 for every rise of a "
         "voltage by dV, less the share of the charge that is recovered; none where a capacitance is not given",
@@ -234,28 +195,3 @@ def _whole_run(marks: np.ndarray | None) -> Iterator[tuple[str, Measure]]:
         surge, "m", math.nan, seen,
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
     )  # fmt: skip
-
-
-def _whole_contact(histories: Mapping[str, FootHistory], resolution: float) -> Iterator[tuple[str, Measure]]:
-    """What the source plots of the feet in a whole run."""
-    bounces, longest = {}, {}
-    for name, history in histories.items():
-        start, end = history.contacts(resolution)
-        bounces[name] = float(len(history.bounces(resolution)))
-        longest[name] = float((end - start).max(initial=0.0))
-    height = f"{resolution * 1e6:g} um"
-    yield (
-        "total_bounces",
-        _of_feet(bounces, "1", f"rebounds of a foot in the whole run whose apex clears {height}"),
-    )
-    yield (
-        "longest_contact",
-        _of_feet(
-            longest, "s", f"longest contact of a foot in the whole run, chatter below {height} included"
-        ),
-    )
-
-
-def _of_feet(values: dict[str, float], unit: str, definition: str) -> Measure:
-    mean = float(np.mean(list(values.values()))) if values else math.nan
-    return Measure(mean, unit, math.nan, 1, definition, values)

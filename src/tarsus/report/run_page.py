@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -70,37 +70,27 @@ LEDGER_LINES = (
 )
 
 
-def write_report(
-    run: RunLike,
-    path: str | Path,
-    companion: RunLike | None = None,
-    validation: Sequence[Mapping[str, Any]] | None = None,
-) -> Path:
+def write_report(run: RunLike, path: str | Path, companion: RunLike | None = None) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
-    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12);
-    `validation` are rows of a validation table to add at the end. Raises InputError if `path` cannot be
-    written.
+    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12). Raises
+    InputError if `path` cannot be written.
     """
     target = Path(path)
-    write_text(target, report_html(run, companion, validation))
+    write_text(target, report_html(run, companion))
     return target
 
 
-def report_html(
-    run: RunLike, companion: RunLike | None = None, validation: Sequence[Mapping[str, Any]] | None = None
-) -> str:
+def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
     with figure_style():
-        body = "".join(_sections(run, series, other, validation))
+        body = "".join(_sections(run, series, other))
     return page(f"{run.scene.name} – run report", body)
 
 
-def _sections(
-    run: RunLike, series: Series, other: Series | None, validation: Sequence[Mapping[str, Any]] | None
-) -> Iterator[str]:
+def _sections(run: RunLike, series: Series, other: Series | None) -> Iterator[str]:
     numbers = count(1)
     detail = series.last_periods(CLOSE_UP)
     yield _head(run, series)
@@ -117,12 +107,6 @@ def _sections(
 
     yield "<h2>Events</h2>\n"
     yield _events(run)
-
-    if validation:
-        from tarsus.report.validation_page import rows_section
-
-        yield "<h2>Validation</h2>\n"
-        yield rows_section(validation, numbers)
 
     yield "<h2>Values of this run</h2>\n"
     yield _values(run)

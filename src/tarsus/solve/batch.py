@@ -34,7 +34,7 @@ _CHUNK = 256  # runs handed to the kernel at a time
 class BatchRun:
     """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
 
-    base: the batch's scene; values: those that this run has instead, by path.
+    base: the batch's scene; values: those that this run has instead, by path; reached [s]: where it stopped early.
     """
 
     all_events: np.ndarray
@@ -45,6 +45,7 @@ class BatchRun:
     base: Scene
     values: Mapping[str, float] = field(default_factory=dict)
     marks: np.ndarray | None = None
+    reached: float | None = None
 
     @cached_property
     def scene(self) -> Scene:
@@ -55,6 +56,11 @@ class BatchRun:
     def events(self) -> np.ndarray:
         """Events in time order, without the period marks."""
         return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+
+    @property
+    def end_time(self) -> float:
+        """Time reached [s]; the duration unless the run stopped early."""
+        return self.duration if self.reached is None else self.reached
 
     @property
     def ok(self) -> bool:
@@ -95,7 +101,7 @@ class Batch:
         values = {path: float(column[i]) for path, column in self.vary.items()}
         return BatchRun(
             structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene,
-            values, marks,
+            values, marks, float(raw.finish[k, 0]),
         )  # fmt: skip
 
     def _code(self, raw: RawRuns | RawWalks, k: int) -> ResultCode:

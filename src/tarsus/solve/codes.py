@@ -48,16 +48,17 @@ EVENT_TYPE = np.dtype(
     [
         ("time", "f8"), ("foot", "i4"), ("kind", "i1"), ("speed_before", "f8"), ("speed_after", "f8"), ("pull", "f8"),
         ("strength", "f8"), ("energy", "f8"), ("adhesion_energy", "f8"), ("apex", "f8"), ("apex_time", "f8"),
+        ("gap_integral", "f8"),
     ]
 )  # fmt: skip
 """Fields of an event: time [s]; foot number; kind (1 bounce, 2 capture, 3 release, 4 rest, 5 contact at start);
 approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
 the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
-that ended, and when [s]."""
+that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]."""
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:
-    """Kernel event rows (ne, 11) as a structured array, in time order.
+    """Kernel event rows (ne, 12) as a structured array, in time order.
 
     A rest bears the time at which its accumulation ends, which other feet's events may precede; it comes at the latest
     with the next event of its own foot.
@@ -76,5 +77,5 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
 _COLUMNS = {
     "time": a.E_TIME, "foot": a.E_FOOT, "kind": a.E_KIND, "speed_before": a.E_BEFORE, "speed_after": a.E_AFTER,
     "pull": a.E_PULL, "strength": a.E_STRENGTH, "energy": a.E_ENERGY, "adhesion_energy": a.E_ADHESION,
-    "apex": a.E_APEX, "apex_time": a.E_APEX_TIME,
+    "apex": a.E_APEX, "apex_time": a.E_APEX_TIME, "gap_integral": a.E_INTEGRAL,
 }  # fmt: skip

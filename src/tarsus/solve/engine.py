@@ -194,7 +194,7 @@ def _new_state(
     return a.State(
         count=count, real=real, w=np.zeros(size), physical=np.zeros(2 * len(plan.system.mass)),
         cursor=np.zeros((max(len(plan.signals.loop), 1), 2), dtype=np.int64), since=np.zeros(m),
-        order=np.zeros(m, dtype=np.int64), apex=np.zeros((m, 2)),
+        order=np.zeros(m, dtype=np.int64), apex=np.zeros((m, 3)),
     )  # fmt: skip
 
 

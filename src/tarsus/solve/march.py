@@ -157,7 +157,7 @@ def _new_state(
     real[a.PROBE] = 1e-7 * base.length
     return a.State(
         count=count, real=real, body=np.zeros((2, nb)), foot=np.zeros((nl, 2, 2)), contact=np.zeros(m, dtype=np.int64),
-        sense=np.zeros(m), since=np.zeros(m), order=np.zeros(m, dtype=np.int64), apex=np.zeros((max(m, 1), 2)),
+        sense=np.zeros(m), since=np.zeros(m), order=np.zeros(m, dtype=np.int64), apex=np.zeros((max(m, 1), 3)),
         slipped=np.zeros(m), heave=np.zeros(2), energy=np.zeros(a.ENERGIES), ahead=np.zeros((nb, a.AHEAD)),
         cursor=np.zeros((max(len(base.signals.loop), 1), 2), dtype=np.int64),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import RESOLUTION, foot_history, period_statistics, scene_period
+from tarsus.measure import RESOLUTION, period_statistics, scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, Run
@@ -26,8 +26,6 @@ Floats = NDArray[np.float64]
 
 SPEED = 1e-3
 """Standard deviation of the foot's initial speed [m/s]: below a millimetre per second motion here is noise."""
-SAMPLES_PER_S = 4000
-"""Samples of the gap per second of model time, for its mean."""
 ACCURACY = Accuracy(gap=1e-8)
 
 
@@ -35,14 +33,15 @@ ACCURACY = Accuracy(gap=1e-8)
 class Statistics:
     """Height statistics of one foot over ns seeds, after the transient.
 
-    bounces (ns,) [1/s]: rebounds whose apex clears the resolution; peak (ns,) [m]: highest gap in a drive period, mean
-    over the periods; mean (ns,) [m]: gap averaged over time; failed: sentences of the runs that did not reach their end
-    (those are left out).
+    The measures of `tarsus.measure` by drive period after the transient: bounces (ns,) [1/s]; peak (ns,) [m];
+    mean (ns,) [m] mean height, the gap averaged over time; apex (ns,) [m] mean apex of the flights, NaN without any;
+    failed: sentences of the runs that did not reach their end (those are left out).
     """
 
     bounces: Floats
     peak: Floats
     mean: Floats
+    apex: Floats
     failed: tuple[str, ...]
 
     @property
@@ -71,7 +70,7 @@ def foot_statistics(
     threads: int | None = None,
     on_done: Callable[[], None] | None = None,
 ) -> Statistics:
-    """Bounces, peak and mean height of a foot over many seeds of initial state.
+    """Bounces, peak, mean height and mean apex of a foot over many seeds of initial state.
 
     Parameters
     ----------
@@ -84,47 +83,39 @@ def foot_statistics(
     foot
         Its name; the first foot by default.
     resolution
-        Height [m] a rebound must clear to count.
+        Height [m] that a flight must clear to count.
     threads
         Worker threads; all cores by default.
     on_done
         Called after each run.
     """
     name = foot if foot is not None else next(iter(scene.robot.feet))
-    index = list(scene.robot.feet).index(name)
-    times = settle + (np.arange(math.ceil(duration * SAMPLES_PER_S)) + 0.5) / SAMPLES_PER_S
-    times = times[times < settle + duration]
-
     whole = settle + duration
     plan = lower_scene(scene)
     book = SharedBook(plan, whole)
     period = scene_period(scene, whole)
 
-    def one(seed: int) -> tuple[float, float, float] | str:
+    def one(seed: int) -> tuple[float, ...] | str:
         own = replace(
             plan,
             initial=np.concatenate([np.zeros(len(plan.system.mass)), random_velocities(scene, name, seed)]),
         )
-        raw = execute(own, whole, book=book, accuracy=ACCURACY, period=period, record=True)
+        raw = execute(own, whole, book=book, accuracy=ACCURACY, period=period)
         run = Run(scene, own, raw, whole, period, math.nan)
-        result = _judge(run, index, times, settle, resolution) if run.ok else run.code.value
+        result = _judge(run, name, settle, resolution) if run.ok else run.code.value
         if on_done is not None:
             on_done()
         return result
 
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         results = [one(0), *pool.map(one, range(1, seeds))]  # the first compiles before the threads start
-    rows = np.array([row for row in results if not isinstance(row, str)]).reshape(-1, 3)
-    return Statistics(
-        rows[:, 0], rows[:, 1], rows[:, 2], tuple(row for row in results if isinstance(row, str))
-    )
+    rows = np.array([row for row in results if not isinstance(row, str)]).reshape(-1, 4)
+    return Statistics(*rows.T, failed=tuple(row for row in results if isinstance(row, str)))
 
 
-def _judge(run: Run, foot: int, times: Floats, settle: float, resolution: float) -> tuple[float, float, float]:
-    history = foot_history(run.all_events, foot, run.duration)
-    peaks = period_statistics(run, skip=math.ceil(settle / run.period * (1.0 - 1e-9)))["peak"].per_foot
-    return (
-        float(np.count_nonzero(history.bounces(resolution) >= settle)) / (run.duration - settle),
-        peaks[run.foot_names[foot]],
-        float(run.states(times).gap[foot].mean()),
+def _judge(run: Run, foot: str, settle: float, resolution: float) -> tuple[float, ...]:
+    dropped = math.ceil(settle / run.period * (1.0 - 1e-9))
+    found = period_statistics(run, skip=dropped, height=resolution)
+    return tuple(
+        found[name].per_foot[foot] for name in ("bounces_per_second", "peak", "mean_height", "mean_apex")
     )

@@ -1,16 +1,15 @@
-"""Studies in TOML, and those of the package by name."""
+"""Studies in TOML, and those of installed packages by name."""
 
 from __future__ import annotations
 
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
 from tarsus.laws import Law
 from tarsus.scene import Scene, override
@@ -26,14 +25,9 @@ _SHORT = ("volts", "hz", "wave")
 _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
 
 
-def _packaged() -> dict[str, Path]:
-    folder = Path(str(resources.files("tarsus") / "studies"))
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
 def study_names() -> list[str]:
-    """Names of the packaged studies."""
-    return list(_packaged())
+    """Names of the studies of installed packages."""
+    return file_names(STUDIES)
 
 
 def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
@@ -52,15 +46,8 @@ def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         For an unknown name, and with every problem of the file.
     """
     text = os.fspath(name)
-    packaged = _packaged()
-    if text in packaged:
-        return read_sweep(packaged[text], laws)
-    if text.endswith(".toml") or os.sep in text:
-        return read_sweep(text, laws)
-    hint = nearest(text, packaged)
-    raise InputError(
-        f"no study is called '{text}'{hint} (a study file is given by its path, ending in .toml)"
-    )
+    is_path = text.endswith(".toml") or os.sep in text
+    return read_sweep(text if is_path else named_file(STUDIES, text, "study"), laws)
 
 
 def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:

@@ -7,12 +7,12 @@ import pytest
 
 import tarsus as ts
 from tarsus.design import standing
-from tarsus.design.millipede import millipede_parameters
-from tarsus.design.walkers import many_legs
 from tarsus.errors import InputError
-from tarsus.files.legs import millipede_leg
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.structure import Walker
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import many_legs
 
 G, K, WEIGHT = 9.81, 1.25, 9.81e-6
 LEG = {"mass": "1 ug", "stiffness_v": K, "damping_v": 0.0, "stiffness_l": 0.5, "damping_l": 0.0}

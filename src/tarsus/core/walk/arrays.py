@@ -22,13 +22,13 @@ Tables = namedtuple("Tables", "lengths state force film reach rate longest")
 Batch = namedtuple("Batch", "parameters initial codes event_end mark_end finish")
 # count, real; body (2, nb) displacement and velocity; foot (nl, 2, 2): per direction u and flowing rate w; contact
 # (m,) state; sense (m,) of sliding, +-1, 0 without friction; since (m,); order (m,) 1 where it has just left, 2 where it has just
-# begun to slide; apex (m, 2);
+# begun to slide; apex (m, 3);
 # slipped (m,); heave (2,) lowest and highest; energy (5,); ahead (nb, AHEAD) of the body's velocity in powers of time;
 # cursor; since as in core.arrays.
 State = namedtuple(
     "State", "count real body foot contact sense since order apex slipped heave energy ahead cursor"
 )
-# events (ne, 11); marks (nm, 2 + nb + 2 m + 2); times (ns,) at which samples (ns, width) are taken.
+# events (ne, 12); marks (nm, 2 + nb + 2 m + 2); times (ns,) at which samples (ns, width) are taken.
 Output = namedtuple("Output", "events marks times samples")
 Work = namedtuple(
     "Work",

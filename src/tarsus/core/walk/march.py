@@ -43,6 +43,7 @@ def begin(body, signals, laws, batch, state, work, nb):
         state.order[f] = 0
         state.apex[f, 0] = 0.0
         state.apex[f, 1] = 0.0
+        state.apex[f, 2] = 0.0 if count[a.TRACK] != 0 else math.nan
         state.slipped[f] = 0.0
         for p in range(laws.parameters.shape[1]):
             laws.parameters[f, p] = batch.parameters[run, f, p]

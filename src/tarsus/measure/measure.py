@@ -1,0 +1,134 @@
+"""One number with all that says what it means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from tarsus.measure.history import Floats
+
+
+class Scope(Enum):
+    """Whose number a measure is. The value is a word for it."""
+
+    ROBOT = "robot"
+    FOOT = "one foot"
+    MEAN = "mean over feet"
+    WORST = "worst foot"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One number with its unit, its spread over ``n`` drive periods and its definition.
+
+    scope: whose number ``value`` is; ``per_foot`` has that of each foot. ``spread`` is the standard deviation from
+    period to period: of the worst foot, or the largest of the feet. height [m], dwell [s]: what a flight must clear,
+    and how short the contact before it must be, to count, where the measure counts (see `Counting`).
+    """
+
+    value: float
+    unit: str
+    spread: float
+    n: int
+    definition: str
+    per_foot: Mapping[str, float] = field(default_factory=dict)
+    scope: Scope = Scope.ROBOT
+    height: float | None = None
+    dwell: float | None = None
+
+
+class CautionKind(Enum):
+    """What a number may mislead about."""
+
+    HIGHEST_UNCOUNTED = "the highest flights are no bounces"
+    COUNTED_LOW = "the bounces are low"
+    FEW_PERIODS = "too few periods for a spread"
+
+
+@dataclass(frozen=True)
+class Caution:
+    """A sentence to read beside the measures, and what it is about."""
+
+    kind: CautionKind
+    sentence: str
+
+    def __str__(self) -> str:
+        return self.sentence
+
+
+class Measures(Mapping[str, Measure]):
+    """Measures by name; also as attributes: ``run.measures.contact_duration``. warnings: what to know when reading
+    them."""
+
+    def __init__(self, values: Mapping[str, Measure], warnings: Sequence[Caution] = ()) -> None:
+        self._values = dict(values)
+        self.warnings = tuple(warnings)
+
+    def __getitem__(self, name: str) -> Measure:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getattr__(self, name: str) -> Measure:
+        values: dict[str, Measure] = self.__dict__.get("_values", {})  # none yet while it is unpickled
+        if name not in values:
+            raise AttributeError(f"there is no measure {name!r}; there are {', '.join(values)}")
+        return values[name]
+
+
+def of_robot(row: Floats, unit: str, definition: str) -> Measure:
+    """A measure of the robot from its values (np,) by period."""
+    value = float(row.mean()) if row.size else math.nan
+    spread = float(row.std(ddof=1)) if row.size > 1 else math.nan
+    return Measure(value, unit, spread, row.size, definition)
+
+
+def of_feet(
+    rows: Floats,
+    feet: Sequence[str],
+    unit: str,
+    definition: str,
+    scope: Scope,
+    *,
+    height: float | None = None,
+    dwell: float | None = None,
+) -> Measure:
+    """A measure of the feet from their values (m, np) by foot and period, NaN where there is none.
+
+    ``scope`` tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
+    """
+    known = np.isfinite(rows)
+    count = known.sum(axis=1)
+    mean = np.full(len(feet), np.nan)
+    np.divide(np.where(known, rows, 0.0).sum(axis=1), count, out=mean, where=count > 0)
+    square = (np.where(known, rows - mean[:, None], 0.0) ** 2).sum(axis=1)
+    spread = np.full(len(feet), np.nan)
+    np.sqrt(np.divide(square, count - 1, out=spread, where=count > 1), out=spread, where=count > 1)
+    met = np.flatnonzero(count > 0)
+    about = {"per_foot": dict(zip(feet, mean.tolist(), strict=True)), "height": height, "dwell": dwell}
+    whose = Scope.FOOT if len(feet) == 1 else scope
+    if not met.size:
+        return Measure(math.nan, unit, math.nan, 0, definition, scope=whose, **about)
+    if scope is Scope.WORST:
+        worst = int(met[np.argmax(mean[met])])
+        one = float(mean[worst]), unit, float(spread[worst]), int(count[worst])
+    else:
+        several = spread[np.isfinite(spread)]
+        one = (
+            float(mean[met].mean()),
+            unit,
+            float(several.max()) if several.size else math.nan,
+            int(count.min()),
+        )
+    return Measure(*one, definition, scope=whose, **about)
