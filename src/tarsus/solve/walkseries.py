@@ -12,7 +12,6 @@ from tarsus.core.replay import Sampled
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 from tarsus.drive.pieces import evaluate
-from tarsus.laws.friction import Friction
 from tarsus.solve import series as of_any
 from tarsus.solve.run import Ledger
 from tarsus.solve.series import Series
@@ -67,8 +66,10 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     friction = np.where(contact == STUCK, -along, 0.0)
     sliding = contact == SLIPPING
     if law is not None and sliding.any():
-        bound = np.vectorize(Friction.bound, otypes=[float])
-        friction[sliding] = -sense[sliding] * bound((strength - pull - smooth)[sliding], *law.parameters())
+        margin = np.maximum(strength - pull - smooth, 0.0)  # below 0 by rounding where a foot has just let go
+        friction[sliding] = -sense[sliding] * type(law).bound(
+            margin[sliding], strength[sliding], *law.parameters()
+        )
     state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
     return WalkSeries(
         time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
@@ -92,8 +93,9 @@ def _smooth(
         film = np.where(held, 0.0, -c * rate / (gap + thickness) ** 3)
     user = np.zeros_like(gap)
     volts = of_any.foot_volts(run, times)
+    above = np.maximum(gap, 0.0)  # a foot on the ground may be below it by rounding, where a law need not be defined
     for law in of_any.smooth_laws(run):
-        user += np.vectorize(type(law).force, otypes=[float])(gap, rate, volts, times, *law.parameters())
+        user += np.vectorize(type(law).force, otypes=[float])(above, rate, volts, times, *law.parameters())
     return electrostatic, film, np.where(held, 0.0, user), electrostatic + user
 
 
