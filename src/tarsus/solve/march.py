@@ -175,6 +175,7 @@ def _new_work(plan: WalkPlan) -> a.Work:
         momentum=rows(nb), place=rows(nb), q=rows(nl, 2), u=rows(nl, 2), w=rows(nl, 2), load=rows(nl, 2),
         smooth=rows(m), strength=rows(m), film=rows(m), filmed=np.zeros(nl, dtype=np.int64), gap=rows(m), rate=rows(m),
         margin=rows(m), bound=rows(m), along=rows(m), solver=rows(nb, 2 * N), key=np.full((nb, 2), -1.0),
-        foot=np.zeros((nl, 2, 2)), body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(4), matrix=rows(N),
+        foot=np.zeros((nl, 2, 2)), body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(4),
+        matrix=rows(N),
         newton=np.zeros((N, N + 1)), line=np.zeros(N), when=np.zeros((max(m, 1), CANDIDATES, 3)),
     )  # fmt: skip
