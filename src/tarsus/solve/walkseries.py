@@ -67,9 +67,8 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     sliding = contact == SLIPPING
     if law is not None and sliding.any():
         margin = np.maximum(strength - pull - smooth, 0.0)  # below 0 by rounding where a foot has just let go
-        friction[sliding] = -sense[sliding] * type(law).bound(
-            margin[sliding], strength[sliding], *law.parameters()
-        )
+        bound = np.vectorize(type(law).bound, otypes=[float])
+        friction[sliding] = -sense[sliding] * bound(margin[sliding], strength[sliding], *law.parameters())
     state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
     return WalkSeries(
         time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
@@ -114,11 +113,11 @@ def _terms(run: WalkRun, energy: Floats) -> dict[str, Floats]:
     }
 
 
-def ledger_of(run: WalkRun, raw: RawWalks) -> Ledger:
+def ledger_of(run: WalkRun) -> Ledger:
     """Where the energy of a whole run went."""
     system, body = run.walk.plan.system, run.walk.body
     n = len(system.mass)
-    place, feet, contact, energy = raw.end
+    place, feet, contact, energy = run.raw.end
     last = np.concatenate([place[0], feet[:, ::-1, 0].ravel(), place[1], feet[:, ::-1, 1].ravel()])
     for i in body.leg[contact == AIR]:
         at = n + len(body.body_mass) + 2 * i + 1
