@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.laws import (
         Adhesion,
+        AdhesiveFriction,
         DominantMode,
         Electrostatic,
         Film,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Accuracy",
     "Adhesion",
+    "AdhesiveFriction",
     "Alternating",
     "Batch",
     "Beam",
@@ -120,8 +122,8 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw LegElectrostatic "
-        "MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion AdhesiveFriction DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw "
+        "LegElectrostatic MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",

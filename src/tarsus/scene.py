@@ -23,12 +23,14 @@ from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
     Adhesion,
+    AdhesiveFriction,
+    AnyFriction,
     AnyImpactMap,
     Electrostatic,
     Film,
-    Friction,
     Gravity,
     ImpactMap,
+    LatchLaw,
     Law,
     LegElectrostatic,
     MassWeighted,
@@ -86,7 +88,7 @@ class Ground(Description):
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
     gravity: Gravity | None = None
-    friction: Friction | None = Field(
+    friction: AnyFriction | None = Field(
         default=None, description="along the ground, on the feet of a walker; absent: frictionless"
     )
     laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
@@ -98,6 +100,18 @@ class Ground(Description):
             return self
         absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
         return self.model_copy(update=absent)
+
+    @property
+    def holds(self) -> bool:
+        """Whether a contact has a strength: adhesion or a user's latch acts."""
+        return self.adhesion is not None or any(isinstance(law, LatchLaw) for law in self.laws.values())
+
+    @property
+    def without_adhesion(self) -> Ground:
+        """The ground without its law of adhesion, and without friction that only adhesion bears."""
+        bare = self.model_copy(update={"adhesion": None})
+        alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
+        return bare.model_copy(update={"friction": None}) if alone else bare
 
     @property
     def makes_energy(self) -> bool:
@@ -317,12 +331,16 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
 
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
-    if ground.impact is None or isinstance(ground.impact, MassWeighted):
-        return []
-    text = (
-        "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
-    )
-    return [("ground.impact", f"{text} '{ground.impact.kind}'")]
+    faults: list[tuple[str, str]] = []
+    if isinstance(ground.friction, AdhesiveFriction) and not ground.holds:
+        text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
+        faults.append(("ground.friction", text))
+    if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
+        text = (
+            "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
+        )
+        faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
+    return faults
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

@@ -81,7 +81,7 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
             companion: Any = None
             if scene.ground.adhesion is not None:
                 companion = tarsus.simulate(
-                    tarsus.with_values(scene, {"ground.adhesion": None}), duration=duration
+                    tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )
             write_report(run, folder / REPORT_FILE, companion)
         written.append(folder / REPORT_FILE)
