@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from tarsus.laws import (
         Adhesion,
         AdhesiveFriction,
+        CaptureUnlessPulled,
         DominantMode,
         Electrostatic,
         Film,
@@ -38,7 +39,9 @@ if TYPE_CHECKING:
         LatchLaw,
         LegElectrostatic,
         MassWeighted,
+        PullAsPrinted,
         ResistiveLaw,
+        RestituteFirst,
         Restitution,
         SmoothLaw,
         load_laws,
@@ -56,6 +59,7 @@ __all__ = [
     "Alternating",
     "Batch",
     "Beam",
+    "CaptureUnlessPulled",
     "Constant",
     "Cubic",
     "DominantMode",
@@ -82,9 +86,11 @@ __all__ = [
     "PointLoad",
     "Poling",
     "PrandtlIshlinskii",
+    "PullAsPrinted",
     "Ramp",
     "RampedSquare",
     "ResistiveLaw",
+    "RestituteFirst",
     "Restitution",
     "Ripple",
     "Robot",
@@ -122,8 +128,9 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion AdhesiveFriction DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw "
-        "LegElectrostatic MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion AdhesiveFriction CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity "
+        "ImpactLaw LatchLaw LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution "
+        "SmoothLaw load_laws"
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",

@@ -24,14 +24,26 @@ from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
 from tarsus.laws.friction import AdhesiveFriction, Friction
 from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
+from tarsus.laws.landing import PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.scene import Ground, Scene
+from tarsus.spec import quantity_units
 from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, ADHESIVE, USER = 0, 2, 4, 6, 7, 10, 11, 12
+FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, ADHESIVE, LANDING, USER = (
+    0,
+    2,
+    4,
+    6,
+    7,
+    10,
+    11,
+    12,
+    13,
+)
 
 hooks.bind(
     {
@@ -46,6 +58,7 @@ hooks.bind(
             hooks.BoundLaw(Friction.bound, FRICTION, 1),
             hooks.BoundLaw(AdhesiveFriction.bound, ADHESIVE, 1),
         ],
+        "excess": [hooks.BoundLaw(RestituteFirst.excess, LANDING, 1)],
     }
 )
 hooks.bind_angle(passive_angle)
@@ -179,7 +192,16 @@ def lower_system(scene: Scene) -> LinearSystem:
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
         np.array([foot.gap for foot in feet], dtype=float), loads, constant, _directions(scene, matrices, normals),
+        _alone(scene),
     )  # fmt: skip
+
+
+def _alone(scene: Scene) -> np.ndarray | None:
+    """Coordinates (n, m) that move one foot alone; None unless feet land by the pull as printed."""
+    if not isinstance(scene.ground.landing, PullAsPrinted) or not scene.robot.feet:
+        return None
+    structure = scene.robot.structure
+    return np.stack([foot.normal * structure.alone(foot.point) for foot in scene.robot.feet.values()], axis=1)
 
 
 def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.ndarray | None:
@@ -207,6 +229,11 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             values = law.parameters()
             row[column : column + len(values)] = values
             flags |= flag
+    if isinstance(ground.landing, RestituteFirst):
+        row[LANDING] = ground.landing.speed
+        flags |= hooks.RESTITUTES_FIRST
+    elif isinstance(ground.landing, PullAsPrinted):
+        flags |= hooks.PULL_AS_PRINTED
     if ground.film is None:
         row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
     if ground.electrostatic is None:
@@ -243,6 +270,7 @@ _SLOTS = {
     "adhesion": ADHESION,
     "restitution": RESTITUTION,
     "friction": FRICTION,
+    "landing": LANDING,
 }
 
 
@@ -261,7 +289,7 @@ def law_column(scene: Scene, path: str) -> int | None:
         return None
     if len(keys) == 3 and keys[1] in _SLOTS:
         law = getattr(scene.ground, keys[1])
-        fields = law.names() if law is not None else ()
+        fields = list(quantity_units(type(law))) if law is not None else []
         return _slot(keys[1], law) + fields.index(keys[2]) if keys[2] in fields else None
     if len(keys) == 4 and keys[1] == "laws" and keys[2] in scene.ground.laws:
         column = USER

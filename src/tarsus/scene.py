@@ -26,6 +26,8 @@ from tarsus.laws import (
     AdhesiveFriction,
     AnyFriction,
     AnyImpactMap,
+    AnyLanding,
+    CaptureUnlessPulled,
     Electrostatic,
     Film,
     Gravity,
@@ -34,6 +36,7 @@ from tarsus.laws import (
     Law,
     LegElectrostatic,
     MassWeighted,
+    PullAsPrinted,
     Restitution,
 )
 from tarsus.laws.impact_map import Body
@@ -80,6 +83,10 @@ class Ground(Description):
     impact: AnyImpactMap | None = Field(
         default=None, description="how the whole structure follows an impact; absent: mass-weighted"
     )
+    landing: AnyLanding | None = Field(
+        default=None,
+        description="whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion",
+    )
     adhesion: Adhesion | None = None
     film: Film | None = None
     electrostatic: Electrostatic | None = None
@@ -112,6 +119,10 @@ class Ground(Description):
         bare = self.model_copy(update={"adhesion": None})
         alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
         return bare.model_copy(update={"friction": None}) if alone else bare
+
+    def landing_rule(self) -> AnyLanding:
+        """The landing rule that acts, given or not."""
+        return CaptureUnlessPulled() if self.landing is None else self.landing
 
     @property
     def makes_energy(self) -> bool:
@@ -249,6 +260,8 @@ class Scene(Description):
             faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
+        if not faults and isinstance(self.ground.landing, PullAsPrinted):
+            faults += self._landing_faults()
         if faults:
             raise PathErrors(faults)
         return self
@@ -283,6 +296,16 @@ class Scene(Description):
         if self.initial.displacement is not None:
             return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
         return []
+
+    def _landing_faults(self) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for foot in self.robot.feet.values():
+            try:
+                self.robot.structure.alone(foot.point)
+            except InputError as error:
+                said = f"the pull as printed takes K_pp and C_pp of a foot's displacement, but {error}"
+                faults.append(("ground.landing", said))
+        return list(dict.fromkeys(faults))
 
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []
@@ -336,9 +359,7 @@ def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
         text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
         faults.append(("ground.friction", text))
     if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
-        text = (
-            "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
-        )
+        text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
     return faults
 

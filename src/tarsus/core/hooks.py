@@ -27,6 +27,8 @@ MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
 HAS_MOMENTUM, HAS_FORCE, USES_RATE, HAS_LATCH = 1, 2, 4, 8
 # An impact map that acts as it is, not through its passive projection.
 MAP_AS_IS = 16
+# The rule by which a foot lands, see core.landing; without one of these it is captured unless pulled.
+RESTITUTES_FIRST, PULL_AS_PRINTED = 32, 64
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ _ARGUMENTS = {
     "rebound": ("speed",),
     "strength": ("age",),
     "friction": ("margin", "strength"),
+    "excess": ("departing",),
 }
 _COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
 
@@ -161,6 +164,11 @@ def friction(par, pointer, foot, margin, strength):
     return _plain["friction"](par, pointer, foot, margin, strength)
 
 
+def excess(par, pointer, foot, departing):
+    """How much faster [m/s] a foot departs than one that may be held."""
+    return _plain["excess"](par, pointer, foot, departing)
+
+
 def passive_angle(restitution, skew):
     """Angle [rad] of the passive projection of an impact map, see laws.impact_map."""
     return _plain["passive_angle"](restitution, skew)
@@ -183,6 +191,7 @@ def call_pointer(address, a, b, c, d, parameters):
 
 for _name, _stub in (
     ("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength), ("friction", friction),
+    ("excess", excess),
 ):  # fmt: skip
 
     def _implementation(name: str, stub: Callable[..., float]) -> None:

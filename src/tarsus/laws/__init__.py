@@ -7,6 +7,7 @@ from tarsus.laws.film import Film
 from tarsus.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.laws.gravity import Gravity
 from tarsus.laws.impact_map import AnyImpactMap, DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, Landing, PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.laws.userfile import load_laws
@@ -16,6 +17,8 @@ __all__ = [
     "AdhesiveFriction",
     "AnyFriction",
     "AnyImpactMap",
+    "AnyLanding",
+    "CaptureUnlessPulled",
     "DominantMode",
     "Electrostatic",
     "Film",
@@ -24,11 +27,14 @@ __all__ = [
     "Gravity",
     "ImpactLaw",
     "ImpactMap",
+    "Landing",
     "LatchLaw",
     "Law",
     "LegElectrostatic",
     "MassWeighted",
+    "PullAsPrinted",
     "ResistiveLaw",
+    "RestituteFirst",
     "Restitution",
     "SmoothLaw",
     "load_laws",

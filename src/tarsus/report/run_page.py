@@ -145,12 +145,22 @@ def _head(run: RunLike, series: Series) -> str:
         f"<h1>{escape(scene.name)}</h1>\n",
         f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
         f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
+        _landing(scene),
         warning(creation_warning(scene)),
         *(warning(remark) for remark in getattr(run, "remarks", ())),
         f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
         f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
     ]
     return "".join(lines) + _key_figures(run)
+
+
+def _landing(scene: Any) -> str:
+    """The landing rule where the scene gives one."""
+    rule = scene.ground.landing
+    if rule is None:
+        return ""
+    values = "".join(f", {path} {amount(info.value, info.unit)}" for path, info in float_paths(rule).items())
+    return f'<p class="lede">A foot that lands: {escape(rule.title + values)}.</p>\n'
 
 
 def _signal(signal: Any) -> str:
