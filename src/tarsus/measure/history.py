@@ -18,11 +18,16 @@ last 40 to 70 us, and an instrument sees in them one blow; contacts that a drive
 lies ten times above the first, and a tenth of the period five times below the second."""
 DWELL_SHARE = 0.1
 """The same as a part of the drive period, where that is shorter."""
+COUNTED = (
+    f"flights above {RESOLUTION * 1e6:g} µm, after contacts shorter than {DWELL * 1e3:g} ms or a tenth of the drive "
+    "period"
+)
+"""What is counted as a bounce unless height and dwell are given, for a table of several drive periods."""
 
 # Kinds of events, as in ``tarsus.core.arrays``.
 BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
 IMPACTS = (BOUNCE, CAPTURE, REST)
-"""Kinds of events that are blows."""
+"""Kinds of events that are impacts."""
 
 
 @dataclass(frozen=True)
