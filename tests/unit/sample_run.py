@@ -41,6 +41,9 @@ class Measure:
     n: int
     definition: str
     per_foot: Mapping[str, float] = field(default_factory=dict)
+    scope: str = "mean over feet"
+    height: float | None = None
+    dwell: float | None = None
 
 
 @dataclass(frozen=True)
@@ -190,7 +193,14 @@ def make_run(
     )
     measures = {
         "bounces": Measure(
-            2.0, "1", 0.0, 4, "rebounds per period whose apex clears 0.1 µm", dict.fromkeys(names, 2.0)
+            2.0,
+            "1",
+            0.0,
+            4,
+            "flights per period whose apex clears 0.1 µm",
+            dict.fromkeys(names, 2.0),
+            height=1e-7,
+            dwell=0.5e-3,
         ),
         "contact_duration": Measure(
             9.12e-3, "s", 4e-5, 4, "time per period with gap = 0", dict.fromkeys(names, 9.12e-3)

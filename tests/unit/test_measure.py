@@ -7,7 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tarsus.measure import foot_history, period_statistics
+from tarsus.errors import InputError
+from tarsus.measure import (
+    CautionKind,
+    Counting,
+    Scope,
+    by_window,
+    foot_history,
+    histories_of,
+    period_statistics,
+    whole_run_statistics,
+    window_statistics,
+)
 from tarsus.solve.codes import EVENT_TYPE
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
@@ -32,27 +43,91 @@ class Hand:
     duration: float
     period: float
     foot_names: tuple[str, ...] = ("foot",)
+    reached: float | None = None
+
+    @property
+    def end_time(self) -> float:
+        return self.duration if self.reached is None else self.reached
 
 
-def test_a_bounce_clears_the_resolution_and_chatter_is_contact():
+def test_a_flight_clears_the_height_and_what_does_not_is_contact():
     # lands at 1, flies 0.2 um until 2, flies 0.05 um until 2.5 (chatter), stuck until 4
     events = table(
-        (1.0, BOUNCE, 5e-6, 0.3), (2.0, BOUNCE, 2e-7, 0.2), (2.5, CAPTURE, 5e-8, 0.1), (4.0, RELEASE, 0.0, 0.0)
-    )
-    measures = period_statistics(Hand(events, 10.0, 10.0))
+        (1.0, BOUNCE, 5e-6, 0.3), (2.0, BOUNCE, 2e-7, 0.2), (2.5, CAPTURE, 5e-8, 0.1), (4.0, RELEASE, 0.0, 0.0),
+        (10.0, MARK, 7e-6, 0.0),
+    )  # fmt: skip
+    measures = period_statistics(Hand(events, 10.0, 10.0), dwell=1.0)
     assert measures["bounces"].value == 1.0
     assert measures["impacts"].value == 3.0
     assert measures["contact_duration"].value == pytest.approx(0.5 + 1.5)
     assert measures["duty_factor"].value == pytest.approx(0.2)
-    assert measures["peak"].value == 5e-6
+    assert measures["peak"].value == 7e-6
+    assert measures["mean_apex"].value == pytest.approx((2e-7 + 7e-6) / 2), "the first flight left no ground"
     assert measures["hardest_impact"].value == 0.3
     assert measures["impact_speed"].value == pytest.approx(0.2)
-    finer = period_statistics(Hand(events, 10.0, 10.0), resolution=1e-8)
-    assert finer["bounces"].value == 2.0
+    finer = period_statistics(Hand(events, 10.0, 10.0), height=1e-8, dwell=1.0)
+    assert finer["bounces"].value == finer["rebounds"].value == 2.0
     assert finer["contact_duration"].value == pytest.approx(1.5)
-    coarser = period_statistics(Hand(events, 10.0, 10.0), resolution=1e-6)
-    assert coarser["bounces"].value == 0.0
+    coarser = period_statistics(Hand(events, 10.0, 10.0), height=1e-6, dwell=1.0)
+    assert coarser["bounces"].value == coarser["rebounds"].value == 0.0
     assert coarser["contact_duration"].value == pytest.approx(1.0 + 0.5 + 1.5)
+    patient = period_statistics(Hand(events, 10.0, 10.0), dwell=2.1)
+    assert patient["bounces"].value == 2.0, "the stay of 2 s with its chatter is shorter than 2.1 s"
+
+
+T = 0.02
+MS, US = 1e-3, 1e-6
+
+
+@pytest.mark.parametrize(
+    ("stay", "count"), [(0.0, 1), (50 * US, 1), (0.49 * MS, 1), (0.51 * MS, 0), (0.6 * MS, 0), (9 * MS, 0)]
+)
+def test_a_flight_after_a_short_capture_is_a_bounce(stay, count):
+    begins = [(4 * MS, BOUNCE, 9e-6, 0.1)] if stay == 0.0 else [
+        (4 * MS, CAPTURE, 9e-6, 0.1), (4 * MS + stay, RELEASE, 0.0, 0.0)
+    ]  # fmt: skip
+    run = Hand(table(*begins, (15 * MS, CAPTURE, 25e-6, 0.1)), T, T)
+    measures = measures_of_feet(run)
+    assert measures["bounces"].value == count == measures["total_bounces"].value
+    assert measures["bounces_per_second"].value == pytest.approx(count / T)
+    assert measures["rebounds"].value == (stay == 0.0) == measures["total_rebounds"].value
+
+
+def measures_of_feet(run: Hand):
+    return {**period_statistics(run), **whole_run_statistics(run)}
+
+
+@pytest.mark.parametrize(("step", "count"), [(0.1 * MS, 1), (0.2 * MS, 0)])
+def test_chatter_below_the_height_is_part_of_the_stay(step, count):
+    # lands, hops 50 nm twice, once let go, once thrown: one stay of four steps
+    start = 4 * MS
+    events = table(
+        (start, CAPTURE, 9e-6, 0.1), (start + step, RELEASE, 0.0, 0.0), (start + 2 * step, BOUNCE, 5e-8, 0.0),
+        (start + 3 * step, CAPTURE, 5e-8, 0.0), (start + 4 * step, RELEASE, 0.0, 0.0), (15 * MS, CAPTURE, 3e-6, 0.1),
+    )  # fmt: skip
+    found = measures_of_feet(Hand(events, T, T))
+    assert found["bounces"].value == count and found["rebounds"].value == 0.0
+    assert found["contact_duration"].value == pytest.approx(4 * step + 5 * MS)
+    assert found["longest_contact"].value == pytest.approx(5 * MS)
+
+
+def test_the_dwell_is_a_tenth_of_a_short_period():
+    assert Counting.of(0.02).dwell == 0.5e-3 and Counting.of(2e-3).dwell == pytest.approx(0.2e-3)
+    assert Counting.of(2e-3, dwell=1e-3).dwell == 1e-3
+    events = table((1e-3, CAPTURE, 9e-6, 0.1), (1.3e-3, RELEASE, 0.0, 0.0), (1.7e-3, CAPTURE, 3e-6, 0.1))
+    fast = period_statistics(Hand(events, 2e-3, 2e-3))["bounces"]
+    assert fast.value == 0.0 and fast.dwell == pytest.approx(0.2e-3) and fast.height == 1e-7
+    assert "0.1 um" in fast.definition and "0.2 ms" in fast.definition
+    assert period_statistics(Hand(events, 2e-3, 2e-3), dwell=0.5e-3)["bounces"].value == 1.0
+
+
+def test_a_stay_that_began_with_the_run_is_no_touchdown():
+    begun = table((0.0, START, 0.0, 0.0), (0.1 * MS, RELEASE, 0.0, 0.0), (8 * MS, BOUNCE, 4e-6, 0.1),
+                  (12 * MS, CAPTURE, 3e-6, 0.1))  # fmt: skip
+    found = measures_of_feet(Hand(begun, T, T))
+    assert found["bounces"].value == 1.0, "only the second flight"
+    assert found["longest_contact"].value == pytest.approx(8 * MS)
+    assert found["contact_duration"].value == pytest.approx(0.1 * MS + 8 * MS)
 
 
 def test_contact_is_shared_out_among_the_periods_it_spans():
@@ -69,25 +144,33 @@ def test_contact_is_shared_out_among_the_periods_it_spans():
 
 def test_peaks_by_period_come_from_the_period_marks():
     # one flight over three periods: the highest gap of each is known from its mark
-    events = table((0.1, BOUNCE, 3e-6, 0.1), (1.0, MARK, 4e-6, 0.0), (2.0, MARK, 9e-6, 0.0), (2.6, BOUNCE, 2e-6, 0.1))
+    events = table(
+        (0.1, BOUNCE, 3e-6, 0.1), (1.0, MARK, 4e-6, 0.0), (2.0, MARK, 9e-6, 0.0), (2.6, BOUNCE, 2e-6, 0.1),
+        (3.0, MARK, 1e-6, 0.0),
+    )  # fmt: skip
     measures = period_statistics(Hand(events, 3.0, 1.0), skip=0)
     assert measures["peak"].value == pytest.approx((4e-6 + 9e-6 + 2e-6) / 3)
     assert measures["bounces"].value == pytest.approx(2 / 3), "the whole flight is one bounce"
+    assert measures["mean_apex"].per_foot["foot"] == pytest.approx((9e-6 + 1e-6) / 2), (
+        "in the periods of the apexes"
+    )
 
 
-def test_an_open_flight_counts_as_a_bounce_unless_it_was_seen_to_stay_low():
-    open_flight = table((0.5, BOUNCE, 1e-6, 0.1))
-    assert period_statistics(Hand(open_flight, 1.0, 1.0))["bounces"].value == 1.0
+def test_a_flight_cut_off_by_the_end_counts_if_it_was_seen_to_clear_the_height():
+    high = table((0.5, BOUNCE, 1e-6, 0.1), (1.0, MARK, 4e-7, 0.0))
+    assert period_statistics(Hand(high, 1.0, 1.0))["bounces"].value == 1.0
     low = table((0.5, BOUNCE, 1e-6, 0.1), (1.0, MARK, 4e-8, 0.0))
-    assert period_statistics(Hand(low, 1.0, 1.0))["bounces"].value == 0.0
+    found = period_statistics(Hand(low, 1.0, 1.0))
+    assert found["bounces"].value == 0.0 and found["contact_duration"].value == pytest.approx(0.5)
 
 
 def test_a_foot_that_starts_in_contact():
     events = table((0.0, START, 0.0, 0.0), (0.25, RELEASE, 0.0, 0.0), (0.75, REST, 2e-6, 0.1))
     history = foot_history(events, 0, 1.0)
-    assert history.hold_start.tolist() == [0.0, 0.75] and history.hold_end.tolist() == [0.25, 1.0]
+    start, end = history.contacts(1e-7)
+    assert start.tolist() == [0.0, 0.75] and end.tolist() == [0.25, 1.0]
     assert history.flight_start.tolist() == [0.25] and history.flight_end.tolist() == [0.75]
-    assert not history.rebound.any()
+    assert not history.rebound.any() and not history.airborne and not history.aloft
     assert period_statistics(Hand(events, 1.0, 1.0))["contact_duration"].value == pytest.approx(0.5)
 
 
@@ -95,7 +178,7 @@ def test_no_event_at_all():
     measures = period_statistics(Hand(table(), 1.0, 0.25))
     assert measures["contact_duration"].value == 0.0 and measures["bounces"].value == 0.0
     assert np.isnan(measures["peak"].value) and np.isnan(measures["hardest_impact"].value)
-    assert measures.bounces.definition.startswith("rebounds from contact")
+    assert measures.bounces.definition.startswith("bounces per drive period: flights from a touchdown")
     with pytest.raises(AttributeError, match="there are bounces"):
         _ = measures.nonsense
 
@@ -103,6 +186,129 @@ def test_no_event_at_all():
 def test_feet_are_told_apart():
     events = np.concatenate([table((0.5, CAPTURE, 1e-6, 0.1)), table((0.8, CAPTURE, 3e-6, 0.2))])
     events["foot"] = [0, 1]
-    contact = period_statistics(Hand(events, 1.0, 1.0, ("a", "b")))["contact_duration"]
+    run = Hand(events, 1.0, 1.0, ("a", "b"))
+    found = measures_of_feet(run)
+    contact = found["contact_duration"]
     assert contact.per_foot["a"] == pytest.approx(0.5) and contact.per_foot["b"] == pytest.approx(0.2)
-    assert contact.value == pytest.approx(0.35)
+    assert contact.value == pytest.approx(0.35) and contact.scope is Scope.MEAN
+    worst = {"peak": 3e-6, "max_peak": 3e-6, "hardest_impact": 0.2, "longest_contact": 0.5}
+    for name, value in worst.items():
+        assert found[name].value == pytest.approx(value), f"{name}: an extreme is never a mean"
+        assert found[name].scope is Scope.WORST
+        assert found[name].value == pytest.approx(max(found[name].per_foot.values()))
+    means = {name for name, one in found.items() if one.scope is Scope.MEAN}
+    assert means == set(found) - set(worst)
+    alone = measures_of_feet(Hand(events[:1], 1.0, 1.0))
+    assert {one.scope for one in alone.values()} == {Scope.FOOT}
+
+
+def test_the_spread_of_the_worst_foot_is_its_own():
+    events = table(
+        (0.4, BOUNCE, 4e-6, 0.0),
+        (0.9, CAPTURE, 2e-6, 0.0),
+        (1.1, RELEASE, 0.0, 0.0),
+        (1.5, CAPTURE, 5e-6, 0.0),
+    )
+    other = table(
+        (0.4, BOUNCE, 1e-6, 0.0),
+        (0.9, CAPTURE, 1e-6, 0.0),
+        (1.1, RELEASE, 0.0, 0.0),
+        (1.5, CAPTURE, 4e-6, 0.0),
+    )
+    other["foot"] = 1
+    both = np.concatenate([events, other])
+    peak = period_statistics(
+        Hand(both[np.argsort(both["time"], kind="stable")], 2.0, 1.0, ("a", "b")), skip=0
+    )["peak"]
+    assert peak.value == pytest.approx(4.5e-6) and peak.n == 2
+    assert peak.spread == pytest.approx(np.std([4e-6, 5e-6], ddof=1)), "not the larger one of foot b"
+
+
+def hops(count: int, apex: float, *, long: tuple[int, ...] = (), high: float = 0.0) -> np.ndarray:
+    """Parabolic flights of 0.5 ms, each after a capture of 50 us, or of 2 ms and ``high`` where its number is in
+    ``long``; the integral of the gap is that of the parabolas."""
+    rows, whole, time = [(0.5 * MS, CAPTURE, apex, 0.1)], [2 / 3 * apex * 0.5 * MS], 0.5 * MS
+    for number in range(count):
+        top = high if number in long else apex
+        time += 2 * MS if number in long else 50 * US
+        rows.append((time, RELEASE, 0.0, 0.0))
+        whole.append(whole[-1])
+        time += 0.5 * MS
+        rows.append((time, CAPTURE, top, 0.1))
+        whole.append(whole[-1] + 2 / 3 * top * 0.5 * MS)
+    events = table(*rows)
+    events["gap_integral"] = whole
+    return events
+
+
+def test_windows_share_the_definitions_of_periods():
+    events = hops(20, 6e-6)
+    end = float(events["time"][-1]) + MS
+    run = Hand(events, end, end)
+    found = window_statistics(run, 2.1 * MS, 4.4 * MS, 2)  # eight hops of 0.55 ms each, twice
+    assert found["bounces"].value == 8.0 and found["bounces"].n == 2 and found["bounces"].spread == 0.0
+    assert found["bounces_per_second"].value == pytest.approx(8 / 4.4e-3)
+    assert found["mean_apex"].value == pytest.approx(6e-6) == found["peak"].value
+    assert found["duty_factor"].value == pytest.approx(50 / 550)
+    assert found["mean_height"].value == pytest.approx(4e-6 * 500 / 550)
+    assert "window of 4.4 ms" in found["bounces"].definition
+    whole = by_window(histories_of(run), np.array([0.0, end]), Counting.of(end))
+    for name, rows in whole.items():
+        assert rows[0, 0] == pytest.approx(period_statistics(run)[name].value), name
+    for start, length, count in ((-1e-3, 1e-3, 1), (0.0, end, 2), (0.0, 0.0, 1), (0.0, 1e-3, 0)):
+        with pytest.raises(InputError, match="lie within"):
+            window_statistics(run, start, length, count)
+
+
+def test_an_edge_inside_a_flight_shares_its_area_as_a_parabola_does():
+    events = hops(2, 6e-6)
+    run = Hand(events, 3 * MS, 3 * MS)
+    flight = events["time"][1]  # from here on 0.5 ms
+    quarter = window_statistics(run, flight, 0.125 * MS)["mean_height"]
+    s = (np.arange(1000) + 0.5) / 4000
+    assert quarter.value == pytest.approx(float(np.mean(4 * 6e-6 * s * (1 - s))), rel=1e-5)
+
+
+def test_a_mean_height_that_is_not_known_is_none():
+    cut = Hand(table((0.5, BOUNCE, 1e-6, 0.1)), 2.0, 1.0)  # stopped in the air, without a mark
+    assert np.isnan(period_statistics(cut, skip=1)["mean_height"].value)
+
+
+def test_a_warning_where_the_highest_flights_are_not_counted():
+    run = Hand(hops(20, 3e-6, long=(3, 11, 17), high=40e-6), 0.02, 0.02)
+    found = period_statistics(run)
+    assert found["bounces"].value == 17.0
+    warning = next(one for one in found.warnings if one.kind is CautionKind.HIGHEST_UNCOUNTED)
+    assert "foot" in str(warning) and "40 um" in str(warning) and "dwell 0.5 ms" in str(warning)
+    longer = period_statistics(run, dwell=3 * MS)
+    assert longer["bounces"].value == 20.0
+    assert CautionKind.HIGHEST_UNCOUNTED not in {one.kind for one in longer.warnings}
+
+
+@pytest.mark.parametrize(("high", "warned"), [(59e-6, False), (61e-6, True)])
+def test_a_warning_where_the_median_bounce_is_below_a_twentieth_of_the_peak(high, warned):
+    found = period_statistics(Hand(hops(20, 3e-6, long=(3,), high=high), 0.02, 0.02))
+    assert found["peak"].value == high and found["mean_apex"].value < 7e-6
+    assert (CautionKind.COUNTED_LOW in {one.kind for one in found.warnings}) == warned
+
+
+def test_a_warning_where_periods_are_too_few_for_a_spread():
+    events = hops(4, 3e-6)
+    few = period_statistics(Hand(events, 3 * MS, MS), skip=1).warnings
+    assert [one.kind for one in few] == [CautionKind.FEW_PERIODS] and "2 drive periods" in str(few[0])
+    assert not period_statistics(Hand(events, 3 * MS, MS), skip=0).warnings
+
+
+def test_a_run_that_stopped_early_has_the_periods_that_it_reached():
+    events = table((0.4, BOUNCE, 4e-6, 0.1), (0.9, CAPTURE, 2e-6, 0.1))
+    early = measures_of_feet(
+        Hand(events, 1e12, 1.0, reached=3.5)
+    )  # laid out over 1e12 periods: no memory holds it
+    assert early["bounces"].n == 2 and early["duty_factor"].value == 1.0
+    broken = measures_of_feet(Hand(events, 10.0, 5.0, reached=2.0))
+    assert broken["duty_factor"].value == pytest.approx(1.1 / 2.0) and broken[
+        "longest_contact"
+    ].value == pytest.approx(1.1)
+    never = period_statistics(Hand(table((0.0, START, 0.0, 0.0)), 10.0, 5.0, reached=0.0))
+    assert all(np.isnan(one.value) and one.n == 0 for one in never.values())
+    assert [one.kind for one in never.warnings] == [CautionKind.FEW_PERIODS]

@@ -12,7 +12,7 @@ ROUNDING = 1e-9
 
 def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
     """What `simulate --json` prints: plain data, SI units."""
-    from tarsus.files.store import EVENT_WORDS, ledger_table, measures_table
+    from tarsus.files.store import EVENT_WORDS, ledger_table, measures_table, warnings_table
 
     kinds = run.events["kind"].tolist()
     return {
@@ -26,6 +26,7 @@ def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
         "feet": list(run.foot_names),
         "events": {word: kinds.count(number) for number, word in EVENT_WORDS.items()},
         "measures": measures_table(run),
+        "warnings": warnings_table(run),
         "ledger_J": {name: value for name, value in ledger_table(run).items() if name != "closure"},
         "ledger_closure": run.ledger.closure,
         "files": [str(path) for path in written],
@@ -35,7 +36,7 @@ def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
 def print_run(run: Any, written: Sequence[Path]) -> None:
     """The summary `simulate` prints: how it ended, the measures, the energy account, the files."""
     from tarsus.cli import console
-    from tarsus.files.store import ledger_table
+    from tarsus.files.store import counted, ledger_table
 
     print(f"{run.scene.name}: {run.duration:g} s simulated in {run.wall_s:.2g} s, {len(run.events)} events")
     print(str(run.code.value))
@@ -47,6 +48,7 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
         rows.append(
             (
                 name.replace("_", " "),
+                ", ".join(filter(None, (str(measure.scope), counted(measure)))),
                 short(measure.value, measure.unit),
                 short(
                     0.0 if measure.spread <= ROUNDING * abs(measure.value) else measure.spread, measure.unit
@@ -55,7 +57,11 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
             )
         )
     if rows:
-        console.table(("measure", "value", "spread", "n"), rows)
+        console.table(("measure", "of", "value", "spread", "n"), rows, numbers_from=2)
+        print()
+    for warning in getattr(run.measures, "warnings", ()):
+        print(f"Note: {warning}")
+    if getattr(run.measures, "warnings", ()):
         print()
     ledger = ledger_table(run)
     closure = ledger.pop("closure")

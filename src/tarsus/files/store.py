@@ -104,7 +104,8 @@ class StoredCode:
 
 @dataclass(frozen=True)
 class StoredMeasure:
-    """One measure of a stored run; `per_foot` maps foot name -> value in `unit`."""
+    """One measure of a stored run; `per_foot` maps foot name -> value in `unit`, `scope` says whose number `value` is,
+    `height` [m] and `dwell` [s] what it counts, where it counts."""
 
     value: float
     unit: str
@@ -112,6 +113,17 @@ class StoredMeasure:
     n: int
     definition: str
     per_foot: Mapping[str, float] = field(default_factory=dict)
+    scope: str = ""
+    height: float | None = None
+    dwell: float | None = None
+
+
+class StoredMeasures(dict[str, StoredMeasure]):
+    """Measures of a stored run by name; warnings: sentences to read beside them."""
+
+    def __init__(self, values: Mapping[str, StoredMeasure], warnings: Sequence[str] = ()) -> None:
+        super().__init__(values)
+        self.warnings = tuple(warnings)
 
 
 @dataclass(frozen=True)
@@ -143,7 +155,7 @@ class StoredRun:
     code: StoredCode
     ok: bool
     ledger: StoredLedger
-    measures: Mapping[str, StoredMeasure]
+    measures: StoredMeasures
     duration: float
     version: str
     wall_s: float = math.nan
@@ -199,7 +211,7 @@ def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Pa
         if mat:
             _write_matlab(run, variables, stage / MATLAB_FILE)
         (stage / EVENTS_FILE).write_text(events_csv(run.events, run.foot_names), encoding="utf-8")
-        _write_json(stage / MEASURES_FILE, {"measures": measures_table(run), "ledger": ledger_table(run)})
+        _write_json(stage / MEASURES_FILE, _measured(run))
         _write_json(stage / PROVENANCE_FILE, provenance_table(run.scene))
         (stage / CITATIONS_FILE).write_text(_citations(run.scene), encoding="utf-8")
         _write_json(stage / SUMMARY_FILE, _summary(run, len(variables["time"].values)))
@@ -228,14 +240,18 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         code=StoredCode(summary["code"], summary["sentence"]),
         ok=summary["ok"],
         ledger=StoredLedger(**{key: _float(value) for key, value in table["ledger"].items()}),
-        measures={name: _stored_measure(entry) for name, entry in table["measures"].items()},
+        measures=StoredMeasures(
+            {name: _stored_measure(entry) for name, entry in table["measures"].items()},
+            [one["sentence"] for one in table.get("warnings", ())],
+        ),
         duration=_float(summary["duration_s"]),
         version=summary["tarsus"],
     )
 
 
 def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
-    """Measures as plain data: name -> value, unit, spread, n, definition, per_foot (foot name -> value)."""
+    """Measures as plain data: name -> value, unit, spread, n, definition, scope, height_m, dwell_s (None where
+    nothing is counted), per_foot (foot name -> value)."""
     return {
         name: {
             "value": float(m.value),
@@ -243,10 +259,30 @@ def measures_table(run: RunLike) -> dict[str, dict[str, Any]]:
             "spread": float(m.spread),
             "n": int(m.n),
             "definition": m.definition,
+            "scope": str(m.scope),
+            "height_m": m.height,
+            "dwell_s": m.dwell,
             "per_foot": {foot: float(value) for foot, value in m.per_foot.items()},
         }
         for name, m in run.measures.items()
     }
+
+
+def counted(measure: Any) -> str:
+    """What a measure counts, in words: `flights above 0.1 um, after contacts below 0.5 ms`; empty where it does not."""
+    parts = [] if measure.height is None else [f"flights above {measure.height * 1e6:.4g} um"]
+    parts += [] if measure.dwell is None else [f"after contacts below {measure.dwell * 1e3:.4g} ms"]
+    return ", ".join(parts)
+
+
+def warnings_table(run: RunLike) -> list[dict[str, str]]:
+    """Warnings on the measures as plain data: kind, sentence."""
+    warnings = getattr(run.measures, "warnings", ())
+    return [{"kind": one.kind.name, "sentence": str(one)} for one in warnings]
+
+
+def _measured(run: RunLike) -> dict[str, Any]:
+    return {"measures": measures_table(run), "warnings": warnings_table(run), "ledger": ledger_table(run)}
 
 
 def ledger_table(run: RunLike) -> dict[str, float]:
@@ -366,6 +402,9 @@ def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
         n=entry["n"],
         definition=entry["definition"],
         per_foot=per_foot,
+        scope=entry.get("scope", ""),
+        height=entry.get("height_m"),
+        dwell=entry.get("dwell_s"),
     )
 
 

@@ -1,13 +1,13 @@
 """Validation on signals that no step has seen (section 2.5): what a record shows of contacts, against a simulation.
 
 Record and simulation are judged by the same rules, at the noise of the record: a foot counts as in contact where it
-stands still at the contact level within five standard deviations.
+stands still at the contact level within five standard deviations, and where it meets it. What counts as a bounce is
+told by `tarsus.measure`, as for a run.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,28 +18,24 @@ from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import STILL, Trace
+from tarsus.measure import RESOLUTION, Counting, FootHistory, by_window
+from tarsus.measure.periods import periods_used
 from tarsus.solve import simulate
 
 __all__ = ["Comparison", "Contacts", "compare", "contacts_of"]
 
 Floats = NDArray[np.float64]
 
-RESOLUTION = 1e-7
-"""Height [m] that a bounce must clear at least, as in `tarsus.measure`; noise may ask for more."""
-
-_ALWAYS = 0.999
-"""Part of the time in contact from which a foot counts as held throughout, with a peak of 0."""
-
 
 @dataclass(frozen=True)
 class Contacts:
     """Means over drive periods after transients: bounces; contact duration [s] a period; peak [m] over contact level;
-    resolution [m] that a bounce had to clear; periods counted."""
+    counting: what a flight had to clear and the dwell before it; periods counted."""
 
     bounces: float
     contact: float
     peak: float
-    resolution: float
+    counting: Counting
     periods: int
 
 
@@ -89,31 +85,48 @@ def contacts_of(
         If the record is shorter than a period.
     """
     step = float(time[1] - time[0])
-    count = int(np.floor((time[-1] + step) / period * (1.0 + 1e-9)))
-    if count < 1:
+    if time[-1] + step < period * (1.0 - 1e-9):
         raise InputError(f"a record of {time[-1]:.3g} s is shorter than the drive's period of {period:.3g} s")
-    skipped = (count + 2) // 3 if count > 1 else 0
+    skipped, count = periods_used(float(time[-1]) + step, period, None)
+    counting = Counting.of(period, max(RESOLUTION, STILL * noise_x))
+    history = _history(time, height, speed, noise_x, noise_v, counting.height)
+    found = by_window({"": history}, period * np.arange(skipped, count + 1, dtype=float), counting)
+    values = (np.nan_to_num(found[name]) for name in ("bounces", "contact_duration", "peak"))
+    bounces, contact, peak = (float(by_period.mean()) for by_period in values)
+    return Contacts(bounces, contact, peak, counting, count - skipped)
+
+
+def _history(
+    time: Floats, height: Floats, speed: Floats, noise_x: float, noise_v: float, seen: float
+) -> FootHistory:
+    """What a record shows of a foot: it stands where it is still at the contact level, from half a sample before
+    to half a sample after, it touches where an impact is seen, and flies between. Heights below ``seen`` [m] are
+    noise."""
+    step, end = float(time[1] - time[0]), float(2.0 * time[-1] - time[-2])
     impacts, _ = impacts_of(height, speed, noise_x, noise_v, step)
     near = (np.abs(height) < STILL * noise_x) & (np.abs(speed) < STILL * noise_v)
-    resolution = max(RESOLUTION, STILL * noise_x)
-    ends = np.append(np.flatnonzero(np.diff(near.astype(int)) == 1), len(time) - 1)
-    bounced = []
-    for i in impacts:
-        stop = min([int(e) for e in (*impacts, *ends) if e > i], default=len(time) - 1)
-        if height[i : stop + 1].max(initial=0.0) > resolution:
-            bounced.append(time[i])
-    edges = period * np.arange(skipped, count + 1)
-    inside = (time >= edges[0]) & (time < edges[-1])
-    held = float(near[inside].mean()) > _ALWAYS
-    peaks = [float(height[(time >= a) & (time < b)].max(initial=0.0)) for a, b in pairwise(edges)]
-    periods = len(edges) - 1
-    return Contacts(
-        float(np.histogram(bounced, bins=edges)[0].mean()),
-        float(np.count_nonzero(near & inside) * step / periods),
-        0.0 if held else float(np.mean(peaks)),
-        resolution,
-        periods,
-    )
+    turns = np.diff(np.concatenate([[0], near.astype(int), [0]]))
+    touched = time[impacts] + 0.5 * step
+    starts = np.concatenate([time[turns[:-1] == 1] - 0.5 * step, touched])
+    ends = np.concatenate([time[np.flatnonzero(turns == -1) - 1] + 0.5 * step, touched])
+    order = np.argsort(starts, kind="stable")
+    begin, until = starts[order], np.maximum.accumulate(ends[order]) if len(order) else ends
+    apart = np.append(True, begin[1:] > until[:-1]) if len(begin) else np.zeros(0, dtype=bool)
+    landing, leaving = begin[apart], until[np.append(apart[1:], True)] if len(begin) else until
+    airborne, aloft = not near[0], not near[-1]
+    flight_start = np.append(0.0, leaving) if airborne else leaving
+    flight_end = np.append(landing if airborne else landing[1:], end)
+    if not aloft:
+        flight_start, flight_end = flight_start[:-1], flight_end[:-1]
+    first, last = np.searchsorted(time, flight_start), np.searchsorted(time, flight_end, side="right")
+    tops = [a + int(np.argmax(height[a:b])) if b > a else -1 for a, b in zip(first, last, strict=True)]
+    apex = np.array([height[k] if k >= 0 else 0.0 for k in tops])
+    rebound = np.isin(flight_start, touched)
+    above = height > seen
+    return FootHistory(
+        end, flight_start, flight_end, apex, time[tops], rebound, airborne, aloft, touched, np.abs(speed[impacts]),
+        time[above], height[above], np.zeros(0), np.zeros(0),
+    )  # fmt: skip
 
 
 def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> Comparison:

@@ -123,7 +123,14 @@ def _compared(one: Comparison) -> dict[str, Any]:
         "name": one.name,
         "file": one.file,
         **{
-            side: {"bounces": c.bounces, "contact_s": c.contact, "peak_m": c.peak, "periods": c.periods}
+            side: {
+                "bounces": c.bounces,
+                "contact_s": c.contact,
+                "peak_m": c.peak,
+                "periods": c.periods,
+                "height_m": c.counting.height,
+                "dwell_s": c.counting.dwell,
+            }
             for side, c in sides.items()
         },
         "off": one.off,

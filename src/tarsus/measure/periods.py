@@ -248,12 +248,6 @@ _BOUNCE = (
 )
 _DEFINITIONS: dict[str, _Definition] = {
     "bounces": _Definition("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", _bounces),
-    "bounces_per_second": _Definition(
-        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}", _bounces_per_second
-    ),
-    "rebounds": _Definition(
-        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds
-    ),
     "contact_duration": _Definition(
         "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included", _contact
     ),
@@ -267,6 +261,12 @@ _DEFINITIONS: dict[str, _Definition] = {
         _mean_apex,
     ),
     "mean_height": _Definition("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
+    "bounces_per_second": _Definition(
+        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}", _bounces_per_second
+    ),
+    "rebounds": _Definition(
+        "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds
+    ),
     "duty_factor": _Definition("1", Scope.MEAN, "contact duration over {span}, flights below {height} included", _duty),
     "impacts": _Definition("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included", _impacts),
     "impact_speed": _Definition(

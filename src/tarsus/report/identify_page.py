@@ -217,12 +217,29 @@ def _validation(comparisons: Sequence[Comparison], numbers: Iterator[int]) -> li
         "<h2>Held-out signals</h2>\n",
         "<p>Records that no step has seen, against simulations of the identified device, both judged by "
         "the same rules at "
-        "the noise of the record (section 2.5 of the source). Errors are (measured − simulated) / measured.</p>\n",
+        "the noise of the record (section 2.5 of the source). Errors are (measured − simulated) / measured. "
+        f"{_counted(comparisons)}</p>\n",
         table(head, rows, over=over),
         _summary(comparisons),
         figure(identify_figures.held_out(comparisons), next(numbers)),
     ]
     return parts
+
+
+def _counted(comparisons: Sequence[Comparison]) -> str:
+    """What counts as a bounce in these records."""
+    heights = [1e6 * one.measured.counting.height for one in comparisons]
+    dwells = [1e3 * one.measured.counting.dwell for one in comparisons]
+    height, dwell = (
+        number(min(these), 3)
+        if min(these) == max(these)
+        else f"{number(min(these), 3)} to {number(max(these), 3)}"
+        for these in (heights, dwells)
+    )
+    return (
+        f"A bounce is a flight that clears {height} µm after a contact shorter than {dwell} ms; lower flights are "
+        "contact."
+    )
 
 
 def _coloured(error: float) -> Cell:

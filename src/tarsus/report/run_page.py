@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, package_version, write_text
+from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, counted, package_version, write_text
 from tarsus.report import figures
 from tarsus.report.circular import circular
 from tarsus.report.html import (
@@ -179,9 +179,10 @@ def _key_figures(run: RunLike) -> str:
     for name, measure in list(run.measures.items())[:4]:
         spread = _spread(measure)
         spread = f"± {spread}" if spread not in (MISSING, "0") else ""
+        about = "; ".join(filter(None, (spread, str(measure.scope), counted(measure))))
         cells.append(
             f"<div><dt>{escape(_words(name))}</dt><dd>{escape(amount(measure.value, measure.unit))}</dd>"
-            f"<small>{escape(spread)}</small></div>"
+            f"<small>{escape(about)}</small></div>"
         )
     return f'<dl class="key">{"".join(cells)}</dl>\n' if cells else ""
 
@@ -192,15 +193,20 @@ def _measures(run: RunLike) -> str:
         Column("value"),
         Column("spread"),
         Column("n"),
+        Column("of", number=False),
         Column("definition", number=False),
     ]
     rows: list[list[Cell]] = []
     for name, m in run.measures.items():
-        rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), m.definition])
+        rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), str(m.scope), m.definition])
         for foot, value in _feet(m.per_foot):
-            rows.append([foot, amount(value, m.unit), "", "", ""])
-    note = "<p>Spread is the standard deviation over the n values the measure was taken from.</p>\n"
-    return table(columns, rows) + note
+            rows.append([foot, amount(value, m.unit), "", "", "", ""])
+    note = (
+        "<p>Spread is the standard deviation over the n values the measure was taken from; names that begin with max, "
+        "total or longest are of the whole run.</p>\n"
+    )
+    cautions = "".join(f"<p>Note: {escape(str(one))}</p>\n" for one in getattr(run.measures, "warnings", ()))
+    return cautions + table(columns, rows) + note
 
 
 def _feet(values: Mapping[str, float]) -> list[tuple[str, float]]:

@@ -45,7 +45,7 @@ def travel(motion: Motion) -> Plate:
     turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
     figure, panels = stack([1.6, 1.1, *(0.8 for _ in turns)])
     clock = scale_of("s", float(motion.time[-1] - motion.time[0]))
-    for axes, name, label in zip(panels, ("surge", "heave"), ("travel", "height"), strict=False):
+    for axes, name, label in zip(panels, ("surge", "heave"), ("surge", "heave"), strict=False):
         values = motion.coordinate(name)
         scale = scale_of("m", values)
         _line(axes, motion, clock, values / scale.step, color=BLUE)

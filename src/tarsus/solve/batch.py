@@ -124,7 +124,7 @@ class Batch:
         return self.run(i).events
 
     def measures(self, i: int, **options: Any) -> Measures:
-        """Measures of run number ``i``; options as for `tarsus.measure.period_statistics`."""
+        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
         return measures_of(self.run(i), **options)
 
     def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
@@ -164,7 +164,7 @@ def simulate_batch(
     accuracy
         Tolerances of the engine.
     track
-        Find the highest gap of every flight (needed for peaks and for telling bounces from chatter).
+        Find the highest gap of every flight and the mean height (needed for telling bounces from chatter, too).
     shared
         What the engine makes for a structure, kept from one batch to the next where both are given the same one.
     ledger

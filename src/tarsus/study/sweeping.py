@@ -195,7 +195,7 @@ def collected_variables(
     )
     for j, name in enumerate(sweep.measures):
         about = definitions[name]
-        notes = {"units": about.unit, **where}
+        notes = {"units": about.unit, "scope": str(about.scope), **where}
         out[name] = Variable(
             dims, arrays["value"][:, j].reshape(shape), {"long_name": about.definition, **notes}
         )
