@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from tarsus.files.library import changed
+from tarsus.measure import Counting, by_window, histories_of
 from tarsus.study.relative import relative_error
 from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases
-
-if TYPE_CHECKING:
-    from tarsus.scene import Scene
+from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
 """Transients that are dropped: this long [s] and at least so many drive periods."""
@@ -38,15 +40,47 @@ class Errors:
 
 
 @dataclass(frozen=True)
+class Predictions:
+    """What our device says of one case per drive period: bounces [-], peak [um], contact [ms]."""
+
+    bounces: Prediction
+    peak_um: Prediction
+    contact_ms: Prediction
+
+    @property
+    def medians(self) -> Observation:
+        """The medians, which are what is compared with a table."""
+        return Observation(self.bounces.median, self.peak_um.median, self.contact_ms.median)
+
+    def to_dict(self) -> dict[str, dict[str, float | None]]:
+        """Plain data."""
+        return {name: getattr(self, name).to_dict() for name in ("bounces", "peak_um", "contact_ms")}
+
+
+@dataclass(frozen=True)
 class Row:
-    """One case and our simulation: means over `periods` drive periods after transients, and their spread."""
+    """One case and our prediction over `periods` drive periods after transients of every member.
+
+    p_bounce: share of the drive periods with a bounce; role: whether the device was calibrated on this row; codes: of
+    the runs that did not reach their end.
+    """
 
     case: Case
-    ours: Observation
-    spread: Observation
+    predictions: Predictions
+    p_bounce: float | None
     periods: int
-    ok: bool
-    code: str
+    role: str
+    codes: tuple[str, ...]
+
+    @property
+    def ours(self) -> Observation:
+        """Medians of our prediction."""
+        return self.predictions.medians
+
+    @property
+    def ok(self) -> bool:
+        """True when every member's run reached its end."""
+        return not self.codes
 
     @property
     def source_errors(self) -> Errors:
@@ -65,8 +99,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Validation:
-    """All rows for one device."""
+class CantileverReproduction:
+    """All rows for one device, or a mixture of them."""
 
     device: str
     rows: tuple[Row, ...]
@@ -77,12 +111,17 @@ class Validation:
         return all(row.ok for row in self.rows)
 
     def summary(self) -> dict[str, Any]:
-        """Table 2.3 for both models; for packaged and added rows apart too, when there are both."""
+        """Table 2.3 for both models; also for packaged and added rows apart, and for those that were calibrated on and
+        those that are predicted, when there are both."""
         whole = summarise(self.rows)
         given = [row for row in self.rows if row.case.origin == "packaged"]
         added = [row for row in self.rows if row.case.origin != "packaged"]
         if given and added:
             whole |= {"packaged_rows": summarise(given), "added_rows": summarise(added)}
+        fitted = [row for row in self.rows if row.role == "calibrated on"]
+        predicted = [row for row in self.rows if row.role == "predicted"]
+        if fitted and predicted:
+            whole |= {"calibrated_rows": summarise(fitted), "predicted_rows": summarise(predicted)}
         return whole
 
     def to_dict(self) -> dict[str, Any]:
@@ -95,15 +134,17 @@ class Validation:
         }
 
 
-def validate_cantilever(
-    device: str = "cantilever", rows: str | Path | None = None, progress: Progress | None = None
-) -> Validation:
-    """Simulate every row of Table A.1, and of a rows file, with a device.
+def reproduce_cantilever(
+    device: str | Sequence[Member] = "cantilever",
+    rows: str | Path | None = None,
+    progress: Progress | None = None,
+) -> CantileverReproduction:
+    """Simulate every row of Table A.1, and of a rows file, with a device or a mixture of devices.
 
     Parameters
     ----------
     device
-        name or file of a device with one drive and one foot.
+        name or file of a device with one drive and one foot, or a mixture of devices.
     rows
         a file of additional rows in the format of the packaged table (see `tarsus_reproduce.cases.read_cases`).
     progress
@@ -114,16 +155,15 @@ def validate_cantilever(
     InputError
         for an unknown device or a bad rows file.
     """
-    from tarsus.files.library import load_scene
-
+    members = members_of(device)
     cases = packaged_cases() + (read_cases(rows) if rows is not None else [])
     done: list[Row] = []
     for number, case in enumerate(cases):
         if progress is not None:
             progress(number, len(cases), f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}")
-        scene = load_scene(device, volts=case.volt_v, hz=case.freq_hz, wave=case.wave)
-        done.append(simulate_case(scene, case))
-    return Validation(device, tuple(done))
+        done.append(simulate_case(members, case))
+    name = device if isinstance(device, str) else " + ".join(one.scene.name for one in members)
+    return CantileverReproduction(name, tuple(done))
 
 
 def periods_of(freq_hz: float) -> tuple[int, int]:
@@ -183,23 +223,32 @@ def compare(reference: Sequence[Observation], simulated: Sequence[Observation]) 
     return table
 
 
-def simulate_case(scene: Scene, case: Case) -> Row:
-    """Simulate one case and measure it over whole drive periods after transients."""
-    import tarsus
-    from tarsus.measure import period_statistics
+def simulate_case(members: Sequence[Member], case: Case) -> Row:
+    """Simulate one case with every member, and take it apart by drive period after transients."""
+    from tarsus.solve import simulate
 
     dropped, seen = periods_of(case.freq_hz)
-    run = tarsus.simulate(scene, duration=(dropped + seen) / case.freq_hz)
-    found = period_statistics(run, period=1.0 / case.freq_hz, skip=dropped)
-    bounces, peak, contact = found["bounces"], found["peak"], found["contact_duration"]
-    return Row(
-        case=case,
-        ours=Observation(bounces.value, peak.value * 1e6, contact.value * 1e3),
-        spread=Observation(bounces.spread, peak.spread * 1e6, contact.spread * 1e3),
-        periods=seen,
-        ok=run.ok,
-        code=str(run.code.value),
-    )
+    period = 1.0 / case.freq_hz
+    edges = period * np.arange(dropped, dropped + seen + 1)
+    parts: dict[str, list[tuple[float, Floats]]] = {name: [] for name in _UNITS}
+    codes: list[str] = []
+    for member in members:
+        scene = changed(member.scene, volts=case.volt_v, hz=case.freq_hz, wave=case.wave)
+        run = simulate(scene, duration=(dropped + seen) * period)
+        if not run.ok:
+            codes.append(str(run.code.value))
+        rows = by_window(histories_of(run), edges, Counting.of(period))
+        for name, of_member in parts.items():
+            whole = edges[1:] <= run.end_time * (1.0 + 1e-9)  # a run that stopped early has fewer periods
+            of_member.append((member.weight, rows[name][0][whole]))
+    samples = {name: Samples.joined(of_member) for name, of_member in parts.items()}
+    found = Predictions(*(predict(samples[name]).scaled(unit) for name, unit in _UNITS.items()))
+    role = role_of(members, case.origin, bool(case.measured))
+    return Row(case, found, samples["bounces"].share(1.0), seen, role, tuple(codes))
+
+
+_UNITS = {"bounces": 1.0, "peak": 1e6, "contact_duration": 1e3}
+"""Measure -> factor to the unit of the table."""
 
 
 def _merits(pairs: Sequence[tuple[float | None, float | None]]) -> dict[str, Any]:
@@ -238,17 +287,18 @@ def _plain(row: Row) -> dict[str, Any]:
         "volt_v": case.volt_v,
         "wave": case.wave,
         "origin": case.origin,
+        "role": row.role,
         "source": asdict(case.source) if case.source else None,
         "measured": asdict(case.measured) if case.measured else None,
-        "ours": asdict(row.ours),
-        "ours_spread": asdict(row.spread),
+        "ours": row.predictions.to_dict(),
+        "p_bounce": row.p_bounce,
         "periods": row.periods,
         "errors": {
             "source": asdict(row.source_errors),
             "ours": asdict(row.our_errors),
             "ours_against_source": asdict(row.errors_to_source),
         },
-        "code": row.code,
+        "problems": list(row.codes),
     }
 
 

@@ -1,22 +1,23 @@
-"""The walking millipede against what the source says of its simulations (section 4.4.1, Figs. 4.7-4.11).
+"""The walking millipede against what the dissertation says of its simulations (section 4.4.1, Figs. 4.7-4.11).
 
-The source prints no numbers, only trends in words; `TRENDS` lists each. A trend is judged on the measure that the
-figure shows and on the others that its words could mean, over the packaged study of the figure, by the rules of
-`tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2.
+Each trend is judged on the measure that the figure shows and on the others that its words could mean, over the packaged
+study of the figure, by the rules of `tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2. The named
+variants are packaged devices, each one reading of what is not printed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from tarsus.design import standing
 from tarsus.errors import InputError
-from tarsus.files.library import load_scene
+from tarsus.files.library import device_names, load_scene
 from tarsus.measure import STANDSTILL, Measure
-from tarsus.scene import Scene
+from tarsus.scene import Initial, Scene
 from tarsus.solve import Run, simulate
 from tarsus.spec import float_paths, with_values
 from tarsus.structure import Walker
@@ -25,123 +26,52 @@ from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import score_runs
 from tarsus.study.workunit import OUTCOMES
-from tarsus_reproduce.millipede_parameters import PAYLOAD_KNEE
-from tarsus_reproduce.trends import (
-    CRITERION,
-    RELEVANT,
-    Claim,
-    Curve,
-    Falls,
-    Finding,
-    HasExtrema,
-    HasMaximum,
-    Rises,
-    Verdict,
+from tarsus_reproduce.millipede_trends import (
+    EXAMPLE_CLAIM,
+    PAYLOAD,
+    TRENDS,
+    FilmReading,
+    Trend,
+    examples,
+    scored_trends,
 )
+from tarsus_reproduce.trends import CRITERION, RELEVANT, Curve, Finding, Verdict
 
 __all__ = [
-    "EXAMPLES",
-    "TRENDS",
+    "VARIANTS",
+    "Coarse",
     "Comparison",
     "Example",
-    "MillipedeValidation",
+    "MillipedeReproduction",
     "Outcome",
+    "Score",
     "Swept",
-    "Trend",
-    "Variant",
     "damping_ratio",
-    "validate_millipede",
-    "variants_of",
+    "judge_scene",
+    "reproduce_millipede",
+    "stands",
 ]
 
-RINGING = 0.05
-"""Damping ratio of (4.3) in the variants that ring: assumed, the upper end of what thin-film structures have."""
-
-Progress = Callable[[int, int, str], None]
-
-ELECTROSTATICS, FILM, ADHESION, PAYLOAD = (
-    "millipede-electrostatics",
-    "millipede-film",
-    "millipede-adhesion",
-    "millipede-payload",
-)
-
-
-@dataclass(frozen=True)
-class Trend:
-    """One thing that the source says of a figure: of which quantity, over which packaged study, and what.
-
-    measures: the one that the figure shows, then others that the words could mean.
-    """
-
-    figure: str
-    study: str
-    quantity: str
-    claim: Claim
-    measures: tuple[str, ...]
-
-    @property
-    def says(self) -> str:
-        """What is said of the quantity: 'falls'."""
-        return self.claim.words
-
-
-_HEAVE = ("max_heave", "vertical_amplitude")
-_TRAVEL = ("max_surge", "stride")
-_BOUNCES = ("total_bounces", "impacts")
-_CONTACT = ("longest_contact", "contact_duration")
-
-TRENDS = (
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", Falls(), _HEAVE),
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the legs", Falls(), ("peak",)),
-    Trend("4.8", ELECTROSTATICS, "travel", Falls(), _TRAVEL),
-    Trend("4.8", ELECTROSTATICS, "number of bounces", Rises(), _BOUNCES),
-    Trend("4.8", ELECTROSTATICS, "contact", Rises(), _CONTACT),
-    Trend("4.8", ELECTROSTATICS, "vertical amplitude of the body", HasExtrema(), _HEAVE),
-    Trend("4.8", ELECTROSTATICS, "number of bounces", HasExtrema(), _BOUNCES),
-    Trend("4.8", ELECTROSTATICS, "contact", HasExtrema(), _CONTACT),
-    Trend("4.9", FILM, "travel", HasMaximum(), _TRAVEL),
-    Trend("4.10", ADHESION, "travel", HasMaximum(), _TRAVEL),
-    Trend("4.10", ADHESION, "number of bounces", Falls(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "vertical amplitude of the body", Falls(), _HEAVE),
-    Trend("4.11", PAYLOAD, "travel", Falls(), _TRAVEL),
-    Trend("4.11", PAYLOAD, "number of bounces", Rises(), _BOUNCES),
-    Trend("4.11", PAYLOAD, "contact beyond 0.2 mg", Falls(beyond=PAYLOAD_KNEE), _CONTACT),
-)
-"""Trends of section 4.4.1, in its order."""
-
-EXAMPLES = {
-    "a": {
-        "ground.electrostatic.coefficient": 1e-17,
-        "ground.film.coefficient": 1e-24,
-        "ground.adhesion.rate": 1e-8,
-        "ground.restitution.coefficient": 0.7,
-    },
-    "b": {
-        "ground.electrostatic.coefficient": 1e-21,
-        "ground.film.coefficient": 1e-24,
-        "ground.adhesion.rate": 1e-2,
-        "ground.restitution.coefficient": 0.7,
-    },
-}
-"""Grounds of Fig. 4.7 in SI: C_e read as nN m^2/V^2 and C_sfd as uN m^2 s (E4), C_adh as N/s."""
+VARIANTS = ("millipede", "millipede-table", "millipede-printed")
+"""Devices that are judged when none is named, those that are installed."""
 
 MUCH = 2.0
 """A ratio that counts as 'much greater'."""
 
+Progress = Callable[[int, int, str], None]
+
 
 @dataclass(frozen=True)
-class Variant:
-    """One reading of the millipede: name, in what it differs, and its scene."""
+class Coarse:
+    """Fewer runs of every figure's study: values of what varies, and restitutions."""
 
-    name: str
-    about: str
-    scene: Scene
+    values: int
+    restitutions: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Swept:
-    """A figure's study run on one variant.
+    """A figure's study run on one device.
 
     path, unit, x (nx,): what varies; replicates (nr,): restitutions; values, spreads (nx, nr) by measure; about:
     unit and definition of each measure; codes: how many runs ended how.
@@ -192,7 +122,7 @@ class Example:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What the source says of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]."""
+    """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]."""
 
     says: str
     verdict: Verdict
@@ -205,46 +135,88 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Everything of one variant."""
+class Score:
+    """How many of the 16 (15 trends and Fig. 4.7) have each verdict, and of the directional ones how many agree."""
 
-    variant: Variant
+    agree: int
+    contradict: int
+    insensitive: int
+    not_determined: int
+    directional_agree: int
+    directional_total: int
+
+    @classmethod
+    def of(cls, verdicts: Sequence[tuple[Verdict, bool]]) -> Score:
+        """From verdicts and whether each is of a directional trend."""
+        plain = [verdict for verdict, _ in verdicts]
+        return cls(
+            *(plain.count(one) for one in Verdict),
+            directional_agree=sum(verdict is Verdict.AGREES for verdict, way in verdicts if way),
+            directional_total=sum(way for _, way in verdicts),
+        )
+
+    @property
+    def total(self) -> int:
+        """Number of trends."""
+        return self.agree + self.contradict + self.insensitive + self.not_determined
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything of one device; trends: of all measures, and of the film's other reading, which is not scored."""
+
+    name: str
+    scene: Scene
+    reading: FilmReading
     swept: tuple[Swept, ...]
     trends: tuple[Judged, ...]
     examples: tuple[Example, ...]
     comparisons: tuple[Comparison, ...]
 
-    def count(self, verdict: Verdict) -> int:
-        """How many trends, by the measure of the figure, have a verdict."""
-        return sum(
-            one.finding.verdict is verdict for one in self.trends if one.measure == one.trend.measures[0]
+    @property
+    def score(self) -> Score:
+        """By the measure of each figure; Fig. 4.9 in the device's own reading of the film's unit."""
+        scored = scored_trends(self.reading)
+        verdicts = [
+            (one.finding.verdict, one.trend.directional)
+            for one in self.trends
+            if one.measure == one.trend.measures[0] and one.trend in scored
+        ]
+        return Score.of([*verdicts, (self.comparisons[0].verdict, True)])
+
+    @property
+    def about(self) -> str:
+        """What the device is, in short."""
+        start = "standing" if stands(self.scene) else "with springs relaxed"
+        ratio = damping_ratio(self.scene)
+        return (
+            f"damping ratio of (4.3) {ratio:.2g}, film in the {self.reading.value} reading, started {start}"
         )
+
+    @property
+    def problems(self) -> list[str]:
+        """Sentences about runs that did not reach their end."""
+        bad = [
+            f"{self.name}, {swept.study}: {count} runs: {OUTCOMES[name]}"
+            for swept in self.swept
+            for name, count in swept.codes.items()
+            if name != "DONE"
+        ]
+        return bad + [
+            f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok
+        ]
 
 
 @dataclass(frozen=True)
-class MillipedeValidation:
-    """All variants of a millipede."""
+class MillipedeReproduction:
+    """All variants of the millipede."""
 
-    device: str
     outcomes: tuple[Outcome, ...]
 
     @property
     def problems(self) -> list[str]:
         """Sentences about runs that did not reach their end."""
-        bad = []
-        for outcome in self.outcomes:
-            for swept in outcome.swept:
-                bad += [
-                    f"{outcome.variant.name}, {swept.study}: {count} runs: {OUTCOMES[name]}"
-                    for name, count in swept.codes.items()
-                    if name != "DONE"
-                ]
-            bad += [
-                f"{outcome.variant.name}, Fig. 4.7({one.name}): {one.run.code}"
-                for one in outcome.examples
-                if not one.run.ok
-            ]
-        return bad
+        return [problem for outcome in self.outcomes for problem in outcome.problems]
 
     @property
     def ok(self) -> bool:
@@ -255,10 +227,9 @@ class MillipedeValidation:
         """Plain data in SI."""
         return {
             "experiment": "millipede",
-            "device": self.device,
             "ok": self.ok,
             "criterion": CRITERION,
-            "variants": [_plain(outcome) for outcome in self.outcomes],
+            "variants": {outcome.name: _plain(outcome) for outcome in self.outcomes},
         }
 
 
@@ -276,49 +247,29 @@ def damping_ratio(scene: Scene) -> float:
     return leg.damping_v / (2.0 * np.sqrt(leg.stiffness_v * mass))
 
 
-def variants_of(scene: Scene) -> tuple[Variant, ...]:
-    """A millipede as described; where (4.3) does not ring, one that does; and that one without adhesion.
-
-    Raises
-    ------
-    InputError
-        If the scene has no walker.
-    """
-    ratio = damping_ratio(scene)
-    found = [Variant("as described", f"the device as it is; damping ratio of (4.3) {ratio:.2g}", scene)]
-    rings = scene
-    if ratio > RINGING:
-        factor = RINGING / ratio
-        legs = _walker(scene).legs
-        rings = with_values(
-            scene,
-            {f"robot.structure.legs.{name}.damping_v": factor * leg.damping_v for name, leg in legs.items()},
-        )
-        about = (
-            f"vertical damping of every leg times {factor:.2g}, so that (4.3) has the damping ratio {RINGING:g} and "
-            "rings, as an answer with a governing frequency (Fig. 4.4) does; an assumption against Table 4.1"
-        )
-        found.append(Variant("ringing", about, rings))
-    if scene.ground.adhesion is not None:
-        about = (
-            "the ringing one on a ground without adhesion, where feet that are pressed down bounce too: with adhesion "
-            "they are caught at once, whatever the restitution"
-        )
-        found.append(Variant("ringing, no adhesion", about, with_values(rings, {"ground.adhesion": None})))
-    return tuple(found)
+def stands(scene: Scene) -> bool:
+    """Whether the walker starts displaced: in equilibrium on its feet, not with springs relaxed."""
+    return bool(np.any(scene.initial.displacement or 0.0))
 
 
-def validate_millipede(
-    device: str = "millipede", *, duration: float | None = None, progress: Progress | None = None
-) -> MillipedeValidation:
-    """Run every figure's study and the two grounds of Fig. 4.7 on all variants of a millipede, and judge them.
+def reproduce_millipede(
+    devices: str | Sequence[str] = VARIANTS,
+    *,
+    duration: float | None = None,
+    coarse: Coarse | None = None,
+    progress: Progress | None = None,
+) -> MillipedeReproduction:
+    """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
 
     Parameters
     ----------
-    device
-        Name or file of a walker whose ground has film, electrostatics, adhesion and restitution.
+    devices
+        Names or files of walkers whose ground has film, electrostatics, adhesion and restitution; by default the
+        variants of `VARIANTS` that are installed.
     duration
         Model time of every run [s]; that of the studies when absent.
+    coarse
+        Fewer values than the studies have.
     progress
         Called as ``progress(done, total, what)``.
 
@@ -327,16 +278,47 @@ def validate_millipede(
     InputError
         For an unknown device, one that is no walker, and one without a law that varies.
     """
-    variants = variants_of(load_scene(device))
-    jobs = [(variant, study, sweep) for variant in variants for study, sweep in _sweeps(variant, duration)]
-    swept: dict[str, list[Swept]] = {variant.name: [] for variant in variants}
-    for number, (variant, study, sweep) in enumerate(jobs):
-        if progress is not None:
-            progress(number, len(jobs), f"{study}, {variant.name}")
-        swept[variant.name].append(_swept(study, sweep))
-    return MillipedeValidation(
-        device, tuple(_outcome(one, tuple(swept[one.name]), duration) for one in variants)
+    names = (devices,) if isinstance(devices, str) else tuple(devices)
+    if devices is VARIANTS:
+        names = tuple(name for name in names if name in device_names())
+    scenes = {name: load_scene(name) for name in names}
+    done = []
+    for number, (name, scene) in enumerate(scenes.items()):
+        say = None if progress is None else _told(progress, number, len(scenes), name)
+        done.append(judge_scene(name, scene, duration=duration, coarse=coarse, say=say))
+    return MillipedeReproduction(tuple(done))
+
+
+def _told(progress: Progress, number: int, count: int, name: str) -> Callable[[int, int, str], None]:
+    return lambda k, of, study: progress(number * of + k, count * of, f"{study}, {name}")
+
+
+def judge_scene(
+    name: str,
+    scene: Scene,
+    *,
+    duration: float | None = None,
+    coarse: Coarse | None = None,
+    say: Progress | None = None,
+) -> Outcome:
+    """Run and judge all figures on one scene; arguments and errors as for `reproduce_millipede`."""
+    _walker(scene)
+    reading = FilmReading.of(scene)
+    sweeps = _sweeps(scene, duration, coarse)
+    swept: dict[str, Swept] = {}
+    for number, (study, sweep) in enumerate(sweeps.items()):
+        if say is not None:
+            say(number, len(sweeps), study)
+        swept[study] = _swept(study, sweep)
+    trends = tuple(
+        _judged(trend, measure, swept[trend.study]) for trend in TRENDS for measure in trend.measures
     )
+    runs, comparisons = _fig_4_7(scene, reading, duration)
+    return Outcome(name, scene, reading, tuple(swept.values()), trends, runs, comparisons)
+
+
+def _judged(trend: Trend, measure: str, swept: Swept) -> Judged:
+    return Judged(trend, measure, swept.about[measure].unit, trend.claim.judge(swept.curve(measure)))
 
 
 def _walker(scene: Scene) -> Walker:
@@ -346,18 +328,20 @@ def _walker(scene: Scene) -> Walker:
     return walker
 
 
-def _sweeps(variant: Variant, duration: float | None) -> list[tuple[str, Sweep]]:
-    """The packaged studies on a variant, by name; that of adhesion only where there is any."""
-    sweeps: list[tuple[str, Sweep]] = []
+def _sweeps(scene: Scene, duration: float | None, coarse: Coarse | None) -> dict[str, Sweep]:
+    """The packaged studies on a scene, by name."""
+    sweeps: dict[str, Sweep] = {}
     problems: list[str] = []
     for study in dict.fromkeys(trend.study for trend in TRENDS):
-        if study == ADHESION and variant.scene.ground.adhesion is None:
-            continue
         packaged = load_sweep(study)
         table = {name: getattr(packaged, name) for name in type(packaged).model_fields}
+        own: dict[str, Any] = {"scene": scene, "duration": duration or packaged.duration}
+        if coarse is not None:
+            path, restitution = packaged.vary
+            axis = packaged.vary[path].model_copy(update={"count": coarse.values})
+            own["vary"] = {path: axis, restitution: list(coarse.restitutions)}
         try:
-            own = {"scene": variant.scene, "duration": duration or packaged.duration}
-            sweeps.append((study, Sweep(**{**table, **own})))
+            sweeps[study] = Sweep(**{**table, **own})
         except InputError as error:
             problems += [f"{study}: {text.removeprefix('Sweep.vary.')}" for text in error.problems]
     if problems:
@@ -366,9 +350,9 @@ def _sweeps(variant: Variant, duration: float | None) -> list[tuple[str, Sweep]]
 
 
 def _swept(study: str, sweep: Sweep) -> Swept:
-    arrays = score_runs(sweep)
     path, other = sweep.vary
     x, replicates = (sweep.vary[name].values_on_grid() for name in (path, other))
+    arrays = _each_standing(sweep) if study == PAYLOAD and stands(sweep.scene) else score_runs(sweep)
     shape = (len(x), len(replicates))
     counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
     about = offered(sweep.scene, sweep.seconds)
@@ -381,40 +365,43 @@ def _swept(study: str, sweep: Sweep) -> Swept:
     )  # fmt: skip
 
 
-def _outcome(variant: Variant, swept: tuple[Swept, ...], duration: float | None) -> Outcome:
-    by_study = {one.study: one for one in swept}
-    trends = tuple(
-        Judged(
-            trend,
-            name,
-            by_study[trend.study].about[name].unit,
-            trend.claim.judge(by_study[trend.study].curve(name)),
-        )
-        for trend in TRENDS
-        if trend.study in by_study
-        for name in trend.measures
-    )
-    if variant.scene.ground.adhesion is None:
-        return Outcome(variant, swept, trends, (), ())
+def _each_standing(sweep: Sweep) -> Mapping[str, np.ndarray]:
+    """A payload's study where every payload starts in its own equilibrium."""
+    path, other = sweep.vary
+    table = {name: getattr(sweep, name) for name in type(sweep).model_fields}
+    parts = []
+    for value in sweep.vary[path].values_on_grid().tolist():
+        scene = standing(with_values(sweep.scene, {path: value, "initial": Initial()}))
+        alone = {**table, "scene": scene, "vary": {path: [value], other: sweep.vary[other]}}
+        parts.append(score_runs(Sweep(**alone)))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def example(name: str, ground: dict[str, float]) -> Example:
-        return Example(name, simulate(with_values(variant.scene, ground), duration))
 
-    examples = tuple(example(name, ground) for name, ground in EXAMPLES.items())
+def _fig_4_7(
+    scene: Scene, reading: FilmReading, duration: float | None
+) -> tuple[tuple[Example, ...], tuple[Comparison, ...]]:
+    """The runs on both grounds of Fig. 4.7, and what is said of them: the second claim (E15) is not scored."""
+    grounds = examples(reading)
+
+    def example(name: str, ground: Mapping[str, float]) -> Example:
+        return Example(name, simulate(with_values(scene, dict(ground)), duration))
+
+    first, second = (example(name, ground) for name, ground in grounds.items())
     coefficient = "ground.electrostatic.coefficient"
-    only = {**EXAMPLES["a"], coefficient: EXAMPLES["b"][coefficient]}
+    only = {**grounds["a"], coefficient: grounds["b"][coefficient]}
     weaker = example("a with the electrostatics of b", only)
-    first, second = examples
-    comparisons = (
-        _compare("the body oscillates much more on ground (a) than on (b)", first, second),
+    return (first, second), (
+        _compare(EXAMPLE_CLAIM, first, second),
         _compare("that is because of electrostatics: (a) against (a) with those of (b)", first, weaker),
     )
-    return Outcome(variant, swept, trends, examples, comparisons)
 
 
 def _compare(says: str, one: Example, other: Example) -> Comparison:
-    ratio = one.amplitude / other.amplitude if other.amplitude > STANDSTILL else np.inf
-    if not one.amplitude > STANDSTILL or ratio <= 1.0 + RELEVANT:
+    moves = [example.amplitude > STANDSTILL for example in (one, other)]
+    ratio = one.amplitude / other.amplitude if moves[1] else np.inf
+    if not any(moves) or abs(ratio - 1.0) <= RELEVANT:
+        verdict = Verdict.INSENSITIVE
+    elif not moves[0] or ratio < 1.0:
         verdict = Verdict.CONTRADICTS
     else:
         verdict = Verdict.AGREES if ratio >= MUCH else Verdict.NOT_DETERMINED
@@ -422,15 +409,19 @@ def _compare(says: str, one: Example, other: Example) -> Comparison:
 
 
 def _plain(outcome: Outcome) -> dict[str, Any]:
+    grounds = examples(outcome.reading)
     return {
-        "name": outcome.variant.name,
-        "about": outcome.variant.about,
-        "verdicts": {verdict.value: outcome.count(verdict) for verdict in Verdict},
+        **vars(outcome.score),
+        "about": outcome.about,
+        "film_reading": outcome.reading.value,
         "trends": [
             {
                 "figure": one.trend.figure,
                 "quantity": one.trend.quantity,
                 "says": one.trend.says,
+                "directional": one.trend.directional,
+                "scored": one.measure == one.trend.measures[0]
+                and one.trend in scored_trends(outcome.reading),
                 "measure": one.measure,
                 "unit": one.unit,
                 **one.finding.to_dict(),
@@ -440,7 +431,7 @@ def _plain(outcome: Outcome) -> dict[str, Any]:
         "examples": [
             {
                 "name": one.name,
-                **EXAMPLES[one.name],
+                **grounds[one.name],
                 "vertical_amplitude_m": one.amplitude,
                 "stride_m": one.stride,
             }

@@ -1,4 +1,4 @@
-"""Single runs behind the pictures of a robot's validation: over the ground, and high in the air."""
+"""Single runs behind the pictures of a robot's reproduction: over the ground, and high in the air."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ def _over_ground(robot: str, device: str) -> list[_Job]:
     jobs = []
     for scenario in packaged_scenarios(robot):
         freq_hz = scenario.freq_hz or drive_frequency(robot, own, scenario.wave)
-        scene = scenario_scene(device, scenario, freq_hz)
+        scene = scenario_scene(own, scenario, freq_hz)
         jobs.append(_Job(f"{describe(scenario)}, {freq_hz:.4g} Hz", scene, freq_hz, (foot.point,)))
     if not jobs:
         freq_hz = drive_frequency(robot, own, "square")
@@ -211,7 +211,7 @@ def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
     own = load_scene(device)
     gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
     drive = Scenario("square", volts, 1e6 * AIR_GAP, freq_hz, Heights(), Heights(), "in the air")
-    scene = with_values(scenario_scene(device, drive, freq_hz), gaps)
+    scene = with_values(scenario_scene(own, drive, freq_hz), gaps)
     start = math.ceil(settling_time(scene) * freq_hz)
     run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
     whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz

@@ -1,8 +1,9 @@
 """Whether a curve over a parameter does what is said of it: rises, falls, peaks inside, has extrema; by fixed rules.
 
 A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. What is
-said of it **agrees** if every replicate shows it, is **contradicted** if every replicate shows the opposite or does not
-change at all, and is **not determined** else.
+said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the device
+rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
+determined** else.
 
 A replicate *changes* if its range exceeds `RELEVANT` of its largest magnitude and twice its median spread (standard
 deviation from period to period). It *rises* or *falls* if it changes and its rank correlation with the parameter
@@ -30,6 +31,7 @@ __all__ = [
     "SIGNIFICANT",
     "Claim",
     "Curve",
+    "Direction",
     "Falls",
     "Finding",
     "HasExtrema",
@@ -43,12 +45,12 @@ Floats = NDArray[np.float64]
 RELEVANT, SIGNIFICANT, PROMINENT = 0.01, 0.01, 0.05
 
 CRITERION = (
-    "A trend agrees if every replicate shows it, is contradicted if every replicate shows the opposite or does not "
-    "change, and is not determined else. A replicate changes if its range exceeds "
+    "A trend agrees if every replicate shows it, is insensitive if no replicate changes, is contradicted if every "
+    "replicate that changes shows the opposite, and is not determined else. A replicate changes if its range exceeds "
     f"{100 * RELEVANT:g} % of its largest magnitude and twice its median spread from period to period; it rises or "
     f"falls if its rank correlation (Spearman's rho) has that sign with p < {SIGNIFICANT:g}; it is largest at a "
     "critical value if it exceeds both ends of the range by as much as a change needs; a local extremum stands out by "
-    f"{100 * PROMINENT:g} % of the range. A count that is 0 throughout determines nothing."
+    f"{100 * PROMINENT:g} % of the range."
 )
 """The rules of this module in a few sentences."""
 
@@ -58,6 +60,7 @@ class Verdict(Enum):
 
     AGREES = "agrees"
     CONTRADICTS = "contradicts"
+    INSENSITIVE = "insensitive"
     NOT_DETERMINED = "not determined"
 
 
@@ -107,9 +110,9 @@ class Replicate:
         return len(self.y) > 2 and float(np.ptp(self.y)) > self.least
 
     @property
-    def nothing(self) -> bool:
-        """Whether it is 0 throughout, or unknown: nothing happened that could be counted."""
-        return not np.any(self.y)
+    def known(self) -> bool:
+        """Whether it has enough values to tell a change."""
+        return len(self.y) > 2
 
     def rank(self) -> tuple[float, float]:
         """Spearman's rho and its two-sided p; 0 and 1 where it does not change."""
@@ -175,7 +178,7 @@ class Claim(ABC):
 
 
 @dataclass(frozen=True)
-class _Direction(Claim):
+class Direction(Claim):
     """The curve goes one way, over its whole range or from `beyond` on."""
 
     beyond: float | None = None
@@ -191,20 +194,13 @@ class _Direction(Claim):
         replicates = part.replicates
         ranks = [one.rank() for one in replicates]
         right = [self.sign * rho > 0.0 and p < SIGNIFICANT for rho, p in ranks]
-        wrong = [
-            (self.sign * rho < 0.0 and p < SIGNIFICANT) or not one.changes
-            for one, (rho, p) in zip(replicates, ranks, strict=True)
-        ]
-        still = [not one.changes for one in replicates]
-        if all(still):
-            words = "does not change"
-        else:
-            words = f"rho {_range([rho for rho, _ in ranks])}"
+        wrong = [self.sign * rho < 0.0 and p < SIGNIFICANT for rho, p in ranks]
+        words = f"rho {_range([rho for rho, _ in ranks])}"
         return _finding(part, replicates, right, wrong, words)
 
 
 @dataclass(frozen=True)
-class Rises(_Direction):
+class Rises(Direction):
     """It rises."""
 
     sign = 1
@@ -212,7 +208,7 @@ class Rises(_Direction):
 
 
 @dataclass(frozen=True)
-class Falls(_Direction):
+class Falls(Direction):
     """It falls."""
 
     sign = -1
@@ -234,10 +230,8 @@ class HasMaximum(Claim):
         right = [place is not None for place in places]
         if found:
             words = f"largest at {_range(found)}"
-        elif any(one.changes for one in replicates):
-            words = "largest at an end"
         else:
-            words = "does not change"
+            words = "largest at an end"
         return _finding(curve, replicates, right, [not one for one in right], words, found)
 
 
@@ -260,10 +254,8 @@ class HasExtrema(Claim):
                 name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)
             ]
             words = f"local {' and '.join(kinds)} at {_range(found)}"
-        elif any(one.changes for one in replicates):
-            words = "no local extremum"
         else:
-            words = "does not change"
+            words = "no local extremum"
         return _finding(curve, replicates, right, wrong, words, found)
 
 
@@ -275,12 +267,16 @@ def _finding(
     words: str,
     at: Sequence[float] = (),
 ) -> Finding:
-    """A finding from what every replicate shows."""
-    if all(one.nothing for one in replicates):
-        verdict, words = Verdict.NOT_DETERMINED, "0 throughout"
+    """A finding from what every replicate shows: whether it is as said, and whether the opposite."""
+    opposite = [no for one, no in zip(replicates, wrong, strict=True) if one.changes]
+    if not all(one.known for one in replicates):
+        verdict, words = Verdict.NOT_DETERMINED, "too few runs reached their end"
+    elif not any(one.changes for one in replicates):
+        verdict = Verdict.INSENSITIVE
+        words = "does not change" if any(np.any(one.y) for one in replicates) else "0 throughout"
     elif all(right):
         verdict = Verdict.AGREES
-    elif all(wrong):
+    elif all(opposite):
         verdict = Verdict.CONTRADICTS
     else:
         verdict = Verdict.NOT_DETERMINED

@@ -13,13 +13,13 @@ EXTRA = "# two more\nfreq_hz,volt_v,wave,peak_exp_um\n20,8,square,210\n30,7,sine
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory):
-    """Both devices validated with two more rows: their JSON objects, and the folder written to."""
+    """Both devices reproduced with two more rows: their JSON objects, and the folder written to."""
     from contextlib import redirect_stdout
     from io import StringIO
 
     from tarsus.cli import main
 
-    folder = tmp_path_factory.mktemp("validation")
+    folder = tmp_path_factory.mktemp("reproduction")
     rows = folder / "rows.csv"
     rows.write_text(EXTRA, encoding="utf-8")
     found = {}
@@ -42,12 +42,19 @@ def test_json(both, device):
         assert {"freq_hz", "volt_v", "wave", "ours"} <= set(row)
         ours = row["ours"]
         assert set(ours) == {"bounces", "peak_um", "contact_ms"}
-        assert all(math.isfinite(value) and value >= 0.0 for value in ours.values())
-        assert ours["contact_ms"] <= 1e3 / row["freq_hz"] * (1.0 + 1e-9)
+        for one in ours.values():
+            assert set(one) == {"median", "low", "high"}
+            assert 0.0 <= one["low"] <= one["median"] <= one["high"] < math.inf
+        assert ours["contact_ms"]["high"] <= 1e3 / row["freq_hz"] * (1.0 + 1e-9)
+        assert 0.0 <= row["p_bounce"] <= 1.0
+        assert row["p_bounce"] > 0.5 or ours["bounces"]["median"] < 1.0
     packaged, added = result["rows"][:12], result["rows"][12:]
+    assert [row["role"] for row in result["rows"]] == ["calibrated on"] * 12 + ["predicted"] * 2
     assert all(row["measured"] and row["source"] for row in packaged)
     assert added[0]["measured"] == {"bounces": None, "peak_um": 210.0, "contact_ms": None}
-    assert added[0]["errors"]["ours"]["peak"] == pytest.approx((210 - added[0]["ours"]["peak_um"]) / 210)
+    assert added[0]["errors"]["ours"]["peak"] == pytest.approx(
+        (210 - added[0]["ours"]["peak_um"]["median"]) / 210
+    )
     assert added[1]["measured"] is None and added[1]["source"] is None
 
 
@@ -66,13 +73,16 @@ def test_summary_covers_all_rows_and_each_part(both):
 
 def test_files(both):
     found, folder = both
-    assert "<svg" in (folder / "cantilever" / "validation.html").read_text(encoding="utf-8")
-    written = json.loads((folder / "cantilever" / "validation.json").read_text(encoding="utf-8"))
+    assert "<svg" in (folder / "cantilever" / "reproduction.html").read_text(encoding="utf-8")
+    written = json.loads((folder / "cantilever" / "reproduction.json").read_text(encoding="utf-8"))
     assert written == found["cantilever"]
-    with (folder / "cantilever" / "validation.csv").open(encoding="utf-8", newline="") as stream:
+    with (folder / "cantilever" / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 14
-    assert float(rows[0]["peak_um_ours"]) == found["cantilever"]["rows"][0]["ours"]["peak_um"]
+    ours = found["cantilever"]["rows"][0]["ours"]["peak_um"]
+    assert [float(rows[0][f"peak_um_ours{end}"]) for end in ("", "_low", "_high")] == [
+        ours[name] for name in ("median", "low", "high")
+    ]
 
 
 def test_tables_for_people(tarsus):

@@ -14,11 +14,11 @@ from tarsus_reproduce.trends import Verdict
 
 @pytest.fixture(scope="module")
 def short_runs():
-    """A validation of one variant by shorter runs, which a command line takes in place of its own."""
+    """A reproduction of one variant by shorter runs, which a command line takes in place of its own."""
     variants = millipede.variants_of
     with few_runs() as patch:
         patch.setattr(millipede, "variants_of", lambda scene: variants(scene)[:1])
-        return millipede.validate_millipede(duration=0.04)
+        return millipede.reproduce_millipede(duration=0.04)
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def quick(monkeypatch, short_runs):
         devices.append(device)
         return short_runs
 
-    monkeypatch.setattr(millipede, "validate_millipede", validate)
+    monkeypatch.setattr(millipede, "reproduce_millipede", validate)
     return devices
 
 
@@ -38,13 +38,13 @@ def test_json_and_files(tarsus, quick, tmp_path):
     found = tarsus("reproduce", "millipede", "--json", "-o", tmp_path).json()
     assert quick == ["millipede"]
     assert found["experiment"] == "millipede" and found["ok"]
-    assert json.loads((tmp_path / "validation.json").read_text(encoding="utf-8")) == found
-    with (tmp_path / "validation.csv").open(encoding="utf-8", newline="") as stream:
+    assert json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8")) == found
+    with (tmp_path / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == sum(len(variant["trends"]) for variant in found["variants"])
     assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}
     assert float(rows[0]["first"]) == found["variants"][0]["trends"][0]["first"]
-    assert "<svg" in (tmp_path / "validation.html").read_text(encoding="utf-8")
+    assert "<svg" in (tmp_path / "reproduction.html").read_text(encoding="utf-8")
 
 
 def test_tables_for_people(tarsus, quick):

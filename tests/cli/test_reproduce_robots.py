@@ -14,7 +14,7 @@ EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """The hexapod validated with one more row and two seeds: JSON printed, and the folder written to."""
+    """The hexapod reproduced with one more row and two seeds: JSON printed, and the folder written to."""
     from contextlib import redirect_stdout
     from io import StringIO
 
@@ -35,13 +35,17 @@ def test_json(written):
     assert (result["robot"], result["device"], result["ok"]) == ("hexapod", "hexapod", True)
     assert [row["role"] for row in result["rows"]] == ["calibrated on"] * 2 + ["predicted"] * 2
     for row in result["rows"]:
-        for who in ("ours", "ours_spread", "without_small_forces"):
+        for who in ("ours", "without_small_forces"):
             assert set(row[who]) == {"bounces_per_s", "peak_um", "mean_um"}
-            assert all(math.isfinite(value) and value >= 0.0 for value in row[who].values())
-        assert row["ours"]["mean_um"] <= row["ours"]["peak_um"]
+            for one in row[who].values():
+                assert 0.0 <= one["low"] <= one["median"] <= one["high"] < math.inf
+        ours, apex = row["ours"], row["mean_apex_um"]["median"]
+        assert ours["mean_um"]["median"] <= ours["peak_um"]["median"]
+        assert apex is None or apex <= ours["peak_um"]["median"]
+        assert 0.0 <= row["p_bounce"] <= 1.0
     added = result["rows"][3]
     assert (added["freq_hz"], added["measured"]["mean_um"]) == (40.0, None)
-    assert added["errors"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]) / 20.0)
+    assert added["errors"]["peak_um"] == pytest.approx((20.0 - added["ours"]["peak_um"]["median"]) / 20.0)
     assert result["summary"]["source"]["bounces_per_s"] == pytest.approx(27.885, abs=1e-3)
 
 
@@ -60,13 +64,13 @@ def test_json_of_modes_maps_and_air(written):
 
 def test_files(written):
     result, folder = written
-    assert json.loads((folder / "validation.json").read_text(encoding="utf-8")) == result
-    with (folder / "validation.csv").open(encoding="utf-8", newline="") as stream:
+    assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
+    with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [row["role"] for row in rows] == [row["role"] for row in result["rows"]]
-    assert float(rows[3]["peak_um_ours"]) == result["rows"][3]["ours"]["peak_um"]
+    assert float(rows[3]["peak_um_ours"]) == result["rows"][3]["ours"]["peak_um"]["median"]
     assert rows[3]["mean_um_measured"] == rows[3]["mean_um_source"] == ""
-    assert "<svg" in (folder / "validation.html").read_text(encoding="utf-8")
+    assert "<svg" in (folder / "reproduction.html").read_text(encoding="utf-8")
 
 
 def test_tables_for_people(tarsus):
@@ -177,7 +181,7 @@ def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(
     assert result.code == 1
     assert "This map can create energy" in result.out
     assert all("The run stopped" in sentence for sentence in result.sentences)
-    page = (tmp_path / "out" / "validation.html").read_text(encoding="utf-8")
+    page = (tmp_path / "out" / "reproduction.html").read_text(encoding="utf-8")
     assert "This map can create energy: the given impact map" in page
 
 

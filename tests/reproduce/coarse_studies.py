@@ -21,7 +21,7 @@ def coarse(name: str) -> Sweep:
 
 @contextmanager
 def few_runs():
-    """While it lasts, validations of the millipede take the coarse studies."""
+    """While it lasts, reproductions of the millipede take the coarse studies."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(millipede, "load_sweep", coarse)
         yield patch

@@ -1,4 +1,4 @@
-"""The validation's arithmetic, checked on the source's own model, whose errors the source prints."""
+"""The reproduction's arithmetic, checked on the source's own model, whose errors the source prints."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import math
 
 import pytest
 
-from tarsus_reproduce.cantilever import compare, errors, periods_of, validate_cantilever
+from tarsus_reproduce.cantilever import compare, errors, periods_of, reproduce_cantilever, simulate_case
 from tarsus_reproduce.cases import Observation, packaged_cases
+from tarsus_reproduce.predictions import members_of
 
 
 def test_errors_are_those_printed_in_table_a1():
@@ -84,13 +85,28 @@ def test_transients_and_measured_periods(freq, expected):
 
 
 def test_cantilever_agrees_with_the_measurement_at_least_as_well_as_the_source():
-    validation = validate_cantilever("cantilever")
-    assert validation.ok
-    table = validation.summary()["ours"]
-    assert table["existence_right"] >= 11
-    assert table["count_right"] >= 8
+    reproduction = reproduce_cantilever("cantilever")
+    assert reproduction.ok
+    table = reproduction.summary()["ours"]
+    # bounces as an instrument counts them; the device was calibrated on counts of rebounds
+    assert table["existence_right"] >= 9
+    assert table["count_right"] >= 6
     assert table["count_cases"] == 12
-    assert table["peak"]["mean_absolute_percent"] <= 18.6
+    assert table["peak"]["mean_absolute_percent"] <= 11.7
     assert table["peak"]["in_means"] == 12
-    assert table["contact"]["mean_absolute_percent"] <= 28.0
+    assert table["contact"]["mean_absolute_percent"] <= 18.1
     assert table["contact"]["in_means"] == 11  # a contact measured as 0 has no relative error
+
+
+def test_a_mixture_of_two_devices_lies_between_them():
+    case = next(
+        case for case in packaged_cases() if (case.freq_hz, case.volt_v, case.wave) == (100.0, 8.0, "sine")
+    )
+    both = [members_of(name)[0] for name in ("cantilever", "cantilever-1")]
+    first, second = (simulate_case((one,), case) for one in both)
+    mixed = simulate_case(members_of(both), case)
+    for name in ("peak_um", "contact_ms"):
+        one, other, mix = (getattr(row.predictions, name) for row in (first, second, mixed))
+        assert min(one.low, other.low) <= mix.low and mix.high <= max(one.high, other.high)
+        assert mix.high - mix.low >= 0.5 * abs(one.median - other.median)
+    assert mixed.p_bounce == pytest.approx((first.p_bounce + second.p_bounce) / 2.0)

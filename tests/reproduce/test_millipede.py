@@ -1,4 +1,4 @@
-"""Validation of the walking millipede: variants, trends with the numbers behind them, and its page."""
+"""Reproduction of the walking millipede: variants, trends with the numbers behind them, and its page."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from tarsus_reproduce.millipede import (
     EXAMPLES,
     RINGING,
     TRENDS,
-    MillipedeValidation,
+    MillipedeReproduction,
     damping_ratio,
-    validate_millipede,
+    reproduce_millipede,
     variants_of,
 )
 from tarsus_reproduce.pages.millipede import millipede_html
@@ -26,9 +26,9 @@ from tarsus_reproduce.trends import Verdict
 
 
 @pytest.fixture(scope="module")
-def found() -> MillipedeValidation:
+def found() -> MillipedeReproduction:
     with few_runs():
-        return validate_millipede(duration=0.06)
+        return reproduce_millipede(duration=0.06)
 
 
 def test_variants_differ_in_what_they_say():
@@ -56,7 +56,7 @@ def test_every_trend_is_judged_on_every_variant_that_has_its_law(found):
         )
 
 
-def verdicts(found: MillipedeValidation, variant: int, figure: str, measure: str) -> list[Verdict]:
+def verdicts(found: MillipedeReproduction, variant: int, figure: str, measure: str) -> list[Verdict]:
     trends = found.outcomes[variant].trends
     return [one.finding.verdict for one in trends if (one.trend.figure, one.measure) == (figure, measure)]
 
@@ -146,7 +146,7 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(found):
 
 @pytest.mark.slow
 def test_the_walking_page_says_what_is_found():
-    whole = validate_millipede()
+    whole = reproduce_millipede()
     page = (Path(__file__).parents[2] / "docs" / "walking.md").read_text(encoding="utf-8")
     for verdict in Verdict:
         counts = " | ".join(str(outcome.count(verdict)) for outcome in whole.outcomes)

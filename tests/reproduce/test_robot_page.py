@@ -1,4 +1,4 @@
-"""The page of a robot's validation, and circular plots of several points."""
+"""The page of a robot's reproduction, and circular plots of several points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import impact_energies
 from tarsus_reproduce.pages.robot import robot_html
 from tarsus_reproduce.robot_runs import STEADY, RobotRuns, robot_runs, settling_time, share_made
-from tarsus_reproduce.robots import RobotValidation, validate_robot
+from tarsus_reproduce.robots import RobotReproduction, reproduce_robot
 from unit.html_page import Page
 
 SECTIONS = [
@@ -31,26 +31,26 @@ NOT_PASSIVE = {"ground.impact": {"kind": "dominant_mode", "passive": False}}
 
 
 @pytest.fixture(scope="module", params=["hexapod", "quadruped"])
-def found(request: pytest.FixtureRequest) -> tuple[RobotValidation, RobotRuns, str]:
-    validation = validate_robot(request.param, seeds=2)
+def found(request: pytest.FixtureRequest) -> tuple[RobotReproduction, RobotRuns, str]:
+    reproduction = reproduce_robot(request.param, seeds=2)
     runs = robot_runs(request.param)
-    return validation, runs, robot_html(validation, runs)
+    return reproduction, runs, robot_html(reproduction, runs)
 
 
-def test_every_section_is_there_in_order(found: tuple[RobotValidation, RobotRuns, str]) -> None:
-    validation, _, text = found
+def test_every_section_is_there_in_order(found: tuple[RobotReproduction, RobotRuns, str]) -> None:
+    reproduction, _, text = found
     page = Page(text)
     positions = [page.text.index(section) for section in SECTIONS]
     assert positions == sorted(positions)
     figures = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
     assert figures == list(range(1, len(figures) + 1))
-    assert len(figures) == (6 if validation.rows else 5)
+    assert len(figures) == (6 if reproduction.rows else 5)
     assert "nan" not in re.sub("dominant", "", page.text)
-    for row in validation.rows:
+    for row in reproduction.rows:
         assert row.role in page.text.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def test_page_needs_nothing_from_outside(found: tuple[RobotValidation, RobotRuns, str]) -> None:
+def test_page_needs_nothing_from_outside(found: tuple[RobotReproduction, RobotRuns, str]) -> None:
     _, _, text = found
     page = Page(text)
     assert len(text.encode()) < 1_500_000
@@ -62,7 +62,7 @@ def test_page_needs_nothing_from_outside(found: tuple[RobotValidation, RobotRuns
     assert "http" not in re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
 
 
-def test_figures_are_of_sane_size(found: tuple[RobotValidation, RobotRuns, str]) -> None:
+def test_figures_are_of_sane_size(found: tuple[RobotReproduction, RobotRuns, str]) -> None:
     _, _, text = found
     boxes = [tuple(map(float, box.split())) for box in re.findall(r'viewBox="([^"]*)"', text)]
     assert boxes
@@ -70,7 +70,7 @@ def test_figures_are_of_sane_size(found: tuple[RobotValidation, RobotRuns, str])
         assert 300.0 < width < 640.0 and 72.0 < height < 720.0
 
 
-def test_no_run_of_these_devices_creates_energy(found: tuple[RobotValidation, RobotRuns, str]) -> None:
+def test_no_run_of_these_devices_creates_energy(found: tuple[RobotReproduction, RobotRuns, str]) -> None:
     _, runs, text = found
     assert not runs.problems
     assert runs.energies.actual.max() <= 1e-9 * np.abs(runs.energies.actual).max()

@@ -18,7 +18,7 @@ from tarsus.files.toml import read_scene
 from tarsus.laws import Law
 from tarsus.scene import Scene, override
 
-__all__ = ["device_names", "load_scene"]
+__all__ = ["changed", "device_names", "load_scene"]
 
 
 def device_names() -> list[str]:
@@ -74,6 +74,18 @@ def load_scene(
         scene = read_scene(_device_file(text), laws)
     else:
         scene = _device(text)
+    return changed(scene, volts=volts, hz=hz, wave=wave, **values)
+
+
+def changed(
+    scene: Scene,
+    *,
+    volts: float | str | None = None,
+    hz: float | str | None = None,
+    wave: str | None = None,
+    **values: Any,
+) -> Scene:
+    """A scene with some values changed; arguments and errors as for `load_scene`."""
     signals, others = _signal_changes(scene, values, volts=volts, hz=hz, wave=wave)
     changes = {**signals, **others}
     return override(scene, changes) if changes else scene

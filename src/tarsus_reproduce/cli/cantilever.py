@@ -1,4 +1,4 @@
-"""What `tarsus validate cantilever` does: Table A.1 row by row and the summary of Table 2.3."""
+"""What `tarsus reproduce cantilever` does: Table A.1 row by row and the summary of Table 2.3."""
 
 from __future__ import annotations
 
@@ -6,42 +6,48 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tarsus_reproduce.cli.tables import interval, share
+
 if TYPE_CHECKING:
-    from tarsus_reproduce.cantilever import Validation
+    from tarsus_reproduce.cantilever import CantileverReproduction, Row
 
 
-def run(device: str, rows: Path | None, output: Path | None, *, json: bool) -> int:
-    """Validate, print and write; the exit code."""
+def run(device: str, rows: Path | None, output: Path | None, *, json: bool, quiet: bool = False) -> int:
+    """Reproduce, print and write; the exit code. Quiet: nothing is printed."""
     from tarsus.cli import console
-    from tarsus_reproduce.cantilever import validate_cantilever
+    from tarsus_reproduce.cantilever import reproduce_cantilever
 
     console.announce_compiling()
-    with console.progress_bar("validating") as progress:
-        validation = validate_cantilever(device, rows, progress)
-    result = validation.to_dict()
+    with console.progress_bar("reproducing") as progress:
+        reproduction = reproduce_cantilever(device, rows, progress)
+    result = reproduction.to_dict()
     if json:
         console.print_json(result)
-    else:
-        _print(validation, result["summary"])
+    elif not quiet:
+        _print(reproduction, result["summary"])
     if output is not None:
-        _write(validation, result, output, quiet=json)
-    if not validation.ok:
-        console.complain(
-            f"{row.case.freq_hz:g} Hz, {row.case.volt_v:g} V, {row.case.wave}: {row.code}"
-            for row in validation.rows
-            if not row.ok
-        )
-    return 0 if validation.ok else 1
+        _write(reproduction, result, output, quiet=json or quiet)
+    console.complain(f"{_drive(row)}: {code}" for row in reproduction.rows for code in row.codes)
+    return 0 if reproduction.ok else 1
 
 
-def _print(validation: Validation, summary: dict[str, Any]) -> None:
+def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> None:
     from tarsus.cli import console
 
-    print(f"Micro-cantilever under periodic drive, device '{validation.device}'")
+    print(f"Micro-cantilever under periodic drive, device '{reproduction.device}'")
     print("source = the source's model, measured = its experiment; error = (measured - simulated)/measured")
-    for title, cells in _tables(validation):
+    print("ours = median over drive periods after transients (interval that holds 80 % of them)")
+    for title, cells in _tables(reproduction):
         print(f"\n{title}")
-        console.table(("drive", "source", "measured", "ours", "±", "source's error", "our error"), cells)
+        console.table(
+            ("drive", "role", "source", "measured", "ours", "source's error", "our error"),
+            cells,
+            numbers_from=2,
+        )
+    print(
+        "\nperiods with a bounce: "
+        + ", ".join(f"{_drive(row)} {share(row.p_bounce)}" for row in reproduction.rows)
+    )
     for title, part in _parts(summary):
         print(f"\n{title}")
         console.table(("against the measurement", "source", "ours"), _summary_rows(part))
@@ -54,7 +60,7 @@ def _print(validation: Validation, summary: dict[str, Any]) -> None:
         )
 
 
-def _tables(validation: Validation) -> list[tuple[str, list[tuple[str, ...]]]]:
+def _tables(reproduction: CantileverReproduction) -> list[tuple[str, list[tuple[str, ...]]]]:
     """The three quantities of Table A.1, each with a row per case."""
     quantities = (
         ("bounces per period", "bounces", "count", 2),
@@ -64,32 +70,33 @@ def _tables(validation: Validation) -> list[tuple[str, list[tuple[str, ...]]]]:
     tables = []
     for title, field, error, digits in quantities:
         cells = []
-        for row in validation.rows:
+        for row in reproduction.rows:
             case = row.case
-            drive = f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}" + (
-                "" if case.origin == "packaged" else " *"
-            )
-            found = [getattr(where, field) for where in (case.source, case.measured, row.ours, row.spread)]
+            drive = _drive(row) + ("" if case.origin == "packaged" else " *")
+            source, measured = (getattr(where, field) for where in (case.source, case.measured))
+            ours = getattr(row.predictions, field).to_dict()
             wrong = [getattr(errors, error) for errors in (row.source_errors, row.our_errors)]
-            texts = (
-                [_number(value, digits) for value in wrong]
-                if error == "count"
-                else [_percent(v) for v in wrong]
-            )
-            shown = (
-                f"{found[0]:g}" if found[0] is not None else "-",
-                f"{found[1]:g}" if found[1] is not None else "-",
-            )
-            cells.append((drive, *shown, _number(found[2], digits), _number(found[3], digits), *texts))
+            texts = [_number(one, digits) if error == "count" else _percent(one) for one in wrong]
+            shown = ("-" if one is None else f"{one:g}" for one in (source, measured))
+            cells.append((drive, row.role, *shown, interval(ours, digits), *texts))
         tables.append((title, cells))
-    if any(row.case.origin != "packaged" for row in validation.rows):
+    if any(row.case.origin != "packaged" for row in reproduction.rows):
         tables[-1] = (tables[-1][0] + "  (* = from the rows file)", tables[-1][1])
     return tables
 
 
+def _drive(row: Row) -> str:
+    return f"{row.case.freq_hz:g} Hz, {row.case.volt_v:g} V, {row.case.wave}"
+
+
 def _parts(summary: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     parts = [(f"Summary of {summary['rows']} rows (Table 2.3 of the source)", summary)]
-    for key, words in (("packaged_rows", "packaged rows alone"), ("added_rows", "rows of the file alone")):
+    for key, words in (
+        ("packaged_rows", "packaged rows alone"),
+        ("added_rows", "rows of the file alone"),
+        ("calibrated_rows", "rows calibrated on"),
+        ("predicted_rows", "rows predicted"),
+    ):
         if key in summary:
             parts.append((f"Summary of the {summary[key]['rows']} {words}", summary[key]))
     return parts
@@ -139,28 +146,25 @@ def _unsigned(percent: float | None) -> str:
     return "-" if percent is None else f"{percent:.1f} %"
 
 
-def _write(validation: Validation, result: dict[str, Any], folder: Path, *, quiet: bool) -> None:
+def _write(
+    reproduction: CantileverReproduction, result: dict[str, Any], folder: Path, *, quiet: bool
+) -> None:
     import csv
     import io
 
     from tarsus_reproduce.cli import outputs
-    from tarsus_reproduce.pages.cantilever import write_validation_report
+    from tarsus_reproduce.pages.cantilever import write_cantilever_report
 
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
     names = ("bounces", "peak_um", "contact_ms")
-    writer.writerow(
-        [
-            "freq_hz",
-            "volt_v",
-            "wave",
-            *(f"{name}_{who}" for name in names for who in ("source", "measured", "ours")),
-        ]
-    )
-    for row in validation.rows:
-        case = row.case
-        who = (case.source, case.measured, row.ours)
-        writer.writerow(
-            [case.freq_hz, case.volt_v, case.wave, *(getattr(one, name) for name in names for one in who)]
-        )
-    outputs.write(folder, lines.getvalue(), result, partial(write_validation_report, result), quiet=quiet)
+    who = ("source", "measured", "ours", "ours_low", "ours_high")
+    about = ("freq_hz", "volt_v", "wave", "role", "p_bounce")
+    writer.writerow([*about, *(f"{name}_{one}" for name in names for one in who)])
+    for row in result["rows"]:
+        numbers = []
+        for name in names:
+            numbers += [(row[one] or {}).get(name) for one in ("source", "measured")]
+            numbers += [row["ours"][name][end] for end in ("median", "low", "high")]
+        writer.writerow([*(row[name] for name in about), *numbers])
+    outputs.write(folder, lines.getvalue(), result, partial(write_cantilever_report, result), quiet=quiet)

@@ -1,4 +1,4 @@
-"""What `tarsus validate millipede` does: every trend of section 4.4.1 with what ours does, and Fig. 4.7."""
+"""What `tarsus reproduce millipede` does: every trend of section 4.4.1 with what ours does, and Fig. 4.7."""
 
 from __future__ import annotations
 
@@ -8,51 +8,93 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tarsus_reproduce.millipede import MillipedeValidation, Outcome
+    from tarsus_reproduce.millipede import MillipedeReproduction, Outcome
+    from tarsus_reproduce.readings import Readings
+
+READINGS_FILE = "readings-{seed}.jsonl"
+"""Finished readings of a seed, in the output folder."""
 
 
-def run(device: str, output: Path | None, *, json: bool) -> int:
-    """Validate, print and write; the exit code. A contradicted trend is a result, not a failure."""
+def run(
+    device: str | None, output: Path | None, readings: int, seed: int, *, json: bool, quiet: bool = False
+) -> int:
+    """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is a result, not a failure."""
     from tarsus.cli import console
     from tarsus.files.library import load_scene
-    from tarsus_reproduce.millipede import validate_millipede
+    from tarsus_reproduce.millipede import VARIANTS, reproduce_millipede
 
-    console.announce_compiling(load_scene(device))
-    with console.progress_bar("validating") as progress:
-        validation = validate_millipede(device, progress=progress)
-    result = validation.to_dict()
+    console.announce_compiling(load_scene(device or VARIANTS[0]))
+    with console.progress_bar("reproducing", time_left=readings > 0) as progress:
+        reproduction = reproduce_millipede(device or VARIANTS, progress=progress)
+        drawn = _readings(device or VARIANTS[0], output, readings, seed, progress) if readings else None
+    result = reproduction.to_dict() | ({"readings": drawn.to_dict()} if drawn else {})
     if json:
         console.print_json(result)
-    else:
-        _print(validation)
+    elif not quiet:
+        _print(reproduction, result)
     if output is not None:
-        _write(validation, result, output, quiet=json)
-    console.complain(validation.problems)
-    return 0 if validation.ok else 1
+        _write(reproduction, drawn, result, output, quiet=json or quiet)
+    console.complain(reproduction.problems)
+    return 0 if reproduction.ok else 1
 
 
-def _print(validation: MillipedeValidation) -> None:
+def _readings(device: str, output: Path | None, count: int, seed: int, progress: Any) -> Readings:
+    from tarsus.files.library import load_scene
+    from tarsus_reproduce.readings import random_readings
+
+    file = None if output is None else output / READINGS_FILE.format(seed=seed)
+    return random_readings(load_scene(device), count, seed, file=file, progress=progress)
+
+
+def _print(reproduction: MillipedeReproduction, result: Mapping[str, Any]) -> None:
     import textwrap
 
+    from tarsus.cli import console
     from tarsus_reproduce.trends import CRITERION
 
-    print(f"Walking millipede against the trends of section 4.4.1, device '{validation.device}'")
+    print("Walking millipede against the trends of section 4.4.1")
     print(textwrap.fill(f"Replicates are the restitutions of Table 4.2. {CRITERION}", 118))
-    for outcome in validation.outcomes:
+    for outcome in reproduction.outcomes:
         _print_outcome(outcome)
+    print("\nScore of each device over 15 trends and Fig. 4.7; film in its own reading")
+    rows = []
+    for outcome in reproduction.outcomes:
+        one = outcome.score
+        directional = f"{one.directional_agree} of {one.directional_total}"
+        rows.append(
+            (
+                outcome.name,
+                *map(str, (one.agree, one.contradict, one.insensitive, one.not_determined)),
+                directional,
+            )
+        )
+    headings = ("device", "agrees", "contradicts", "insensitive", "not determined", "directional agree")
+    console.table(headings, rows)
+    if "readings" in result:
+        found = result["readings"]
+        print(
+            f"\n{found['judged']} of {found['count']} random readings of what is not printed, seed {found['seed']}"
+        )
+        rows = [
+            (
+                name.replace("_", " "),
+                *(f"{found[name][key]:.3g}" for key in ("mean", "median", "quantile_95")),
+            )
+            for name in ("agree", "contradict", "insensitive", "not_determined", "directional_agree")
+            if name in found
+        ]
+        console.table(("trends that", "mean", "median", "95 % at most"), rows)
 
 
 def _print_outcome(outcome: Outcome) -> None:
     from tarsus.cli import console
-    from tarsus_reproduce.trends import Verdict
+    from tarsus_reproduce.millipede_trends import scored_trends
 
-    variant = outcome.variant
-    print(f"\n{variant.name.capitalize()}: {variant.about}")
-    counts = ", ".join(f"{verdict.value} {outcome.count(verdict)}" for verdict in Verdict)
-    print(f"By the measure of each figure: {counts}")
+    print(f"\n{outcome.name}: {outcome.about}")
+    scored = scored_trends(outcome.reading)
     rows = [
         (
-            one.trend.figure,
+            one.trend.figure + ("" if one.trend in scored else " *"),
             one.trend.quantity,
             one.trend.says,
             one.measure.replace("_", " "),
@@ -65,6 +107,7 @@ def _print_outcome(outcome: Outcome) -> None:
     ]
     headings = ("Fig.", "quantity", "source", "measure", "ours", "why", "first", "last")
     console.table(headings, rows, numbers_from=6)
+    print("* = the film's other reading, not scored")
     for one in outcome.examples:
         up, way = _shown(one.amplitude, "m"), _shown(one.stride, "m")
         print(f"Fig. 4.7({one.name}): the body swings {up} up and down and travels {way} a period")
@@ -80,7 +123,14 @@ def _shown(value: float, unit: str) -> str:
     return short(0.0 if unit == "m" and abs(value) < STANDSTILL else value, unit)
 
 
-def _write(validation: MillipedeValidation, result: Mapping[str, Any], folder: Path, *, quiet: bool) -> None:
+def _write(
+    reproduction: MillipedeReproduction,
+    readings: Readings | None,
+    result: Mapping[str, Any],
+    folder: Path,
+    *,
+    quiet: bool,
+) -> None:
     import csv
     import io
 
@@ -89,11 +139,17 @@ def _write(validation: MillipedeValidation, result: Mapping[str, Any], folder: P
 
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
-    about = ("figure", "quantity", "says", "measure", "unit", "verdict", "words", "first", "last")
+    about = (
+        "figure", "quantity", "says", "directional", "scored", "measure", "unit", "verdict", "words", "first", "last",
+    )  # fmt: skip
     writer.writerow(["variant", *about, "least_rho", "largest_rho"])
-    for variant in result["variants"]:
+    for name, variant in result["variants"].items():
         for one in variant["trends"]:
-            writer.writerow(
-                [variant["name"], *(one[name] for name in about), min(one["rho"]), max(one["rho"])]
-            )
-    outputs.write(folder, lines.getvalue(), result, partial(write_millipede_report, validation), quiet=quiet)
+            writer.writerow([name, *(one[column] for column in about), min(one["rho"]), max(one["rho"])])
+    outputs.write(
+        folder,
+        lines.getvalue(),
+        result,
+        partial(write_millipede_report, reproduction, readings=readings),
+        quiet=quiet,
+    )

@@ -1,4 +1,4 @@
-"""The three files of a validation, the same for every experiment."""
+"""The three files of a reproduction, the same for every experiment."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ def write(
     *,
     quiet: bool,
 ) -> None:
-    """Write validation.csv (`table`), validation.json (`result`) and validation.html (`write_page(path)`)."""
+    """Write reproduction.csv (`table`), reproduction.json (`result`) and reproduction.html (`write_page(path)`)."""
     import json
 
     from tarsus.cli import console
     from tarsus.files.store import write_text
 
-    write_text(folder / "validation.csv", table)
+    write_text(folder / "reproduction.csv", table)
     write_text(
-        folder / "validation.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
+        folder / "reproduction.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
     )
     with console.spinner("writing the report"):
-        write_page(folder / "validation.html")
+        write_page(folder / "reproduction.html")
     if not quiet:
         print()
-        for name in ("validation.csv", "validation.json", "validation.html"):
+        for name in ("reproduction.csv", "reproduction.json", "reproduction.html"):
             print(f"wrote {folder / name}")

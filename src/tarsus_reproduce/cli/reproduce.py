@@ -1,4 +1,4 @@
-"""`tarsus reproduce`: a published experiment row by row: the source's model, the measurement, ours."""
+"""`tarsus reproduce`: the dissertation's experiments row by row: its model, the measurement, ours."""
 
 from __future__ import annotations
 
@@ -10,50 +10,107 @@ from cyclopts import Parameter
 MOST_SEEDS = 10_000
 """More initial states than that tell nothing more and take hours."""
 
+MOST_READINGS = 100_000
+"""More readings than that take days."""
+
 
 def reproduce(
-    experiment: Literal["cantilever", "hexapod", "quadruped", "millipede"],
+    experiment: Literal["cantilever", "hexapod", "quadruped", "millipede"] | None = None,
     /,
     *,
+    all: Annotated[bool, Parameter(negative=())] = False,
     device: str | None = None,
     rows: Path | None = None,
     seeds: int | None = None,
+    readings: int = 0,
+    seed: int | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
-    """Compare with a published experiment row by row, then summarise.
+    """Compare with an experiment of the dissertation row by row, then summarise; or make all pages.
 
     Parameters
     ----------
     experiment
-        cantilever: the micro-cantilever under periodic drive (Table A.1 of the source). hexapod, quadruped: the
-        bouncing foot of a bulk PZT robot (Table 3.2), its modes and impact maps, and its motion in the air.
-        millipede: the trends that the source sees in its simulations of walking (Figs. 4.7-4.11).
+        cantilever: the micro-cantilever under periodic drive (Table A.1). hexapod, quadruped: the bouncing foot of a
+        bulk PZT robot (Table 3.2), its modes and impact maps, and its motion in the air. millipede: the trends that are
+        seen in its simulations of walking (Figs. 4.7-4.11).
+    all
+        every experiment into a folder of its own below the output folder, with an index.
     device
-        the device that is simulated; the packaged one of the experiment's name when left out.
+        the device that is simulated; the packaged one of the experiment's name when left out, for the millipede all
+        packaged variants.
     rows
-        a file of further rows in the format of the packaged table.
+        a file of further rows in the format of the packaged table; they are predicted, never fitted.
     seeds
         random initial states of every row of a robot, 32 when left out.
+    readings
+        for the millipede: the score over so many random readings of what is not printed, kept in the output folder and
+        continued there.
+    seed
+        seed of the readings, 1 when left out.
     output
-        folder for validation.html, validation.json and validation.csv.
+        folder for reproduction.html, reproduction.json and reproduction.csv.
     json
         print one JSON object instead of tables.
     """
     from tarsus.cli import requests
     from tarsus.errors import InputError
-    from tarsus_reproduce.cli import cantilever, millipede, robot
+    from tarsus_reproduce.cli import cantilever, everything, millipede, robot
 
-    if seeds is not None and experiment in ("cantilever", "millipede"):
-        raise InputError(f"--seeds: the {experiment} starts from rest; only the robots have seeds")
-    if rows is not None and experiment == "millipede":
-        raise InputError("--rows: the source prints no table for the millipede, only trends in words")
-    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
-        raise InputError(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
+    problems = _problems(experiment, all, device, rows, seeds, readings, seed, output)
+    if problems:
+        raise InputError(problems)
     if output is not None:
         requests.check_folder(output)
+    first = 1 if seed is None else seed
+    if all:
+        assert output is not None
+        return everything.run(output, seeds, readings, first, json=json)
     if experiment == "cantilever":
         return cantilever.run(device or "cantilever", rows, output, json=json)
     if experiment == "millipede":
-        return millipede.run(device or "millipede", output, json=json)
+        return millipede.run(device, output, readings, first, json=json)
+    assert experiment is not None
     return robot.run(experiment, device, rows, seeds, output, json=json)
+
+
+def _problems(
+    experiment: str | None,
+    everything: bool,
+    device: str | None,
+    rows: Path | None,
+    seeds: int | None,
+    readings: int,
+    seed: int | None,
+    output: Path | None,
+) -> list[str]:
+    """What is wrong with the words together."""
+    found = []
+    if everything:
+        if experiment is not None:
+            found.append(f"--all makes every page: leave '{experiment}' out")
+        if output is None:
+            found.append("--all writes pages: give their folder with -o")
+        found += [
+            f"{name} belongs to one experiment: not with --all"
+            for name, value in (("--device", device), ("--rows", rows))
+            if value is not None
+        ]
+    elif experiment is None:
+        found.append("name an experiment (cantilever, hexapod, quadruped or millipede), or give --all")
+    if seeds is not None and experiment in ("cantilever", "millipede"):
+        found.append(f"--seeds: the {experiment} has one start; only the robots have seeds")
+    if rows is not None and experiment == "millipede":
+        found.append("--rows: no table is printed for the millipede, only trends in words")
+    if (readings or seed is not None) and not everything and experiment != "millipede":
+        found.append("--readings and --seed are of the millipede")
+    if seed is not None and not readings:
+        found.append("--seed: is the seed of --readings, which is not given")
+    if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
+        found.append(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
+    if not 0 <= readings <= MOST_READINGS:
+        found.append(f"--readings: expected a number from 0 to {MOST_READINGS}, got {readings}")
+    if seed is not None and seed < 0:
+        found.append(f"--seed: expected a number of 0 or more, got {seed}")
+    return found

@@ -1,4 +1,4 @@
-"""What `tarsus validate hexapod|quadruped` does: Table 3.2 side by side, modes, motion in the air, impact maps."""
+"""What `tarsus reproduce hexapod|quadruped` does: Table 3.2 side by side, modes, motion in the air, impact maps."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tarsus_reproduce.cli.tables import interval, share
+
 if TYPE_CHECKING:
     from tarsus_reproduce.robot_runs import RobotRuns
-    from tarsus_reproduce.robots import RobotValidation
+    from tarsus_reproduce.robots import RobotReproduction
 
 QUANTITIES = (
     ("bounces_per_s", "bounces per second", 1),
@@ -19,48 +21,55 @@ QUANTITIES = (
 
 
 def run(
-    robot: str, device: str | None, rows: Path | None, seeds: int | None, output: Path | None, *, json: bool
+    robot: str,
+    device: str | None,
+    rows: Path | None,
+    seeds: int | None,
+    output: Path | None,
+    *,
+    json: bool,
+    quiet: bool = False,
 ) -> int:
-    """Validate, print and write; the exit code."""
+    """Reproduce, print and write; the exit code. Quiet: nothing is printed."""
     from tarsus.cli import console
     from tarsus.files.library import load_scene
     from tarsus_reproduce.robot_runs import check_device, robot_runs
-    from tarsus_reproduce.robots import SEEDS, validate_robot
+    from tarsus_reproduce.robots import SEEDS, reproduce_robot
 
     check_device(load_scene(device or robot), device or robot)
     console.announce_compiling()
-    with console.progress_bar("validating") as progress:
-        validation = validate_robot(robot, device, rows, seeds=seeds or SEEDS, progress=progress)
+    with console.progress_bar("reproducing") as progress:
+        reproduction = reproduce_robot(robot, device, rows, seeds=seeds or SEEDS, progress=progress)
         runs = robot_runs(robot, device, progress=progress)
-    problems = [*validation.problems, *runs.problems]
-    result = {**validation.to_dict(), **runs.to_dict(), "ok": not problems}
+    problems = [*reproduction.problems, *runs.problems]
+    result = {**reproduction.to_dict(), **runs.to_dict(), "ok": not problems}
     if json:
         console.print_json(result)
-    else:
-        _print(validation, runs, result)
+    elif not quiet:
+        _print(reproduction, runs, result)
     if output is not None:
-        _write(validation, runs, result, output, quiet=json)
+        _write(reproduction, runs, result, output, quiet=json or quiet)
     console.complain(problems)
     return 1 if problems else 0
 
 
-def _print(validation: RobotValidation, runs: RobotRuns, result: Mapping[str, Any]) -> None:
+def _print(reproduction: RobotReproduction, runs: RobotRuns, result: Mapping[str, Any]) -> None:
     from tarsus.cli import console
     from tarsus.cli.summary import short
     from tarsus.study.impacts import creation_warning
 
-    print(f"Bouncing foot of the {validation.robot}, device '{validation.device}'")
-    caution = creation_warning(validation.scene)
+    print(f"Bouncing foot of the {reproduction.robot}, device '{reproduction.device}'")
+    caution = creation_warning(reproduction.scene)
     if caution:
         print(caution)
     rows = result["rows"]
     if rows:
-        _print_rows(rows, result["summary"])
+        _print_rows(rows, result)
     else:
         print("the source prints no table of heights for this robot")
-    if validation.modes:
+    if reproduction.modes:
         print("\nModes beside the printed CoR column (MAC, 1 = the same shape)")
-        cells = [(str(mode.number), f"{mode.freq_hz:.1f}", f"{mode.mac:.3f}") for mode in validation.modes]
+        cells = [(str(mode.number), f"{mode.freq_hz:.1f}", f"{mode.mac:.3f}") for mode in reproduction.modes]
         console.table(("mode", "Hz", "MAC"), cells)
     print(
         f"\nImpact maps: worst gain of kinetic energy in one impact; sum over the run at {runs.struck.title}"
@@ -73,7 +82,7 @@ def _print(validation: RobotValidation, runs: RobotRuns, result: Mapping[str, An
             f"{row.passive_worst_gain:.3g}",
             short(energies["by_map"][row.map]["sum_j"], "J"),
         )
-        for row in validation.maps
+        for row in reproduction.maps
     ]
     console.table(("map", "as it is", "passive", "would have made"), cells)
     print(f"the run's own {energies['impacts']} impacts made {short(energies['own_sum_j'], 'J')}")
@@ -86,13 +95,15 @@ def _print(validation: RobotValidation, runs: RobotRuns, result: Mapping[str, An
     console.table(("drive", "point", "peak to peak"), cells, numbers_from=2)
 
 
-def _print_rows(rows: list[dict[str, Any]], summary: Mapping[str, Any]) -> None:
+def _print_rows(rows: list[dict[str, Any]], result: Mapping[str, Any]) -> None:
     from tarsus.cli import console
     from tarsus.study.relative import relative_error
+    from tarsus_reproduce.robots import WINDOW
 
     print(
-        f"source = the source's model, measured = its experiment, ours = mean of {max(row['seeds'] for row in rows)} "
-        "seeds ± standard deviation of one, bare = ours without small forces; error = (measured - simulated)/measured"
+        f"source = the source's model, measured = its experiment, ours = median over windows of {1e3 * WINDOW:g} ms of "
+        f"{max(row['seeds'] for row in rows)} seeds (interval of 80 %), bare = ours without small forces; "
+        "error = (measured - simulated)/measured"
     )
     for key, title, digits in QUANTITIES:
         cells = []
@@ -105,34 +116,25 @@ def _print_rows(rows: list[dict[str, Any]], summary: Mapping[str, Any]) -> None:
                     row["role"],
                     _plain(measured),
                     _plain(source),
-                    _number(ours, digits),
-                    _number(row["ours_spread"][key], digits),
-                    _number(bare, digits),
-                    _number(row["without_small_forces_spread"][key], digits),
+                    interval(ours, digits),
+                    interval(bare, digits),
                     _percent(relative_error(measured, source)),
-                    _percent(relative_error(measured, ours)),
+                    _percent(relative_error(measured, ours["median"])),
                 )
             )
         print(f"\n{title}")
-        headings = (
-            "scenario",
-            "role",
-            "measured",
-            "source",
-            "ours",
-            "±",
-            "bare",
-            "±",
-            "source's error",
-            "our error",
-        )
+        headings = ("scenario", "role", "measured", "source", "ours", "bare", "source's error", "our error")
         console.table(headings, cells, numbers_from=2)
+    print(f"\nmean height is read as: {result['mean_um_is']}; beside it, and how sure a bounce is")
+    cells = [(_scenario(row), interval(row["mean_apex_um"], 2), share(row["p_bounce"])) for row in rows]
+    console.table(("scenario", "mean apex [µm]", "windows with a bounce"), cells)
     print("\nMean absolute error against the measurement")
-    models = (("source", "source's model"), ("ours", "ours"), ("without_small_forces", "bare"))
-    console.table(
-        ("model", "bounces", "peak", "mean height"),
-        [(words, *(_unsigned(summary[name][key]) for key, _, _ in QUANTITIES)) for name, words in models],
-    )
+    cells = [("source's model", *(_unsigned(result["summary"]["source"][key]) for key, _, _ in QUANTITIES))]
+    for part, words in (("summary_calibrated", "calibrated on"), ("summary_predicted", "predicted")):
+        for name, model in (("ours", "ours"), ("without_small_forces", "bare")):
+            errors = result[part][name]
+            cells.append((f"{model}, rows {words}", *(_unsigned(errors[key]) for key, _, _ in QUANTITIES)))
+    console.table(("model", "bounces", "peak", "mean height"), cells)
 
 
 def _scenario(row: Mapping[str, Any]) -> str:
@@ -144,10 +146,6 @@ def _plain(value: float | None) -> str:
     return "-" if value is None else f"{value:g}"
 
 
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None or value != value else f"{value:.{digits}f}"
-
-
 def _percent(value: float | None) -> str:
     return "-" if value is None else f"{100.0 * value:+.1f} %"
 
@@ -157,7 +155,7 @@ def _unsigned(percent: float | None) -> str:
 
 
 def _write(
-    validation: RobotValidation, runs: RobotRuns, result: Mapping[str, Any], folder: Path, *, quiet: bool
+    reproduction: RobotReproduction, runs: RobotRuns, result: Mapping[str, Any], folder: Path, *, quiet: bool
 ) -> None:
     import csv
     import io
@@ -165,14 +163,24 @@ def _write(
     from tarsus_reproduce.cli import outputs
     from tarsus_reproduce.pages.robot import write_robot_report
 
-    who = ("measured", "source", "ours", "ours_spread", "without_small_forces", "without_small_forces_spread")
-    about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds")
+    about = ("wave", "volt_v", "gap_um", "freq_hz", "origin", "role", "seeds", "p_bounce")
+    tables, ours = ("measured", "source"), ("ours", "without_small_forces")
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")
-    writer.writerow([*about, *(f"{key}_{one}" for key, _, _ in QUANTITIES for one in who)])
+    columns = [f"{key}_{one}" for key, _, _ in QUANTITIES for one in tables]
+    columns += [
+        f"{key}_{one}{end}" for key, _, _ in QUANTITIES for one in ours for end in ("", "_low", "_high")
+    ]
+    writer.writerow([*about, *columns])
     for row in result["rows"]:
-        numbers = [(row[one] or {}).get(key) for key, _, _ in QUANTITIES for one in who]
-        writer.writerow([*(row[name] for name in about), *("" if v != v else v for v in numbers)])
+        numbers = [(row[one] or {}).get(key) for key, _, _ in QUANTITIES for one in tables]
+        numbers += [
+            row[one][key][end]
+            for key, _, _ in QUANTITIES
+            for one in ours
+            for end in ("median", "low", "high")
+        ]
+        writer.writerow([*(row[name] for name in about), *numbers])
     outputs.write(
-        folder, lines.getvalue(), result, partial(write_robot_report, validation, runs), quiet=quiet
+        folder, lines.getvalue(), result, partial(write_robot_report, reproduction, runs), quiet=quiet
     )

@@ -1,4 +1,4 @@
-"""Validation against a table of experiments: every row with its errors, a figure, and the summary."""
+"""Comparison against a table of experiments: every row with its errors, a figure, and the summary."""
 
 from __future__ import annotations
 
@@ -60,23 +60,23 @@ MERITS = {
 MODELS = (("measured", "measured"), ("source", "source's model"), ("ours", "Tarsus"))
 
 
-def write_validation_report(result: Mapping[str, Any], path: str | Path) -> Path:
-    """Write a validation as one self-contained HTML file and return its path.
+def write_cantilever_report(result: Mapping[str, Any], path: str | Path) -> Path:
+    """Write a reproduction as one self-contained HTML file and return its path.
 
-    `result` is what `tarsus validate --json` prints: `device`, `rows` (each `freq_hz`, `volt_v`, `wave`, and
+    `result` is what `tarsus reproduce --json` prints: `device`, `rows` (each `freq_hz`, `volt_v`, `wave`, and
     `source`, `measured` (either may be None), `ours`, each with `bounces`, `peak_um`, `contact_ms`) and
     `summary`. Raises InputError if `path` cannot be written.
     """
     target = Path(path)
-    write_text(target, validation_html(result))
+    write_text(target, cantilever_html(result))
     return target
 
 
-def validation_html(result: Mapping[str, Any]) -> str:
-    """The page as text; see `write_validation_report`."""
+def cantilever_html(result: Mapping[str, Any]) -> str:
+    """The page as text; see `write_cantilever_report`."""
     device = str(result["device"])
     parts = [
-        f"<h1>Validation of {escape(device)}</h1>\n",
+        f"<h1>Reproduction of {escape(device)}</h1>\n",
         f'<p class="lede">{len(result["rows"])} periodic drives; Tarsus {escape(package_version())}.</p>\n',
         "<h2>Summary</h2>\n",
         summary_table(result["summary"]),
@@ -85,15 +85,16 @@ def validation_html(result: Mapping[str, Any]) -> str:
     with figure_style():
         parts.append(rows_section(result["rows"], count(1)))
     parts.append(
-        f"<footer><p>Made by Tarsus {escape(package_version())}. Bounces are rebounds per drive period, peak "
-        "is the height above contact level after break-off, contact the time per drive period on the ground."
+        f"<footer><p>Made by Tarsus {escape(package_version())}. Bounces are flights above 0.1 µm that "
+        "follow a contact shorter than 0.5 ms or a tenth of the period, however they began; peak is the "
+        "height above contact level after break-off, contact the time per drive period on the ground."
         "</p></footer>"
     )
-    return page(f"{device} – validation", "".join(parts))
+    return page(f"{device} – reproduction", "".join(parts))
 
 
 def rows_section(rows: Sequence[Mapping[str, Any]], numbers: Iterator[int]) -> str:
-    """Figure and table of validation rows; call inside `figure_style`."""
+    """Figure and table of reproduction rows; call inside `figure_style`."""
     return figure(comparison(rows), next(numbers)) + _rows_table(rows)
 
 
@@ -111,6 +112,8 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     lines = np.arange(len(rows))
     for axes, quantity in zip(panels, QUANTITIES, strict=True):
         axes.hlines(lines, 0.0, 1.0, transform=axes.get_yaxis_transform(), color=RULE, lw=0.6, zorder=0)
+        ends = np.array([[_get(row, "ours", quantity.key, end) for end in ("low", "high")] for row in rows])
+        axes.hlines(lines, ends[:, 0], ends[:, 1], color=BLUE, lw=1.1, zorder=3)
         for who, label in MODELS:
             values = np.array([_get(row, who, quantity.key) for row in rows])
             axes.plot(values, lines, ls="none", label=label, zorder=4 if who == "ours" else 3, **looks[who])
@@ -128,7 +131,8 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     handles, labels = panels[1].get_legend_handles_labels()
     figure_.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.3)
     caption = (
-        "Bounces per period, peak after break-off and contact duration per period of every case; the axis of "
+        "Bounces per period, peak after break-off and contact duration per period of every case, bars hold 80 % of our "
+        "drive periods; the axis of "
         "contact durations is linear below 1 ms and logarithmic above."
     )
     return Plate(to_svg(figure_, caption), caption)
@@ -143,21 +147,28 @@ def _stretch(axes: Axes) -> None:
 
 
 def _rows_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    columns = [Column("case", number=False)]
-    over = [("", 1)]
+    columns = [Column("case", number=False), Column("role", number=False)]
+    over = [("", 2)]
     for quantity in QUANTITIES:
-        columns += [Column("measured"), Column("source"), Column("Tarsus"), Column("error")]
-        over.append((f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title, 4))
+        columns += [Column("measured"), Column("source"), Column("Tarsus"), Column("80 %"), Column("error")]
+        over.append((f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title, 5))
+    columns.append(Column("periods with a bounce"))
+    over.append(("", 1))
     body: list[list[Cell]] = []
     for row in rows:
-        cells: list[Cell] = [_case(row).replace(" ", "\u00a0")]
+        cells: list[Cell] = [_case(row).replace(" ", "\u00a0"), str(row.get("role", ""))]
         for quantity in QUANTITIES:
             measured, ours = _get(row, "measured", quantity.key), _get(row, "ours", quantity.key)
             cells += [number(value, 3) for value in (measured, _get(row, "source", quantity.key), ours)]
+            low, high = (number(_get(row, "ours", quantity.key, end), 3) for end in ("low", "high"))
+            cells.append(f"{low}–{high}" if low != high else low)
             cells.append(_error_cell(measured, ours, relative=quantity.key != "bounces"))
+        chance = row.get("p_bounce")
+        cells.append(MISSING if chance is None else f"{100.0 * chance:.0f} %")
         body.append(cells)
     note = (
-        "<p>Error is (measured − Tarsus) / measured, as the source gives it, and a difference for bounces; "
+        "<p>Tarsus is the median over drive periods after transients, 80 % the interval that holds 80 % "
+        "of them. Error is (measured − Tarsus) / measured, as the source gives it, and a difference for bounces; "
         f"errors beyond {100 * NOTABLE:.0f} % are coloured.</p>\n"
     )
     return table(columns, body, over=over) + note
@@ -223,10 +234,13 @@ def _case(row: Mapping[str, Any]) -> str:
     return f"{number(float(row['freq_hz']))} Hz {number(float(row['volt_v']))} V {row['wave']}"
 
 
-def _get(row: Mapping[str, Any], who: str, key: str) -> float:
+def _get(row: Mapping[str, Any], who: str, key: str, part: str = "median") -> float:
+    """A number of a row; of ours its median, or an end of its interval."""
     entry = row.get(who)
     value = entry.get(key) if entry else None
+    if isinstance(value, Mapping):
+        value = value[part]
     return math.nan if value is None else float(value)
 
 
-__all__ = ["comparison", "rows_section", "validation_html", "write_validation_report"]
+__all__ = ["cantilever_html", "comparison", "rows_section", "write_cantilever_report"]

@@ -1,4 +1,4 @@
-"""Figures of the millipede's validation: what the source plots over ground and payload, and two walks in time."""
+"""Figures of the millipede's reproduction: what the source plots over ground and payload, and two walks in time."""
 
 from __future__ import annotations
 
@@ -24,15 +24,16 @@ from tarsus.report.style import (
     scale_of,
     to_svg,
 )
-from tarsus_reproduce.millipede import Example, Swept
+from tarsus_reproduce.millipede import Example, MillipedeReproduction, Swept
+from tarsus_reproduce.readings import Readings
 
 PANELS = (
     (("max_heave",), "largest heave"),
-    (("vertical_amplitude",), "vertical amplitude\nafter transients"),
+    (("max_peak",), "highest foot"),
     (("max_surge",), "farthest surge"),
     (("stride",), "travel a period\nafter transients"),
-    (("impacts", "bounces"), "touchdowns and (dotted)\nbounces a period"),
-    (("contact_duration",), "contact a period"),
+    (("all_rebounds", "total_bounces"), "rebounds and (dotted)\nbounces in the run"),
+    (("longest_contact",), "longest contact"),
 )
 """Measures of each panel and what its axis says."""
 
@@ -72,8 +73,8 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
     figure.legend(handles, labels, loc="upper center", ncols=len(labels))
     low, high = first.replicates[[0, -1]]
     caption = (
-        f"{title}: lines are means over restitutions from {low:g} to {high:g}, bands their range; heave, surge and "
-        "contact as the source plots them, and beside them what repeats after transients."
+        f"{title}: lines are means over restitutions from {low:g} to {high:g}, bands their range; all are of the whole "
+        "run, as the captions say, but for the travel a period."
     )
     return Plate(to_svg(figure, caption), caption)
 
@@ -137,3 +138,34 @@ def _trace(
 ) -> None:
     when, thin = decimate(time, values)
     axes.plot(when / clock.step, thin / scale.step, color=color, lw=0.9, label=label)
+
+
+def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> Plate:
+    """Histograms of how many trends agree and contradict over random readings, with the named devices as points."""
+    figure = Figure(figsize=(WIDTH_IN, 2.6))
+    panels = figure.subplots(1, 3)
+    figure.subplots_adjust(left=0.07, right=0.985, bottom=0.19, top=0.84, wspace=0.25)
+    shown = (
+        ("agree", "trends that agree"),
+        ("contradict", "that contradict"),
+        ("directional_agree", "directional, agree"),
+    )
+    for axes, (name, label) in zip(panels, shown, strict=True):
+        counts = np.array([getattr(score, name) for score in readings.scores])
+        most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])
+        axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
+        for k, outcome in enumerate(reproduction.outcomes):
+            axes.plot(
+                getattr(outcome.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=outcome.name,
+                transform=axes.get_xaxis_transform(), clip_on=False,
+            )  # fmt: skip
+        axes.set_xlabel(label)
+        few_ticks(axes, x=6, y=4)
+    panels[0].set_ylabel("readings")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", ncols=len(labels))
+    caption = (
+        f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
+        f"{len(readings.scores)} random readings of what is not printed; marks are the named devices."
+    )
+    return Plate(to_svg(figure, caption), caption)

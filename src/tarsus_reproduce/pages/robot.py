@@ -1,4 +1,4 @@
-"""Validation of a bouncing robot: Table 3.2, motion over the ground and in the air, modes, impact maps."""
+"""Reproduction of a bouncing robot: Table 3.2, motion over the ground and in the air, modes, impact maps."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ from tarsus_reproduce.pages.robot_figures import (
     mode_shapes,
     motion_of,
 )
+from tarsus_reproduce.predictions import Prediction
 from tarsus_reproduce.robot_runs import AIR_GAP, InAir, Near, RobotRuns, share_made
 from tarsus_reproduce.robots import (
     OBSERVED,
     QUANTITIES,
     SETTLE,
-    RobotValidation,
+    WINDOW,
+    RobotReproduction,
     Row,
     describe,
     relative_error,
@@ -46,36 +48,36 @@ MODELS = (
 """Names in the summary -> words."""
 
 
-def write_robot_report(validation: RobotValidation, runs: RobotRuns, path: str | Path) -> Path:
-    """Write a robot's validation as one self-contained HTML file and return its path.
+def write_robot_report(reproduction: RobotReproduction, runs: RobotRuns, path: str | Path) -> Path:
+    """Write a robot's reproduction as one self-contained HTML file and return its path.
 
     Raises InputError if `path` cannot be written.
     """
     target = Path(path)
-    write_text(target, robot_html(validation, runs))
+    write_text(target, robot_html(reproduction, runs))
     return target
 
 
-def robot_html(validation: RobotValidation, runs: RobotRuns) -> str:
+def robot_html(reproduction: RobotReproduction, runs: RobotRuns) -> str:
     """The page as text; see `write_robot_report`."""
     with figure_style():
-        body = "".join(_sections(validation, runs))
-    return page(f"{validation.robot} – validation", body)
+        body = "".join(_sections(reproduction, runs))
+    return page(f"{reproduction.robot} – reproduction", body)
 
 
-def _sections(validation: RobotValidation, runs: RobotRuns) -> Iterator[str]:
+def _sections(reproduction: RobotReproduction, runs: RobotRuns) -> Iterator[str]:
     numbers = count(1)
-    yield _head(validation, runs)
+    yield _head(reproduction, runs)
     yield "<h2>Heights and bounces</h2>\n"
-    yield _heights(validation, numbers)
+    yield _heights(reproduction, numbers)
     yield "<h2>Motion over the ground</h2>\n"
     yield _over_ground(runs, numbers)
     yield "<h2>Motion in the air</h2>\n"
-    yield _in_air(validation, runs, numbers)
+    yield _in_air(reproduction, runs, numbers)
     yield "<h2>Modes and the printed impact matrix</h2>\n"
-    yield _modes(validation, numbers)
+    yield _modes(reproduction, numbers)
     yield "<h2>Impact maps</h2>\n"
-    yield _maps(validation, runs, numbers)
+    yield _maps(reproduction, runs, numbers)
     yield (
         f"<footer><p>Made by Tarsus {escape(package_version())}. A bounce is a rebound whose apex clears the "
         "resolution of the published measurements, 0.1 µm; peak is the highest clearance of the foot in a drive "
@@ -84,19 +86,19 @@ def _sections(validation: RobotValidation, runs: RobotRuns) -> Iterator[str]:
     )
 
 
-def _head(validation: RobotValidation, runs: RobotRuns) -> str:
-    problems = validation.problems or runs.problems
+def _head(reproduction: RobotReproduction, runs: RobotRuns) -> str:
+    problems = reproduction.problems or runs.problems
     lines = [
-        f"<h1>Validation of the {escape(validation.robot)}</h1>\n",
-        f'<p class="lede">Device {escape(validation.device)}; Tarsus {escape(package_version())}.</p>\n',
-        warning(creation_warning(validation.scene)),
+        f"<h1>Reproduction of the {escape(reproduction.robot)}</h1>\n",
+        f'<p class="lede">Device {escape(reproduction.device)}; Tarsus {escape(package_version())}.</p>\n',
+        warning(creation_warning(reproduction.scene)),
         *(warning(problem) for problem in problems),
     ]
-    best = max(validation.modes, key=lambda mode: mode.mac, default=None)
+    best = max(reproduction.modes, key=lambda mode: mode.mac, default=None)
     cells = []
     if best is not None:
         cells.append(("nearest to the printed CoR column", f"mode {best.number}", f"MAC {best.mac:.3f}"))
-    summary = validation.summary()
+    summary = reproduction.summary()
     for key, title in CRITERIA:
         ours, source = summary["ours"][key], summary["source"][key]
         if ours is not None:
@@ -109,22 +111,24 @@ def _head(validation: RobotValidation, runs: RobotRuns) -> str:
     return "".join(lines) + (f'<dl class="key">{shown}</dl>\n' if cells else "")
 
 
-def _heights(validation: RobotValidation, numbers: Iterator[int]) -> str:
-    rows = validation.rows
+def _heights(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:
+    rows = reproduction.rows
     if not rows:
-        return f"<p>The source prints no table of heights for the {escape(validation.robot)}.</p>\n"
+        return f"<p>The source prints no table of heights for the {escape(reproduction.robot)}.</p>\n"
     seeds = max(row.ours.seeds for row in rows)
     if not seeds:
         return "<p>No run came to its end.</p>\n" + _table_of_rows(rows)
     text = (
-        f"<p>Every number of ours is the mean over {seeds} random initial states, ± one standard deviation of a "
-        f"single one; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Error is (measured − simulated) / "
-        f"measured; errors beyond {100 * NOTABLE:.0f} % are coloured.</p>\n"
+        f"<p>Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
+        f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that "
+        f"holds 80 % of the windows in brackets; {SETTLE:g} s are dropped and {OBSERVED:g} s observed. Mean height "
+        f"is taken as {escape(reproduction.column.value)}; the mean of the flights' highest points is beside it. Error "
+        f"is (measured − simulated) / measured of the median; errors beyond {100 * NOTABLE:.0f} % are coloured.</p>\n"
     )
-    ground = validation.scene.ground
+    ground = reproduction.scene.ground
     if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
         text += "<p>This device has no small forces: with and without them are the same.</p>\n"
-    return text + _table_of_rows(rows) + _summary(validation) + figure(height_bars(rows), next(numbers))
+    return text + _table_of_rows(rows) + _summary(reproduction) + figure(height_bars(rows), next(numbers))
 
 
 def _table_of_rows(rows: tuple[Row, ...]) -> str:
@@ -153,32 +157,42 @@ def _table_of_rows(rows: tuple[Row, ...]) -> str:
                     title.replace(" height", "").replace(" ", "\u00a0"),
                     number(measured),
                     number(source),
-                    _with_spread(ours, getattr(row.ours.spread, key)),
-                    _with_spread(getattr(row.without.heights, key), getattr(row.without.spread, key)),
+                    _with_interval(row.ours.prediction(key)),
+                    _with_interval(row.without.prediction(key)),
                     _error(relative_error(measured, source)),
                     _error(relative_error(measured, ours)),
                     row.role.replace(" ", "\u00a0") if k == 0 else "",
                 ]
             )
+        chance = MISSING if row.ours.p_bounce is None else f"{100.0 * row.ours.p_bounce:.0f} %"
+        body.append(
+            ["", "mean apex (µm)", MISSING, MISSING, _with_interval(row.ours.apex_um), "", "", "", ""]
+        )
+        body.append(["", "windows with a bounce", MISSING, MISSING, chance, "", "", "", ""])
     return table(columns, body)
 
 
-def _summary(validation: RobotValidation) -> str:
-    summary = validation.summary()
+def _summary(reproduction: RobotReproduction) -> str:
+    summary = reproduction.summary()
     if all(value is None for value in summary["ours"].values()):
         return "<p>No row has a measurement: nothing to compare with.</p>\n"
     columns = [Column("mean absolute error against the measurement", number=False)]
     columns += [Column(title.split(" (")[0]) for _, title in CRITERIA]
     body: list[list[Cell]] = [
-        [words, *(_percent(summary[name][key]) for key in QUANTITIES)] for name, words in MODELS
+        ["source's model, all rows", *(_percent(summary["source"][key]) for key in QUANTITIES)]
     ]
-    counted = sum(1 for row in validation.rows if row.scenario.measured)
-    roles = {
-        role: sum(row.role == role for row in validation.rows) for role in ("calibrated on", "predicted")
-    }
+    counts = []
+    for role in ("calibrated on", "predicted"):
+        part = reproduction.summary(role=role)
+        counts.append(sum(row.role == role and bool(row.scenario.measured) for row in reproduction.rows))
+        body += [
+            [f"{words}, rows {role}", *(_percent(part[name][key]) for key in QUANTITIES)]
+            for name, words in MODELS
+            if name != "source"
+        ]
     note = (
-        f"<p>Means over the {counted} of {len(validation.rows)} scenarios that were measured; "
-        f"{roles['calibrated on']} were calibrated on, {roles['predicted']} predicted.</p>\n"
+        f"<p>{counts[0]} measured scenarios were calibrated on: their errors say how well the device can be fitted. "
+        f"{counts[1]} measured scenarios are predicted: their errors say what the device knows.</p>\n"
     )
     return table(columns, body) + note
 
@@ -216,7 +230,7 @@ def _title(runs: RobotRuns, near: Near, series: Series, point: str) -> str:
     return f"{point} (bouncing foot)" if point in series.foot_points else point
 
 
-def _in_air(validation: RobotValidation, runs: RobotRuns, numbers: Iterator[int]) -> str:
+def _in_air(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[int]) -> str:
     traces = [trace for air in runs.air if not air.problem for trace in _air_traces(air, len(runs.air) > 1)]
     several = len(runs.air) > 1
     columns = [Column("drive", number=False), Column("point", number=False), Column("peak to peak", "µm")]
@@ -246,22 +260,22 @@ def _air_traces(air: InAir, several: bool) -> list[Trace]:
     ]
 
 
-def _modes(validation: RobotValidation, numbers: Iterator[int]) -> str:
-    if not validation.modes:
+def _modes(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:
+    if not reproduction.modes:
         return "<p>The device's points are not those of the printed matrix, so no mode can be compared.</p>\n"
-    points = validation.scene.robot.structure.points
-    plate = mode_shapes(validation.modes, printed_column(validation.robot), points)
+    points = reproduction.scene.robot.structure.points
+    plate = mode_shapes(reproduction.modes, printed_column(reproduction.robot), points)
     columns = [Column("mode"), Column("frequency", "Hz"), Column("MAC"), *(Column(point) for point in points)]
     rows: list[list[Cell]] = [
         [str(mode.number), number(mode.freq_hz), f"{mode.mac:.3f}", *(number(v, 3) for v in mode.shape)]
-        for mode in validation.modes
+        for mode in reproduction.modes
     ]
-    column: list[Cell] = ["printed", "", "", *(number(v, 3) for v in printed_column(validation.robot))]
+    column: list[Cell] = ["printed", "", "", *(number(v, 3) for v in printed_column(reproduction.robot))]
     note = "<p>Shapes relative to the struck foot; the last line is the printed CoR column.</p>\n"
     return figure(plate, next(numbers)) + table(columns, [*rows, column]) + note
 
 
-def _maps(validation: RobotValidation, runs: RobotRuns, numbers: Iterator[int]) -> str:
+def _maps(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[int]) -> str:
     columns = [
         Column("map", number=False),
         Column("restitution"),
@@ -277,9 +291,9 @@ def _maps(validation: RobotValidation, runs: RobotRuns, numbers: Iterator[int]) 
             _gain(row.worst_gain),
             _gain(row.passive_worst_gain),
         ]
-        for row in validation.maps
+        for row in reproduction.maps
     ]
-    impact = validation.scene.ground.impact
+    impact = reproduction.scene.ground.impact
     acting = (
         "The device's ground has no impact map of its own: mass-weighted."
         if impact is None
@@ -339,12 +353,13 @@ def _gain(gain: float) -> Cell:
     return Markup(f'<td class="{"n off" if gain > 1.0 + 1e-9 else "n"}">{escape(number(gain, 3))}</td>')
 
 
-def _with_spread(value: float | None, spread: float | None) -> str:
-    if value is None or not math.isfinite(value):
+def _with_interval(found: Prediction) -> str:
+    if not math.isfinite(found.median):
         return MISSING
-    digits = 0 if value >= 100.0 else 1
-    text = f"{value:.{digits}f}"
-    return text if spread is None or not math.isfinite(spread) else f"{text} ± {spread:.{digits}f}"
+    digits = 0 if found.median >= 100.0 else 1
+    return f"{found.median:.{digits}f} ({found.low:.{digits}f} to {found.high:.{digits}f})".replace(
+        " ", "\u00a0"
+    )
 
 
 def _error(error: float | None) -> Cell:

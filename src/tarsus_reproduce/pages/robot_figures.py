@@ -1,4 +1,4 @@
-"""Figures of a robot's validation: heights as bars, motion of points, mode shapes, energies of impact maps."""
+"""Figures of a robot's reproduction: heights as bars, motion of points, mode shapes, energies of impact maps."""
 
 from __future__ import annotations
 
@@ -58,28 +58,15 @@ def height_bars(rows: Sequence[Row]) -> Plate:
         ("with small forces", {"color": BLUE, "edgecolor": BLUE}),
     )
     for axes, (key, title) in zip(panels, CRITERIA, strict=True):
-        values = np.array(
-            [
-                [
-                    _float(getattr(who, key))
-                    for who in (row.scenario.measured, row.without.heights, row.ours.heights)
-                ]
-                for row in rows
-            ]
-        )
-        spreads = np.array(
-            [
-                [math.nan, *(_float(getattr(who.spread, key)) for who in (row.without, row.ours))]
-                for row in rows
-            ]
-        )
+        outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
+        measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
         for k, (label, look) in enumerate(models):
             at = lines + 0.26 * (k - 1)
-            axes.barh(at, values[:, k], height=0.22, lw=0.9, label=label, **look)
-            known = np.isfinite(values[:, k]) & np.isfinite(spreads[:, k])
-            axes.errorbar(
-                values[known, k], at[known], xerr=spreads[known, k], ls="none", ecolor=INK, elinewidth=0.8, capsize=2.0
-            )  # fmt: skip
+            shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
+            axes.barh(at, shown, height=0.22, lw=0.9, label=label, **look)
+            if k > 0:
+                ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
+                axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
         axes.set_xlim(left=0.0)
         axes.set_xlabel(title)
         axes.tick_params(axis="y", length=0)
@@ -90,8 +77,8 @@ def height_bars(rows: Sequence[Row]) -> Plate:
     figure.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.4)
     caption = (
         "Bounces, peak and mean height of the bouncing foot: measured, and simulated without and with film and "
-        "electrostatic forces. Bars are means over the seeds, lines on them one standard deviation of a single "
-        "seed; where the white bar is missing nothing was measured."
+        "electrostatic forces. Bars are medians over the windows of all seeds, lines on them hold 80 % of the "
+        "windows; where the white bar is missing nothing was measured."
     )
     return Plate(to_svg(figure, caption), caption)
 
