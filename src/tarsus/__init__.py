@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.drive.amplifier import Amplifier
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
@@ -57,6 +58,7 @@ __all__ = [
     "Adhesion",
     "AdhesiveFriction",
     "Alternating",
+    "Amplifier",
     "Batch",
     "Beam",
     "CaptureUnlessPulled",
@@ -122,6 +124,7 @@ __all__ = [
 
 _HOMES = {
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.drive.amplifier": "Amplifier",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
     "tarsus.errors": "InputError",

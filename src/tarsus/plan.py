@@ -16,7 +16,6 @@ from tarsus.core.modes import LinearSystem
 from tarsus.core.signals import Signals
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import Pieces
-from tarsus.drive.waveforms import Constant
 from tarsus.errors import InputError
 from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
@@ -140,10 +139,9 @@ def lower_scene(scene: Scene) -> Plan:
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
-    forces, volts, waveforms = [], [], scene.waveforms
+    forces, volts, signals = [], [], scene.actuator_volts
     for name, drive in scene.robot.drives.items():
-        waveform = waveforms.get(name) or Constant(level=0.0)
-        force, volt = lower(waveform, drive.law, drive.history)
+        force, volt = lower(signals[name], drive.law, drive.history)
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())

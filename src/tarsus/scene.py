@@ -18,7 +18,8 @@ from pydantic import (
 )
 
 from tarsus.drive.gait import AnyGait, Gait
-from tarsus.drive.waveforms import Waveform
+from tarsus.drive.signal import Signal
+from tarsus.drive.waveforms import Constant, Waveform
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
@@ -268,11 +269,20 @@ class Scene(Description):
 
     @property
     def waveforms(self) -> Mapping[str, Waveform]:
-        """Volts of each drive: those of the gait, and over them the signals; a drive without any rests at 0 V."""
+        """Commanded volts of each drive: those of the gait, and over them the signals; without any it is 0 V."""
         layout = None if self.gait is None else self.robot.layout()
         if self.gait is None or layout is None:
             return self.signals
         return FrozenDict({**self.gait.waveforms(layout), **self.signals})
+
+    @property
+    def actuator_volts(self) -> Mapping[str, Signal]:
+        """Volts at every drive's actuator: its waveform, 0 V without any, behind the drive's amplifier."""
+        commands = self.waveforms
+        return {
+            name: drive.actuator_volts(commands.get(name) or Constant(level=0.0))
+            for name, drive in self.robot.drives.items()
+        }
 
     def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
         structure = self.robot.structure

@@ -84,9 +84,9 @@ def _drives(scene: Scene, driven: bool) -> tuple[dict[str | None, float], Array]
     """Volts of every drive at the start, and the generalised force (n,) of all of them."""
     volts: dict[str | None, float] = {}
     load = np.zeros(scene.robot.structure.size)
-    waveforms = scene.waveforms if driven else {}
+    signals = scene.actuator_volts if driven else {}
     for name, drive in scene.robot.drives.items():
-        force, volt = lower(waveforms.get(name) or Constant(level=0.0), drive.law, drive.history)
+        force, volt = lower(signals.get(name) or Constant(level=0.0), drive.law, drive.history)
         volts[name] = float(evaluate(volt, 0.0))
         load += float(evaluate(force, 0.0)) * drive.load.vector(scene.robot.structure)
     return volts, load

@@ -139,6 +139,8 @@ def _head(run: RunLike, series: Series) -> str:
     scene = run.scene
     gait = {} if scene.gait is None else {"gait": scene.gait}
     signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items())
+    for name, drive in scene.robot.drives.items():
+        signals += "" if drive.amplifier.ideal else f"; {name}'s {_signal(drive.amplifier).lower()}"
     kind = "verdict" if run.ok else "verdict failed"
     wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) else ""
     lines = [
@@ -170,6 +172,8 @@ def _signal(signal: Any) -> str:
     for path, info in float_paths(signal).items():
         if "." not in path and (info.value != 0.0 or path == "amplitude"):
             parts.append(f"{path.replace('_', ' ')} {amount(info.value, info.unit)}")
+    if getattr(signal, "clip", None):
+        parts.append(f"clip {amount(signal.clip[0], 'V')} to {amount(signal.clip[1], 'V')}")
     return f"{name}, {', '.join(parts)}" if parts else name
 
 
