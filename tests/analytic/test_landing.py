@@ -60,8 +60,8 @@ def hung(structure: str, rules: ts.Ground, damping=2e-6, speed=0.0, force=None, 
 
 
 def landed(structure, rules, **how):
-    """The first event, and the run."""
-    run = ts.simulate(hung(structure, rules, **how))
+    """The first event, and the run: 0.1 ms."""
+    run = ts.simulate(hung(structure, rules, **{"duration": 1e-4, **how}))
     assert run.ok and run.ledger.closure < 1e-8
     return run.events[0], run
 
