@@ -72,8 +72,10 @@ def test_the_millipede_as_described_agrees_and_contradicts(found):
     film = next(one for one in described.swept if one.study == "millipede-film")
     assert np.ptp(film.values["stride"]) < 1e-4 * film.values["stride"].mean()
     assert verdicts(found, 0, "4.9", "stride") == [Verdict.CONTRADICTS]
-    assert all(one.values["total_bounces"].max() == 0.0 for one in described.swept)
-    assert verdicts(found, 0, "4.8", "total_bounces") == [Verdict.NOT_DETERMINED] * 2
+    counts = {one.study: one.values["total_bounces"].max() for one in described.swept}
+    assert counts.pop("millipede-electrostatics") > 0.0, "captures that let go by themselves"
+    assert set(counts.values()) == {0.0}
+    assert verdicts(found, 0, "4.8", "total_bounces") == [Verdict.NOT_DETERMINED, Verdict.CONTRADICTS]
 
 
 def test_lower_damping_lets_the_body_jump_higher_and_electrostatics_hold_it(found):

@@ -153,7 +153,8 @@ def foot_history(events: np.ndarray, foot: int, end: float) -> FootHistory:
     own = events[events["foot"] == foot]
     kind, time = own["kind"], own["time"]
     starts = (kind == BOUNCE) | (kind == RELEASE)
-    contact = np.isin(kind, (*IMPACTS, CONTACT_AT_START))
+    impact = (kind == BOUNCE) | (kind == CAPTURE) | (kind == REST)
+    contact = impact | (kind == CONTACT_AT_START)
     touching = np.flatnonzero(contact | (kind == RELEASE))
     airborne = not (len(touching) and kind[touching[0]] in (CONTACT_AT_START, RELEASE))
     # the flight an event looks back on: the number of flights begun before it
@@ -171,7 +172,6 @@ def foot_history(events: np.ndarray, foot: int, end: float) -> FootHistory:
     landed = contact & (number >= 0)
     flight_end[number[landed]] = time[landed]
     aloft = count > 0 and not (number[landed] == count - 1).any()
-    impact = np.isin(kind, IMPACTS)
     up = own["apex"] > 0.0
     knot, integral = np.append(0.0, time), np.append(0.0, own["gap_integral"])
     if not aloft:  # on the ground since the last event
