@@ -19,6 +19,7 @@ def validate(
     rows: Path | None = None,
     seeds: int | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Compare with a published experiment row by row, then summarise.
@@ -37,10 +38,12 @@ def validate(
         random initial states of every row of a robot, 32 when left out.
     output
         folder for validation.html, validation.json and validation.csv.
+    overwrite
+        replace what `validate` wrote into the folder before; other files stay.
     json
         print one JSON object instead of tables.
     """
-    from tarsus.cli import requests, validate_cantilever, validate_millipede, validate_robot
+    from tarsus.cli import validate_cantilever, validate_files, validate_millipede, validate_robot
     from tarsus.errors import InputError
 
     if seeds is not None and experiment in ("cantilever", "millipede"):
@@ -49,10 +52,11 @@ def validate(
         raise InputError("--rows: the source prints no table for the millipede, only trends in words")
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         raise InputError(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
-    if output is not None:
-        requests.check_folder(output)
+    target = None if output is None else validate_files.target(output, overwrite)
+    if target is not None:
+        target.check()
     if experiment == "cantilever":
-        return validate_cantilever.run(device or "cantilever", rows, output, json=json)
+        return validate_cantilever.run(device or "cantilever", rows, target, json=json)
     if experiment == "millipede":
-        return validate_millipede.run(device or "millipede", output, json=json)
-    return validate_robot.run(experiment, device, rows, seeds, output, json=json)
+        return validate_millipede.run(device or "millipede", target, json=json)
+    return validate_robot.run(experiment, device, rows, seeds, target, json=json)

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.files.output import OutputFolder
     from tarsus.study.validation import Validation
 
 
-def run(device: str, rows: Path | None, output: Path | None, *, json: bool) -> int:
+def run(device: str, rows: Path | None, output: OutputFolder | None, *, json: bool) -> int:
     """Validate, print and write; the exit code."""
     from tarsus.cli import console
     from tarsus.study.validation import validate_cantilever
@@ -139,7 +140,7 @@ def _unsigned(percent: float | None) -> str:
     return "-" if percent is None else f"{percent:.1f} %"
 
 
-def _write(validation: Validation, result: dict[str, Any], folder: Path, *, quiet: bool) -> None:
+def _write(validation: Validation, result: dict[str, Any], folder: OutputFolder, *, quiet: bool) -> None:
     import csv
     import io
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.files.output import OutputFolder
     from tarsus.study.millipede import MillipedeValidation, Outcome
 
 
-def run(device: str, output: Path | None, *, json: bool) -> int:
+def run(device: str, output: OutputFolder | None, *, json: bool) -> int:
     """Validate, print and write; the exit code. A contradicted trend is a result, not a failure."""
     from tarsus.cli import console
     from tarsus.files.library import load_scene
@@ -80,7 +80,9 @@ def _shown(value: float, unit: str) -> str:
     return short(0.0 if unit == "m" and abs(value) < STANDSTILL else value, unit)
 
 
-def _write(validation: MillipedeValidation, result: Mapping[str, Any], folder: Path, *, quiet: bool) -> None:
+def _write(
+    validation: MillipedeValidation, result: Mapping[str, Any], folder: OutputFolder, *, quiet: bool
+) -> None:
     import csv
     import io
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.files.output import OutputFolder
     from tarsus.study.robot_runs import RobotRuns
     from tarsus.study.robots import RobotValidation
 
@@ -19,7 +20,13 @@ QUANTITIES = (
 
 
 def run(
-    robot: str, device: str | None, rows: Path | None, seeds: int | None, output: Path | None, *, json: bool
+    robot: str,
+    device: str | None,
+    rows: Path | None,
+    seeds: int | None,
+    output: OutputFolder | None,
+    *,
+    json: bool,
 ) -> int:
     """Validate, print and write; the exit code."""
     from tarsus.cli import console
@@ -157,7 +164,12 @@ def _unsigned(percent: float | None) -> str:
 
 
 def _write(
-    validation: RobotValidation, runs: RobotRuns, result: Mapping[str, Any], folder: Path, *, quiet: bool
+    validation: RobotValidation,
+    runs: RobotRuns,
+    result: Mapping[str, Any],
+    folder: OutputFolder,
+    *,
+    quiet: bool,
 ) -> None:
     import csv
     import io
