@@ -49,8 +49,8 @@ def residual_gate(
     if alignment.other is not None:
         reasons.append(
             "The repeat is rejected: the in-air record fits nearly as well delayed by "
-            f"{1e3 * alignment.other:.4g} ms as by {1e3 * alignment.delay:.4g} ms, a period of the drive apart perhaps; "
-            "give a part that is not periodic, or a narrower search."
+            f"{1e3 * alignment.other:.4g} ms as by {1e3 * alignment.delay:.4g} ms, a period of the drive apart "
+            "perhaps; give a part that is not periodic, or a narrower search."
         )
     for name, gain in zip(alignment.names, alignment.gain, strict=True):
         if not abs(gain - 1.0) <= gain_limit:

@@ -209,9 +209,16 @@ class Chain:
         """Run a step; what stops it is kept as its reasons."""
         self._tell(name)
         try:
-            found = step()
+            with np.errstate(all="ignore"):  # what overflows on the way ends in numbers that are judged here
+                found = step()
+            reasons = found.unsound()
         except InputError as error:
-            self.not_done.append(NotDone(name, tuple(error.problems)))
+            reasons = error.problems
+        except np.linalg.LinAlgError as error:
+            reasons = [f"its equations have no solution with these data ({error})"]
+        if reasons:
+            self._forget(name)
+            self.not_done.append(NotDone(name, tuple(reasons)))
             return
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
@@ -223,6 +230,15 @@ class Chain:
                 f"{name}: what the fit leaves of {rough.label} is {_over_noise(rough):.3g} times what noise alone "
                 "would leave; no interval knows of that"
             )
+
+    def _forget(self, name: str) -> None:
+        """Drop what a step that was not done has left for later ones."""
+        if name == "resonances":
+            self.resonances = None
+        elif name == "film":
+            self.film = None
+        elif name == "restitution":
+            self.bounces = None
 
     def _resonances(self) -> StepResult:
         records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
