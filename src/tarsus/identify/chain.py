@@ -24,7 +24,7 @@ from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.known import PLACEHOLDER, Known
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances
+from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import LeftOut, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
@@ -265,9 +265,25 @@ class Chain:
         if not traces:
             raise InputError(self._nothing_for(Purpose.LOOPS, "static loops"))
         self._need_structure()
+        self._compare_signs(traces)
         shares = None if self.resonances is None else self.resonances.shares
         draws = np.zeros((DRAWS, 0)) if self.resonances is None else self.resonances.share_draws
         return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
+
+    def _compare_signs(self, traces: Sequence[Trace]) -> None:
+        """Remark where the sweeps move the foot the other way than the loops do.
+
+        Participations are ratios, which a sign common to all channels, or that of the drive, leaves as they are.
+        """
+        if self.resonances is None:
+            return
+        foot = self.opened.model.foot_point
+        slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
+        if slow * static_response(self.resonances, foot) < 0.0:
+            self.evidence.remarks.append(
+                f"in the sweeps point '{foot}' moves the other way with the voltage than in the static loops: the sign "
+                "of their drive, or of all their channels, is flipped; no number depends on it"
+            )
 
     def _film(self) -> StepResult:
         traces = self.traces.get(Purpose.RAMPS, [])
