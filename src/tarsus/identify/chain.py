@@ -233,12 +233,8 @@ class Chain:
 
     def _forget(self, name: str) -> None:
         """Drop what a step that was not done has left for later ones."""
-        if name == "resonances":
-            self.resonances = None
-        elif name == "film":
-            self.film = None
-        elif name == "restitution":
-            self.bounces = None
+        if name in (held := {"resonances": "resonances", "film": "film", "restitution": "bounces"}):
+            setattr(self, held[name], None)
 
     def _resonances(self) -> StepResult:
         records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
@@ -271,10 +267,7 @@ class Chain:
         return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
 
     def _compare_signs(self, traces: Sequence[Trace]) -> None:
-        """Remark where the sweeps move the foot the other way than the loops do.
-
-        Participations are ratios, which a sign common to all channels, or that of the drive, leaves as they are.
-        """
+        """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
         if self.resonances is None:
             return
         foot = self.opened.model.foot_point
