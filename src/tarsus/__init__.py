@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import calibrate
+    from tarsus.calibrate.mixture import load_mixture
     from tarsus.drive.amplifier import Amplifier
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
@@ -109,10 +111,12 @@ __all__ = [
     "WalkerBody",
     "WalkerLeg",
     "Wave",
+    "calibrate",
     "device_names",
     "float_paths",
     "get_value",
     "load_laws",
+    "load_mixture",
     "load_scene",
     "quantity",
     "read_scene",
@@ -123,6 +127,8 @@ __all__ = [
 ]
 
 _HOMES = {
+    "tarsus.calibrate.calibrating": "calibrate",
+    "tarsus.calibrate.mixture": "load_mixture",
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
     "tarsus.drive.amplifier": "Amplifier",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",

@@ -8,7 +8,18 @@ from collections.abc import Callable
 
 from cyclopts import App, CycloptsError
 
-from tarsus.cli import bench, check, console, devices, identify, show, simulate, sweep, synthesize
+from tarsus.cli import (
+    bench,
+    calibrate,
+    check,
+    console,
+    devices,
+    identify,
+    show,
+    simulate,
+    sweep,
+    synthesize,
+)
 from tarsus.cli import next as next_signals
 
 COMMANDS = "tarsus.commands"
@@ -24,6 +35,7 @@ VERBS = (
     sweep.sweep,
     synthesize.synthesize,
     identify.identify,
+    calibrate.calibrate,
     next_signals.next,
     bench.bench,
 )

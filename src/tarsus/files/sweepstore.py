@@ -44,17 +44,25 @@ SWEEP_FILES = tuple(
 class SweepStore:
     """A folder that holds the finished units of one plan.
 
-    folder: where; digest: of the plan; units: number of units of the whole plan. Safe between threads that write
-    different units.
+    folder: where; digest: of the plan; units: number of units of the whole plan; what: a word for it. Safe between
+    threads that write different units.
     """
 
     folder: Path
     digest: str
     units: int
+    what: str = "sweep"
 
     @classmethod
     def open(
-        cls, folder: Path, digest: str, units: int, texts: Mapping[str, str], *, resume: bool = False
+        cls,
+        folder: Path,
+        digest: str,
+        units: int,
+        texts: Mapping[str, str],
+        *,
+        resume: bool = False,
+        what: str = "sweep",
     ) -> SweepStore:
         """The store of a plan: a new one, or with `resume` the one that is there.
 
@@ -70,6 +78,8 @@ class SweepStore:
             Texts of the files that describe the plan, by name.
         resume
             Continue a store that is there.
+        what
+            What it is the store of, for sentences.
 
         Raises
         ------
@@ -77,11 +87,11 @@ class SweepStore:
             If the folder holds a sweep that is not to be continued, or is to be continued and holds another plan or no
             sweep.
         """
-        store = cls(folder, digest, units)
+        store = cls(folder, digest, units, what)
         present = {path.name for path in folder.iterdir()} - {MANIFEST} if folder.is_dir() else set()
         if present & {*texts, PLAN_FILE, UNIT_FOLDER, COLLECTED_FILE} and not resume:
             raise InputError(
-                f"'{folder}' holds a sweep; continue it there with --resume, or give another folder with -o"
+                f"'{folder}' holds a {what}; continue it there with --resume, or give another folder with -o"
             )
         if PLAN_FILE in present:
             store._compare(texts)
@@ -89,7 +99,7 @@ class SweepStore:
             foreign = sorted(name for name in present if name.removesuffix(_PART) not in {*texts, PLAN_FILE})
             if foreign and resume:
                 raise InputError(
-                    f"'{folder}' holds no sweep to continue: it has {foreign[0]} but no {PLAN_FILE}"
+                    f"'{folder}' holds no {what} to continue: it has {foreign[0]} but no {PLAN_FILE}"
                 )
             folder.mkdir(parents=True, exist_ok=True)
             for name, text in texts.items():
@@ -106,14 +116,14 @@ class SweepStore:
             there = {name: (self.folder / name).read_text(encoding="utf-8") for name in texts}
             same = (plan["format"], plan["plan"], plan["units"]) == (FORMAT, self.digest, self.units)
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise InputError(f"'{self.folder}' holds no whole plan of a sweep: {error}") from None
+            raise InputError(f"'{self.folder}' holds no whole plan of a {self.what}: {error}") from None
         if same:
             return
         changed = [name for name, text in texts.items() if there[name] != text]
-        what = (
+        why = (
             f"its {changed[0]} differs" if changed else "it was made by another version of tarsus or of a law"
         )
-        raise InputError(f"'{self.folder}' holds another sweep ({what}); give another folder with -o")
+        raise InputError(f"'{self.folder}' holds another {self.what} ({why}); give another folder with -o")
 
     def _file(self, unit: int) -> Path:
         return self.folder / UNIT_FOLDER / f"{unit:06d}.npz"

@@ -78,6 +78,7 @@ def study_path(name: str | os.PathLike[str]) -> Path:
     return named_file(STUDIES, text, "study")
 
 
+
 def read_table(file: Path) -> dict[str, Any]:
     """The raw table of a study file; `InputError` where it cannot be read."""
     try:

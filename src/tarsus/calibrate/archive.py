@@ -1,0 +1,81 @@
+"""Every set that was visited, with what was read there: the memory of a search, on disk where a folder is given.
+
+A search is a fixed sequence of questions, so a killed one is resumed by asking them again: those that were answered are
+read back, the others are simulated. Both give the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.calibrate.problem import Problem
+from tarsus.errors import InputError
+from tarsus.files.sweepstore import SweepStore
+
+__all__ = ["Archive"]
+
+Floats = NDArray[np.float64]
+
+DIGITS = 9
+"""Digits to which points of the unit cube are rounded: a point that comes back from an optimiser is the same point."""
+
+
+@dataclass
+class Archive:
+    """Visited points (n, nu) of the unit cube and their readings, by run branch.
+
+    problem: what is asked; store: where answers are kept; on_sets: called after every question with the number of
+    sets that were new; simulated: sets that were simulated in this process.
+    """
+
+    problem: Problem
+    store: SweepStore | None = None
+    on_sets: Callable[[int], None] | None = None
+    simulated: int = 0
+    _asked: int = 0
+    _points: dict[int, list[Floats]] = field(default_factory=dict)
+    _readings: dict[int, list[NDArray[np.floating]]] = field(default_factory=dict)
+    _place: dict[tuple[int, bytes], int] = field(default_factory=dict)
+
+    def evaluate(self, run: int, cube: Floats) -> NDArray[np.floating]:
+        """Readings (ns, rows, channels, samples) at points (ns, nu); those visited before are not simulated again."""
+        points = np.round(cube, DIGITS) + 0.0  # no negative zeros
+        keys = [(run, one.tobytes()) for one in points]
+        fresh = [i for i, key in enumerate(keys) if key not in self._place]
+        fresh = list({keys[i]: i for i in reversed(fresh)}.values())[::-1]
+        if fresh:
+            found = self._answer(run, points[fresh])
+            known = sum(map(len, self._points.get(run, [])))
+            self._points.setdefault(run, []).append(points[fresh])
+            self._readings.setdefault(run, []).append(found)
+            self._place.update({keys[i]: known + n for n, i in enumerate(fresh)})
+        if self.on_sets is not None:
+            self.on_sets(len(fresh))
+        return self.points(run)[1][[self._place[key] for key in keys]]
+
+    def points(self, run: int) -> tuple[Floats, NDArray[np.floating]]:
+        """All visited points (n, nu) of a run branch and their readings."""
+        for kept in (self._points, self._readings):
+            if len(kept[run]) > 1:
+                kept[run] = [np.concatenate(kept[run])]  # pyright: ignore[reportArgumentType]
+        return self._points[run][0], self._readings[run][0]
+
+    def _answer(self, run: int, points: Floats) -> NDArray[np.floating]:
+        number, self._asked = self._asked, self._asked + 1
+        kept = self.store.read(number) if self.store is not None else None
+        if kept is not None:
+            if int(kept["run"]) != run or not np.array_equal(kept["points"], points):
+                raise InputError(
+                    f"part {number} of the folder belongs to another search; give another folder with -o"
+                )
+            return kept["readings"]
+        values = self.problem.unknowns.values(points)
+        readings = self.problem.simulate(run, values, self.problem.rows)
+        self.simulated += len(points)
+        if self.store is not None:
+            self.store.write(number, {"run": np.array(run), "points": points, "readings": readings})
+        return readings

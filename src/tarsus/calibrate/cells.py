@@ -1,0 +1,119 @@
+"""The measured cells of a table in SI, with their tolerances; constraints as limits of channels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.calibrate.description import MeasureColumn, Study
+from tarsus.calibrate.faults import Faults
+from tarsus.calibrate.objective import Cells, Limit
+from tarsus.calibrate.readings import unit_of
+from tarsus.calibrate.scenes import RunBranch
+from tarsus.calibrate.table import Table, number_of
+from tarsus.measure import scene_period
+from tarsus.spec import with_values
+from tarsus.units import parse_quantity
+
+__all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
+
+
+@dataclass(frozen=True)
+class OtherCells:
+    """Cells of rows that are only predicted: observed (nr, nk) [SI], NaN where unknown, and absolute tolerances."""
+
+    observed: NDArray[np.float64]
+    absolute: NDArray[np.float64]
+
+
+def cells_of(
+    study: Study,
+    table: Table,
+    trained: Sequence[int],
+    others: Sequence[int],
+    branch: RunBranch,
+    middle: Mapping[str, float],
+    faults: Faults,
+) -> tuple[Cells, OtherCells]:
+    """Cells of the rows that are fitted, and of the others; rows of the branch are in that order."""
+    measures = list(study.measures.items())
+    observed = np.full((len(trained) + len(others), len(measures)), np.nan)
+    absolute = np.zeros(observed.shape)
+    for place, number in enumerate((*trained, *others)):
+        period = scene_period(
+            with_values(branch.rows[place].template, branch.values(middle, branch.rows[place])), np.inf
+        )
+        for k, (name, one) in enumerate(measures):
+            unit = unit_of(one.measure)
+            absolute[place, k] = absolute_of(study, one, period, f"measures.{name}", faults)
+            cell = table.rows[number][one.column or name]
+            where = f"line {table.lines[number]} of the table"
+            try:
+                value = number_of(cell)
+            except ValueError:
+                faults.add(f"{where}: '{one.column or name}' should be a number, got '{cell}'")
+                continue
+            if value is None:
+                continue
+            observed[place, k] = faults.quantity(
+                f"{value!r} {one.unit}".removesuffix(" 1"), unit, f"measures.{name}.unit"
+            )
+            if value < 0.0:
+                faults.add(f"{where}: '{one.column or name}' must be zero or more, got '{cell}'")
+            elif observed[place, k] == 0.0 and absolute[place, k] == 0.0:
+                faults.add(f"measures.{name}: a value of zero needs an absolute tolerance ({where})")
+            elif absolute[place, k] == 0.0 and one.relative == 0.0:
+                faults.add(f"measures.{name}: expected an absolute or a relative tolerance above 0")
+    n = len(trained)
+    cells = Cells(
+        tuple(study.measures), tuple(one.unit for _, one in measures), observed[:n], absolute[:n],
+        np.array([one.relative for _, one in measures]), np.array([one.weight for _, one in measures]),
+        np.array([one.existence for _, one in measures]),
+    )  # fmt: skip
+    return cells, OtherCells(observed[n:], absolute[n:])
+
+
+def absolute_of(study: Study, one: MeasureColumn, period: float, where: str, faults: Faults) -> float:
+    """Absolute tolerance of a column [SI] in a row of this drive period [s]: its own, and one count in the window."""
+    unit = unit_of(one.measure)
+    own = faults.quantity(one.absolute, unit, f"{where}.absolute")
+    if not one.counts:
+        return own
+    s = study.sampling
+    window = s.window if s.window is not None else (s.window_periods or 1.0) * period
+    return float(np.hypot(own, 1.0 / window if unit == "1/s" else period / window))
+
+
+def limits_of(
+    study: Study, channels: Sequence[str], trained: int, table_rows: int, faults: Faults
+) -> list[Limit]:
+    """Constraints over places among the simulated rows: those of the table, then one for each own condition."""
+    limits = []
+    place = table_rows
+    for n, one in enumerate(study.constraints):
+        if one.measure not in channels:
+            continue
+        where = f"constraints.{n}"
+        unit = unit_of(one.measure)
+        low = -np.inf if one.min is None else faults.quantity(one.min, unit, f"{where}.min")
+        high = np.inf if one.max is None else faults.quantity(one.max, unit, f"{where}.max")
+        softness = faults.quantity(one.softness, unit, f"{where}.softness")
+        if not softness > 0.0:
+            faults.add(f"{where}.softness: expected a value above 0")
+        if low > high:
+            faults.add(f"{where}: expected min below max")
+        if one.rows is not None:
+            rows = tuple(range(table_rows if one.rows == "all" else trained))
+        else:
+            rows = tuple(range(place, place + len(one.conditions)))
+            place += len(one.conditions)
+        limits.append(Limit(one.name, rows, channels.index(one.measure), low, high, softness))
+    return limits
+
+
+def column_value(value: float, unit: str) -> float:
+    """An SI value in a column's unit."""
+    return value / parse_quantity(f"1 {unit}", unit) if unit != "1" else value

@@ -1,0 +1,234 @@
+"""What a calibration is, as a study file writes it: table, conditions, measures, unknowns, choices, constraints."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StringConstraints, model_validator
+
+from tarsus.explain import PathErrors
+from tarsus.scene import Scene
+from tarsus.spec import Description, Name, quantity
+
+__all__ = [
+    "Along",
+    "Choice",
+    "Condition",
+    "Constraint",
+    "MeasureColumn",
+    "Option",
+    "Prior",
+    "Sampling",
+    "Search",
+    "Study",
+    "Unknown",
+]
+
+Value = float | str
+"""A number in SI, or a text with a unit."""
+Identifier = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+
+
+class Condition(Description):
+    """A column that says what was done: a number set at paths, or a word that sets whole parts of the scene."""
+
+    unit: str = Field(default="1", description="unit of the column")
+    paths: tuple[str, ...] = Field(default=(), description="floats of the scene that take the number")
+    words: dict[str, dict[str, Any]] = Field(
+        default={}, description="by word: values of the scene by path, such as a whole signal"
+    )
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Condition:
+        if self.words and self.paths:
+            raise PathErrors(
+                [("", "a column of words sets the values of its words; it has no paths of its own")]
+            )
+        return self
+
+
+class MeasureColumn(Description):
+    """A column that says what was seen: a value v is known within sqrt(absolute^2 + (relative v)^2)."""
+
+    column: str | None = Field(default=None, description="name of the column; the measure's own when absent")
+    unit: str = Field(default="1", description="unit of the column")
+    measure: str = Field(description="measure of the run")
+    relative: float = Field(default=0.0, ge=0.0, description="relative tolerance")
+    absolute: Value = Field(default=0.0, description="absolute tolerance: rounding, resolution")
+    counts: bool = Field(default=False, description="a count, known within 1 in the window")
+    existence: bool = Field(default=False, description="whether it is above zero is a likelihood of its own")
+    weight: float = Field(default=1.0, ge=0.0, description="factor of its cost")
+
+
+class Prior(Description):
+    """What is known of an unknown beforehand: normal (median, sd) or log-normal (median, factor)."""
+
+    median: Value
+    sd: Value | None = Field(default=None, description="standard deviation of a normal prior")
+    factor: float | None = Field(default=None, gt=1.0, description="one standard deviation, as a factor")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Prior:
+        if (self.sd is None) == (self.factor is None):
+            raise PathErrors([("", "expected one of sd (normal) and factor (log-normal)")])
+        return self
+
+
+class Unknown(Description):
+    """A number that is searched between bounds."""
+
+    low: Value
+    high: Value
+    scale: Literal["linear", "log"] = "linear"
+    unit: str | None = Field(default=None, description="of an unknown without paths; else that of its paths")
+    paths: tuple[str, ...] = Field(default=(), description="floats of the scene that take it")
+    prior: Prior | None = None
+    meaning: str = ""
+
+
+class Along(Description):
+    """Values that move together along a table, by linear interpolation in an unknown."""
+
+    at: tuple[Value, ...] = Field(min_length=2, description="values of the unknown, increasing")
+    paths: dict[str, tuple[Value, ...]] = Field(default={}, description="values at each, by path")
+    names: dict[Identifier, tuple[float, ...]] = Field(
+        default={}, description="SI values at each, by a name for [derived]"
+    )
+
+
+class Option(Description):
+    """One option of a choice: what it sets, and which measure a column then means."""
+
+    set: dict[str, Any] = Field(default={}, description="values of the scene by path")
+    derived: dict[str, str] = Field(default={}, description="expressions by path or name")
+    measures: dict[str, str] = Field(
+        default={}, description="measure of the run by name of a column's measure"
+    )
+
+
+class Choice(Description):
+    """A discrete unknown."""
+
+    options: dict[Name, Option] = Field(min_length=1)
+    meaning: str = ""
+
+
+class Constraint(Description):
+    """What is known besides the table: a measure stays between bounds under some conditions.
+
+    The largest value of the windows is held against `max`, the smallest against `min`.
+    """
+
+    name: str = Field(min_length=1)
+    conditions: tuple[dict[str, Any], ...] = Field(
+        default=(),
+        description="values of the condition columns, one table a run; those absent: the first row's",
+    )
+    rows: Literal["training", "all"] | None = Field(
+        default=None, description="hold in the runs of the table's rows, instead of own conditions"
+    )
+    set: dict[str, Any] = Field(default={}, description="values of the scene by path, beside the conditions")
+    measure: str
+    unit: str = "1"
+    min: Value | None = None
+    max: Value | None = None
+    softness: Value = Field(description="excess that counts as one standard deviation")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Constraint:
+        faults = []
+        if self.min is None and self.max is None:
+            faults.append(("", "expected min, max or both"))
+        if (self.rows is None) == (not self.conditions):
+            faults.append(("", "expected one of conditions and rows"))
+        if self.rows is not None and self.set:
+            faults.append(("set", "runs of the table's rows have no values of their own; give conditions"))
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+
+class Sampling(Description):
+    """How the table was sampled: transient, window, resolution; and in how many windows the model is looked at."""
+
+    foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
+    settle: float | None = quantity("s", "transient that is dropped", default=None, ge=0)
+    settle_periods: float | None = Field(default=None, ge=0, description="the same in drive periods")
+    window: float | None = quantity(
+        "s", "length of the window that the table's numbers come from", default=None, gt=0
+    )
+    window_periods: float | None = Field(default=None, gt=0, description="the same in drive periods")
+    windows: int = Field(default=4, ge=1, le=1000, description="windows of each run, one after the other")
+    draws: int = Field(
+        default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest"
+    )
+    speed: float = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
+    resolution: float = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
+    accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Sampling:
+        faults = [
+            (name, f"expected one of {name} and {name}_periods")
+            for name in ("settle", "window")
+            if (getattr(self, name) is None) == (getattr(self, f"{name}_periods") is None)
+        ]
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+
+class Search(Description):
+    """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
+
+    Every branch gets `screening` sets spread evenly and `short` generations; those that are still more than `hopeless`
+    behind the best are dropped; the others get `generations`, and then `spread` generations that follow the likelihood.
+    """
+
+    seed: int = Field(default=1, ge=0)
+    population: int = Field(default=32, ge=5)
+    screening: int = Field(default=128, ge=5, description="sets a branch at the start")
+    short: int = Field(default=6, ge=0, description="generations before branches are dropped")
+    generations: int = Field(default=40, ge=0, description="generations of a branch that is kept")
+    spread: int = Field(default=10, ge=0, description="generations of the ensemble")
+    leave_out: int = Field(default=8, ge=0, description="generations of each refit without a row")
+    leave_out_population: int = Field(default=16, ge=5)
+    members: int = Field(default=32, ge=4, description="members of a branch's ensemble")
+    robust: float = Field(
+        default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
+    )
+    hopeless: float = Field(
+        default=60.0, gt=0,
+        description="a branch is dropped when its cost is so far above the best, in units of the residual scale: after "
+        "a short search a good branch is often 20 above its own optimum",
+    )  # fmt: skip
+    within: float = Field(
+        default=6.0, gt=0,
+        description="a branch is kept when its cost is so near the best, in units of the residual scale: 6 is a "
+        "likelihood ratio of 20",
+    )  # fmt: skip
+    reason: str = Field(
+        default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
+    )
+
+
+class Study(Description):
+    """A calibration: a scene, a table of what was measured, and what of the scene is not known."""
+
+    name: str = Field(min_length=1)
+    scene: Scene
+    train: tuple[int, ...] | None = Field(
+        default=None, description="rows that are fitted, from 1; all that hold a measured value when absent"
+    )
+    conditions: dict[str, Condition]
+    measures: dict[Name, MeasureColumn] = Field(min_length=1)
+    constants: dict[Identifier, Value] = Field(default={}, description="named numbers for expressions")
+    unknowns: dict[Identifier, Unknown] = Field(min_length=1)
+    along: dict[Identifier, Along] = Field(default={})
+    derived: dict[str, str] = Field(
+        default={}, description="expressions by path, or by a name for later ones"
+    )
+    choices: dict[Name, Choice] = Field(default={})
+    constraints: tuple[Constraint, ...] = ()
+    sampling: Sampling
+    search: Search = Search()

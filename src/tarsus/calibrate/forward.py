@@ -1,0 +1,145 @@
+"""Sets of unknowns to what an instrument would read: every set is simulated by itself, so that neither threads nor
+neighbours change it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.calibrate.description import Sampling
+from tarsus.calibrate.motion import motion_of
+from tarsus.calibrate.readings import MOTION, readings
+from tarsus.calibrate.scenes import Row, RunBranch, finite
+from tarsus.errors import InputError
+from tarsus.measure import scene_period
+from tarsus.scene import Scene
+from tarsus.solve import Accuracy, simulate_batch
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.engines import Shared
+from tarsus.spec import with_values
+from tarsus.study.seeds import random_velocities
+
+__all__ = ["Forward"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A row of a set, ready to run: its place, scene, floats, drive period, transient and window [s]."""
+
+    place: int
+    row: Row
+    values: Mapping[str, float]
+    period: float
+    settle: float
+    window: float
+
+
+@dataclass(frozen=True)
+class Forward:
+    """The forward model: branches, names of the unknowns, channels (measures that are read) and the sampling."""
+
+    branches: tuple[RunBranch, ...]
+    unknowns: tuple[str, ...]
+    channels: tuple[str, ...]
+    sampling: Sampling
+    threads: int | None = None
+    _shared: Shared = field(default_factory=Shared, compare=False)
+
+    @property
+    def samples(self) -> int:
+        """Number of windows of all draws."""
+        return self.sampling.windows * self.sampling.draws
+
+    def __call__(self, branch: int, sets: Floats, rows: Sequence[int]) -> NDArray[np.float32]:
+        """Readings (ns, rows, channels, samples) in SI of sets (ns, nu) in a run branch.
+
+        NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
+        they kept, and a result must not depend on whether it was read back.
+        """
+        workers = self.threads or os.cpu_count() or 1
+        work = [(branch, one, tuple(rows)) for one in sets]
+        if workers == 1 or len(work) == 1:
+            found = [self._one(*item) for item in work]
+        else:
+            with ThreadPoolExecutor(workers) as pool:  # the first compiles before the threads start
+                found = [self._one(*work[0]), *pool.map(lambda item: self._one(*item), work[1:])]
+        return np.array(found, dtype=np.float32)
+
+    def _one(self, branch: int, one: Floats, rows: tuple[int, ...]) -> Floats:
+        chosen = self.branches[branch]
+        unknowns = dict(zip(self.unknowns, map(float, one), strict=True))
+        out = np.full((len(rows), len(self.channels), self.samples), np.inf)
+        groups: dict[tuple[object, ...], list[_Run]] = {}
+        for place, number in enumerate(rows):
+            row = chosen.rows[number]
+            run = self._run(place, row, chosen.values(unknowns, row))
+            if run is not None:
+                key = (id(row.template), run.settle, run.window, tuple(run.values))
+                groups.setdefault(key, []).append(run)
+        for runs in groups.values():
+            self._group(runs, out)
+        return out
+
+    def _run(self, place: int, row: Row, values: Mapping[str, float]) -> _Run | None:
+        """None where the values are none that a scene takes."""
+        if not finite(values):
+            return None
+        try:
+            scene = with_values(row.template, values)
+        except InputError:
+            return None
+        period = scene_period(scene, np.inf)
+        s = self.sampling
+        settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
+        window = s.window if s.window is not None else (s.window_periods or 0.0) * period
+        if not np.isfinite(settle + window):
+            return None
+        return _Run(place, row, values, period, settle, window)
+
+    def _group(self, runs: list[_Run], out: Floats) -> None:
+        """Runs of one template and duration, all draws of all rows at once."""
+        s, first = self.sampling, runs[0]
+        template = first.row.template
+        foot = s.foot or next(iter(template.robot.feet))
+        index = list(template.robot.feet).index(foot)
+        edges = first.settle + first.window * np.arange(s.windows + 1, dtype=float)
+        accuracy = Accuracy(gap=s.accuracy)
+        vary = {path: np.repeat([run.values[path] for run in runs], s.draws) for path in first.values}
+        if s.draws > 1:
+            vary |= {path: np.tile(v, len(runs)) for path, v in _starts(template, foot, s).items()}
+        names = [name for name in self.channels if name not in MOTION]
+        at = [i for i, name in enumerate(self.channels) if name not in MOTION]
+        try:
+            batch = simulate_batch(
+                template, vary, float(edges[-1]), threads=1, accuracy=accuracy, shared=self._shared
+            )
+        except InputError:
+            return
+        for k, run in enumerate(runs):
+            for draw in range(s.draws):
+                one = batch.run(k * s.draws + draw)
+                if one.code is not ResultCode.DONE:
+                    continue
+                part = slice(draw * s.windows, (draw + 1) * s.windows)
+                out[run.place, at, part] = readings(one, index, names, edges, s.resolution)
+            if run.row.motion:
+                scene = with_values(template, run.values)
+                moved = motion_of(scene, foot, run.settle, run.window, run.period, accuracy)
+                for i, name in enumerate(self.channels):
+                    if name in MOTION:
+                        out[run.place, i] = moved[name]
+
+
+def _starts(template: Scene, foot: str, sampling: Sampling) -> dict[str, Floats]:
+    """Initial velocities (draws,) by path: the same ones for every set, of the structure as it is described."""
+    drawn = np.array(
+        [random_velocities(template, foot, draw, sampling.speed) for draw in range(sampling.draws)]
+    )
+    return {f"initial.velocity.{i}": drawn[:, i] for i in range(drawn.shape[1])}

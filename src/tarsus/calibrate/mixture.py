@@ -1,0 +1,177 @@
+"""A mixture of devices over branches, kept as one file: loads itself and predicts rows nobody measured."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.calibrate.cells import absolute_of
+from tarsus.calibrate.ensemble import Ensemble
+from tarsus.calibrate.faults import Faults
+from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, run_rows
+from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
+from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.errors import InputError
+from tarsus.laws import Law
+from tarsus.measure import scene_period
+from tarsus.scene import Scene
+from tarsus.spec import with_values
+
+__all__ = ["MIXTURE_FILE", "Mixture", "load_mixture", "mixture_table"]
+
+MIXTURE_FILE = "mixture.json"
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Members of every branch with their weights, and the study they belong to."""
+
+    lowered: Lowered
+    ensembles: tuple[Ensemble, ...]
+    weights: NDArray[np.float64]
+    discrepancy: Discrepancy
+
+    def predict(
+        self, rows: Sequence[Mapping[str, Any]], threads: int | None = None
+    ) -> list[dict[str, Prediction]]:
+        """Predict rows by all members.
+
+        Parameters
+        ----------
+        rows
+            Conditions by column of the study's table: numbers in the column's unit, texts with a unit, or words; an
+            absent column takes the value of the first fitted row.
+        threads
+            Worker threads; all cores by default.
+
+        Returns
+        -------
+        list
+            For every row its predictions by measure, in SI.
+
+        Raises
+        ------
+        InputError
+            With every unknown column and refused value.
+        """
+        lowered, study = self.lowered, self.lowered.study
+        faults = Faults()
+        first = lowered.table.rows[lowered.trained[0]]
+        merged = []
+        for n, row in enumerate(rows, start=1):
+            strange = [column for column in row if column not in study.conditions]
+            faults.add(*(f"row {n}: there is no condition '{column}'" for column in strange))
+            merged.append(conditions_of(study, {**first, **row}, f"row {n}", faults))
+        faults.stop()
+        names = [f"row {n + 1}" for n in range(len(rows))]
+        branches = []
+        for branch in lowered.forward.branches:
+            options = [study.choices[name].options[key] for name, key in branch.options.items()]
+            branches.append(replace(branch, rows=tuple(run_rows(study, options, merged, names, faults))))
+        faults.stop()
+        forward = replace(lowered.forward, branches=tuple(branches), threads=threads)
+        unknowns, places = lowered.problem.unknowns, tuple(range(len(rows)))
+        readings = [forward(one.branch.run, unknowns.values(one.points), places) for one in self.ensembles]
+        out = []
+        for n in places:
+            best = self.ensembles[int(np.argmax(self.weights))]
+            row = branches[best.branch.run].rows[n]
+            values = dict(zip(unknowns.names, unknowns.values(best.points[0]).tolist(), strict=True))
+            period = scene_period(
+                with_values(row.template, branches[best.branch.run].values(values, row)), np.inf
+            )
+            absolute = np.array(
+                [absolute_of(study, one, period, "", faults) for one in study.measures.values()]
+            )
+            found = predict_row(
+                self.ensembles, self.weights, [one[:, n] for one in readings], lowered.problem.objective.cells,
+                absolute, self.discrepancy, lowered.problem.peak, lowered.problem.resolution,
+            )  # fmt: skip
+            out.append({one.measure: one for one in found})
+        return out
+
+    def scene(self, branch: int, member: int = 0) -> Scene:
+        """The device of a member (0: the best) of a kept branch, under the conditions of the first fitted row."""
+        one = self.ensembles[branch]
+        run = self.lowered.forward.branches[one.branch.run]
+        unknowns = self.lowered.problem.unknowns
+        values = dict(zip(unknowns.names, unknowns.values(one.points[member]).tolist(), strict=True))
+        return with_values(run.rows[0].template, run.values(values, run.rows[0]))
+
+
+def mixture_table(mixture: Mixture) -> dict[str, Any]:
+    """A mixture as plain data, which `load_mixture` reads back."""
+    unknowns = mixture.lowered.problem.unknowns
+    branches = []
+    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+        run = mixture.lowered.forward.branches[one.branch.run]
+        members = []
+        for point, share in zip(one.points, one.weights, strict=True):
+            values = dict(zip(unknowns.names, unknowns.values(point).tolist(), strict=True))
+            members.append(
+                {
+                    "weight": float(share),
+                    "point": point.tolist(),
+                    "unknowns": values,
+                    "values": {path: run.values(values, run.rows[0])[path] for path in run.driven},
+                }
+            )
+        branches.append({"options": one.branch.options, "weight": float(weight), "members": members})
+    d = mixture.discrepancy
+    return {
+        "format": FORMAT,
+        "study": mixture.lowered.study.name,
+        "units": dict(zip(unknowns.names, unknowns.units, strict=True)),
+        "sigma": d.sigma.tolist(),
+        "existence_wrong": d.wrong.tolist(),
+        "branches": branches,
+    }
+
+
+def load_mixture(
+    folder: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None, threads: int | None = None
+) -> Mixture:
+    """Read the mixture of a calibration's folder.
+
+    Parameters
+    ----------
+    folder
+        Folder that `tarsus.calibrate` made.
+    laws
+        Classes of user laws by name, where the scene has them.
+    threads
+        Worker threads of its predictions; all cores by default.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished calibration.
+    """
+    place = Path(folder)
+    try:
+        table = json.loads((place / MIXTURE_FILE).read_text(encoding="utf-8"))
+        same = table["format"] == FORMAT
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"'{place}' holds no finished calibration: {error}") from None
+    if not same:
+        raise InputError(f"'{place}' holds a mixture of another format; calibrate again")
+    described = load_study(place / STUDY_FILE, laws)
+    lowered = lower_study(described.study, described.table, threads)
+    ensembles = []
+    for one in table["branches"]:
+        branch = next(b for b in lowered.problem.branches if b.options == one["options"])
+        points = np.array([member["point"] for member in one["members"]])
+        weights = np.array([member["weight"] for member in one["members"]])
+        nothing = np.zeros((len(points), 0))
+        ensembles.append(Ensemble(branch, points, weights, np.zeros(len(points)), nothing))
+    weights = np.array([one["weight"] for one in table["branches"]])
+    discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
+    return Mixture(lowered, tuple(ensembles), weights, discrepancy)

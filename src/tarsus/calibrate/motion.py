@@ -1,0 +1,49 @@
+"""Measures of a foot's motion that events do not tell: its swing, and its oscillations in a drive step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from tarsus.scene import Scene
+from tarsus.solve import Accuracy, simulate
+
+__all__ = ["motion_of", "oscillations_per_step", "swing"]
+
+Floats = NDArray[np.float64]
+
+PROMINENCE = 0.2
+"""A maximum counts as an oscillation from so much of the swing on: what one sees in a printed trace of a few cm."""
+SAMPLES = 100
+"""Samples of a drive step: ten for each of ten oscillations."""
+
+
+def swing(gap: Floats) -> float:
+    """Largest less smallest gap [m]."""
+    return float(np.ptp(gap))
+
+
+def oscillations_per_step(gap: Floats, steps: float) -> float:
+    """Maxima of a gap with a prominence of at least `PROMINENCE` of its swing, over the number of drive steps."""
+    span = float(np.ptp(gap))
+    if span == 0.0:
+        return 0.0
+    return len(find_peaks(gap, prominence=PROMINENCE * span)[0]) / steps
+
+
+def motion_of(
+    scene: Scene, foot: str, start: float, length: float, period: float, accuracy: Accuracy
+) -> dict[str, float]:
+    """Both measures of a foot from ``start`` [s] on over ``length`` [s]; infinite where the run fails.
+
+    A drive step is half a period.
+    """
+    run = simulate(scene, start + length, accuracy)
+    if not run.ok:
+        return {"swing": np.inf, "oscillations_per_step": np.inf}
+    steps = 2.0 * length / period
+    times = start + np.linspace(0.0, length, int(np.ceil(SAMPLES * steps)) + 1)
+    states = run.states(np.minimum(times, run.duration))
+    gap = states.gap[list(scene.robot.feet).index(foot)]
+    return {"swing": swing(gap), "oscillations_per_step": oscillations_per_step(gap, steps)}

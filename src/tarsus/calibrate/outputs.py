@@ -1,0 +1,108 @@
+"""The files of a finished calibration: all numbers, the mixture, and a device for every branch."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from tarsus.calibrate.account import calibration_table, device_file
+from tarsus.calibrate.calibrating import Calibrated
+from tarsus.calibrate.ensemble import weighted_quantile
+from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
+from tarsus.errors import InputError
+from tarsus.files.store import write_text
+from tarsus.files.toml import scene_text
+from tarsus.scene import Provenance, Scene, Source
+from tarsus.spec import get_value, with_values
+
+__all__ = ["CALIBRATION_FILE", "branch_scene", "mixture_of", "write_outputs"]
+
+CALIBRATION_FILE = "calibration.json"
+
+
+def mixture_of(result: Calibrated) -> Mixture:
+    """The mixture of a finished calibration."""
+    solution = result.solution
+    return Mixture(result.lowered, solution.fit.ensembles, solution.fit.weights, solution.discrepancy)
+
+
+def branch_scene(result: Calibrated, place: int) -> Scene:
+    """The device of a kept branch: its best member, every fitted value with its 95 % interval and its origin."""
+    mixture = mixture_of(result)
+    ensemble = mixture.ensembles[place]
+    lowered, study = result.lowered, result.described.study
+    run = lowered.forward.branches[ensemble.branch.run]
+    unknowns = lowered.problem.unknowns
+    members = [
+        run.values(dict(zip(unknowns.names, unknowns.values(one).tolist(), strict=True)), run.rows[0])
+        for one in ensemble.points
+    ]
+    scene = mixture.scene(place)
+    scene = with_values(
+        scene, {"name": f"{study.scene.name}-{place + 1}" if len(mixture.weights) > 1 else study.scene.name}
+    )
+    count = len(lowered.trained)
+    rows = f"{count} row{'s' if count > 1 else ''}"
+    note = f"Calibration '{study.name}' to {rows} of its table; branch: {ensemble.branch.name}."
+    origins = {path: origin for path, origin in scene.provenance.items() if _there(scene, path)}
+    for path in run.driven:
+        values = [one[path] for one in members]
+        ends = [weighted_quantile(_array(values), ensemble.weights, at) for at in (0.025, 0.975)]
+        low, high = min(ends[0], values[0]), max(ends[1], values[0])
+        origins[path] = Provenance(source=Source.CALIBRATED, note=note, interval=((low, high),))
+    for choice, option in ensemble.branch.options.items():
+        for path in study.choices[choice].options[option].set:
+            covered = {one: origin for one, origin in origins.items() if not one.startswith(f"{path}.")}
+            origins = covered | {
+                path: Provenance(source=Source.CALIBRATED, note=f"{note} A discrete unknown.")
+            }
+    return with_values(scene, {"provenance": origins})
+
+
+def _array(values: list[float]) -> Any:
+    import numpy as np
+
+    return np.array(values)
+
+
+def _there(scene: Scene, path: str) -> bool:
+    """Whether a path of provenance still stands for something."""
+    if "*" in path:
+        return True
+    try:
+        return get_value(scene, path) is not None
+    except InputError:
+        return False
+
+
+def write_outputs(result: Calibrated, folder: Path) -> list[Path]:
+    """Write the files into a folder, and return them."""
+    written = []
+    for place in range(len(result.solution.kept)):
+        scene = branch_scene(result, place)
+        target = folder / device_file(place)
+        write_text(target, scene_text(scene))
+        written.append(target)
+    for name, table in (
+        (MIXTURE_FILE, mixture_table(mixture_of(result))),
+        (CALIBRATION_FILE, calibration_table(result)),
+    ):
+        write_text(
+            folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
+        written.append(folder / name)
+    return written
+
+
+def _plain(value: Any) -> Any:
+    """JSON has no NaN: null stands for a value that does not exist."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float) and value - value != 0.0:
+        return None
+    return value

@@ -1,0 +1,187 @@
+"""What an ensemble over branches predicts for a row: median, 80 % interval, probability of a bounce, and two flags.
+
+The predictive distribution of a measure has three parts. *Parameters*: every member of every branch by its weight.
+*Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
+fitted. On the scale on which cells are compared it is normal with standard deviation
+
+    sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),
+
+q the 80 % quantile of \\|residual\\| (in tolerances) over the n fitted cells of the measure's kind, 1.2816 that of a
+standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it
+means nothing. Residuals that grow with the table's own tolerance include it; sigma is at least 1, the tolerance
+itself. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1.
+
+The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
+the fitted rows, so p (1 - w) + (1 - p) w is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from tarsus.calibrate.ensemble import Ensemble, weighted_quantile
+from tarsus.calibrate.objective import Cells, existence, tolerance
+
+__all__ = ["INTERVAL", "Discrepancy", "Prediction", "discrepancy_of", "has_modes", "predict_row"]
+
+Floats = NDArray[np.float64]
+
+INTERVAL = 0.8
+"""Probability of the intervals."""
+FEWEST = 3
+"""Cells of a measure from which its own residuals are used; with fewer those of all measures are."""
+NODES = norm.ppf((np.arange(15) + 0.5) / 15.0)
+"""Middles of fifteen equal parts of a standard normal, by which the discrepancy is added without random numbers."""
+SHARE = 0.1
+"""A mode has at least so much of the weight."""
+APART = 2.0
+"""Two modes are apart by more than this many of the wider one's standard deviations, and by more than the tolerance."""
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """By measure (nk,): sigma, in tolerances, and the probability that existence is wrong."""
+
+    sigma: Floats
+    wrong: Floats
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """One measure of one row [SI]: median and 80 % interval; p_bounce, None where existence is not judged; modes: the
+    members fall into several groups; decidable: False where flights are lower than the resolution; failed: share of the
+    members' runs that did not reach their end."""
+
+    measure: str
+    median: float
+    low: float
+    high: float
+    p_bounce: float | None
+    modes: bool
+    decidable: bool
+    failed: float
+
+    def holds(self, value: float) -> bool:
+        """Whether the interval holds a value; a value on its edge is held."""
+        slack = 1e-9 * max(abs(self.low), abs(self.high))
+        return self.low - slack <= value <= self.high + slack
+
+
+def discrepancy_of(
+    cells: Cells, residuals: Floats, wrong: Floats, unknowns: int, *, fitted: bool = True
+) -> Discrepancy:
+    """Discrepancy from residuals (nr, nk) in tolerances and probabilities of the wrong existence (nr, nk), NaN where
+    there is none.
+
+    fitted: the rows were fitted; False where each was left out when it was predicted.
+    """
+    known = np.isfinite(residuals)
+    n = int(known.sum())
+    factor = min(2.0, float(np.sqrt(n / max(n - unknowns, 1)))) if fitted and n else 1.0
+    everything = np.abs(residuals[known])
+    sigma, error = np.ones(len(cells.names)), np.zeros(len(cells.names))
+    for k in range(len(cells.names)):
+        own = np.abs(residuals[known[:, k], k])
+        used = own if len(own) >= FEWEST else everything
+        if len(used):
+            sigma[k] = max(1.0, float(np.quantile(used, INTERVAL)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
+        judged = wrong[np.isfinite(wrong[:, k]), k]
+        if len(judged):
+            error[k] = min(0.5, (float(judged.sum()) + 0.5) / (len(judged) + 1.0))
+    return Discrepancy(sigma, error)
+
+
+def predict_row(
+    ensembles: Sequence[Ensemble],
+    weights: Floats,
+    readings: Sequence[NDArray[np.floating]],
+    cells: Cells,
+    absolute: Floats,
+    discrepancy: Discrepancy,
+    peak: int | None,
+    resolution: float,
+) -> list[Prediction]:
+    """Predictions of all measures of one row.
+
+    readings: of each ensemble's members in that row (nm, channels, samples); absolute (nk,): tolerances of the row.
+    """
+    share = [w * one.weights for w, one in zip(weights, ensembles, strict=True)]
+    return [
+        _predict(ensembles, share, readings, cells, k, float(absolute[k]), discrepancy, peak, resolution)
+        for k in range(len(cells.names))
+    ]
+
+
+def _predict(
+    ensembles: Sequence[Ensemble],
+    share: Sequence[Floats],
+    readings: Sequence[NDArray[np.floating]],
+    cells: Cells,
+    k: int,
+    a: float,
+    discrepancy: Discrepancy,
+    peak: int | None,
+    resolution: float,
+) -> Prediction:
+    parts = [
+        np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)
+    ]
+    windows = np.concatenate(parts)
+    member = np.concatenate(share)
+    failed = np.isinf(windows).any(axis=1)
+    lost = float(member[failed].sum())
+    name = cells.names[k]
+    if failed.all():
+        return Prediction(name, np.nan, np.nan, np.nan, None, False, True, 1.0)
+    windows, member = np.maximum(np.nan_to_num(windows[~failed]), 0.0), member[~failed] / (1.0 - lost)
+    values = windows.ravel()
+    each = np.repeat(member / windows.shape[1], windows.shape[1])
+    spread = discrepancy.sigma[k] * tolerance(values, np.full(1, a), cells.relative[k : k + 1])
+    shift = np.where(values + a > 0.0, spread / np.where(values + a > 0.0, values + a, 1.0), 0.0)
+    noisy = np.maximum((values + a)[:, None] * np.exp(shift[:, None] * NODES) - a, 0.0).ravel()
+    noisy_weights = np.repeat(each / len(NODES), len(NODES))
+    low, median, high = (
+        weighted_quantile(noisy, noisy_weights, at) for at in (0.5 - INTERVAL / 2, 0.5, 0.5 + INTERVAL / 2)
+    )
+    p = None
+    if cells.exists[k]:
+        mean = float(existence(windows) @ member)
+        p = float(mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k])
+    decidable = True
+    if peak is not None:
+        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
+        top = weighted_quantile(np.nan_to_num(tops).ravel(), each, 0.5)
+        decidable = not 0.0 < top < resolution
+    modes = has_modes(
+        windows.mean(axis=1),
+        member,
+        tolerance(np.array([median]), np.full(1, a), cells.relative[k : k + 1])[0],
+    )
+    return Prediction(name, median, low, high, p, modes, decidable, lost)
+
+
+def has_modes(values: Floats, weights: Floats, least: float) -> bool:
+    """Whether weighted values (n,) fall into two groups of at least `SHARE` of the weight each, whose gap is larger
+    than ``least`` and than `APART` standard deviations of the wider group."""
+    order = np.argsort(values, kind="stable")
+    x, w = values[order], weights[order] / weights.sum()
+    for i in np.argsort(np.diff(x), kind="stable")[::-1]:
+        gap = x[i + 1] - x[i]
+        if gap <= least:
+            return False
+        left, right = slice(0, i + 1), slice(i + 1, None)
+        if min(w[left].sum(), w[right].sum()) < SHARE:
+            continue
+        if gap > APART * max(_deviation(x[part], w[part]) for part in (left, right)):
+            return True
+    return False
+
+
+def _deviation(x: Floats, w: Floats) -> float:
+    mean = np.average(x, weights=w)
+    return float(np.sqrt(np.average((x - mean) ** 2, weights=w)))

@@ -1,0 +1,56 @@
+"""What an instrument reads of one foot in windows of a run: the measures a table can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.measure import Counting, by_window, foot_history, window_statistics
+from tarsus.solve.batch import BatchRun
+from tarsus.solve.codes import EVENT_TYPE
+
+__all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "unit_of"]
+
+Floats = NDArray[np.float64]
+
+PER_PERIOD = ("bounces", "rebounds", "contact_duration", "impacts")
+"""Measures that grow with the window: a table has them by drive period."""
+
+MOTION = {"swing": "m", "oscillations_per_step": "1"}
+"""Measures of the foot's motion in a single recorded run, for constraints; see `tarsus.calibrate.motion`."""
+
+
+class _Still:
+    """A foot that does nothing, for asking which measures there are."""
+
+    all_events = np.zeros(0, EVENT_TYPE)
+    foot_names = ("foot",)
+    end_time = 1.0
+    period = 1.0
+
+
+@lru_cache(maxsize=1)
+def known_measures() -> dict[str, str]:
+    """SI unit of every measure of a window, by name."""
+    return {name: one.unit for name, one in window_statistics(_Still(), 0.0, 1.0).items()}
+
+
+def unit_of(measure: str) -> str:
+    """SI unit of a measure."""
+    return MOTION[measure] if measure in MOTION else known_measures()[measure]
+
+
+def readings(
+    run: BatchRun, foot: int, names: Sequence[str], edges: Floats, resolution: float
+) -> NDArray[np.float64]:
+    """Measures (names, windows) of a foot in windows between ``edges`` (nw + 1,) [s]; NaN where a window has none.
+
+    Those of `PER_PERIOD` are scaled from the window to the drive period.
+    """
+    history = foot_history(run.all_events, foot, run.end_time)
+    found = by_window({"foot": history}, edges, Counting.of(run.period, resolution))
+    scale = run.period / np.diff(edges)
+    return np.array([found[name][0] * (scale if name in PER_PERIOD else 1.0) for name in names])

@@ -1,0 +1,247 @@
+"""Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that
+follow the likelihood.
+
+All randomness comes from the study's seed and the place in the sequence (stage, branch, row left out), never from time
+or threads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
+from scipy.stats import chi2, qmc
+
+from tarsus.calibrate.archive import Archive
+from tarsus.calibrate.description import Search
+from tarsus.calibrate.problem import Problem
+
+__all__ = [
+    "Chain",
+    "Found",
+    "budget",
+    "chain",
+    "evolve",
+    "residual_scale",
+    "screen",
+    "search_branches",
+    "spread_over",
+]
+
+Floats = NDArray[np.float64]
+
+LEVEL = 0.9
+"""Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
+for each unknown)."""
+SCREEN, SHORT, DEEP, CHAIN, LEAVE_OUT = range(5)
+"""Stages, for the random numbers of each."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """States (n, nu) that a chain was in, each as often as it was."""
+
+    states: Floats
+
+
+@dataclass(frozen=True)
+class Found:
+    """What the search found in a branch: its lowest cost, whether and why it was dropped, and states of its chain."""
+
+    cost: float
+    dropped: str
+    chain: Chain | None
+
+
+def budget(problem: Problem, search: Search) -> int:
+    """Most sets that a search asks for."""
+    runs = len({branch.run for branch in problem.branches})
+    branches = len(problem.branches)
+    later = branches * search.population * (search.short + search.generations + search.spread + 3)
+    rows = problem.trained * branches * search.leave_out_population * (2 * search.leave_out + 2)
+    return runs * search.screening + later + (rows if search.leave_out else 0)
+
+
+def costs_at(
+    problem: Problem, archive: Archive, branch: int, without: int | None = None
+) -> tuple[Floats, Floats]:
+    """Visited points (n, nu) of a branch and their costs (n,)."""
+    chosen = problem.branches[branch]
+    points, readings = archive.points(chosen.run)
+    return points, problem.total(problem.costs(readings, chosen), points, without)
+
+
+def residual_scale(cells: int, unknowns: int, cost: float) -> float:
+    """Squared residual scale: cost of the table's cells over their degrees of freedom, at least 1.
+
+    Cells less unknowns, but at least a quarter of the cells: with few cells the unknowns are not all used up by them.
+    """
+    return max(1.0, cost / max(cells - unknowns, 0.25 * cells, 1.0))
+
+
+def screen(problem: Problem, archive: Archive, search: Search) -> None:
+    """The same Sobol set in every run branch."""
+    power = int(np.ceil(np.log2(search.screening)))
+    sobol = qmc.Sobol(len(problem.unknowns), rng=np.random.default_rng([search.seed, SCREEN]))
+    points = sobol.random_base2(power)[: search.screening]
+    for run in sorted({branch.run for branch in problem.branches}):
+        archive.evaluate(run, points)
+
+
+def evolve(
+    problem: Problem,
+    archive: Archive,
+    branch: int,
+    start: Floats,
+    generations: int,
+    rng: np.random.Generator,
+    without: int | None = None,
+) -> Floats:
+    """Differential evolution from a population (np, nu); the last population."""
+    if generations == 0:
+        return start
+    chosen = problem.branches[branch]
+
+    def cost(columns: Floats) -> Floats:
+        points = np.clip(np.atleast_2d(columns.T), 0.0, 1.0)
+        readings = archive.evaluate(chosen.run, points)
+        return problem.total(problem.costs(readings, chosen), points, without)
+
+    population: Any = start  # scipy's own types know a name only
+    found = differential_evolution(
+        cost, [(0.0, 1.0)] * start.shape[1], init=population, maxiter=generations, tol=0.0, atol=0, vectorized=True,
+        updating="deferred", mutation=(0.4, 0.9), recombination=0.8, polish=False, rng=rng,
+    )  # fmt: skip
+    return np.asarray(found.population)
+
+
+def spread_over(points: Floats, count: int, first: int = 0) -> list[int]:
+    """Places of up to ``count`` of the points (n, nu), each as far from those before it as can be."""
+    chosen = [first]
+    distance = np.linalg.norm(points - points[first], axis=1)
+    while len(chosen) < min(count, len(points)):
+        place = int(np.argmax(distance))
+        if distance[place] == 0.0:
+            break
+        chosen.append(place)
+        distance = np.minimum(distance, np.linalg.norm(points - points[place], axis=1))
+    return chosen
+
+
+def start_of(points: Floats, costs: Floats, count: int, excess: float) -> Floats:
+    """A population (count, nu): spread over the points within ``excess`` of the best, filled up with the next best."""
+    order = np.argsort(costs, kind="stable")
+    inside = order[costs[order] <= costs[order[0]] + excess]
+    chosen = [int(inside[i]) for i in spread_over(points[inside], count)]
+    taken = set(chosen)
+    chosen += [int(i) for i in order if int(i) not in taken][: count - len(chosen)]
+    return points[chosen]
+
+
+def chain(
+    problem: Problem,
+    archive: Archive,
+    branch: int,
+    generations: int,
+    scale: float,
+    size: int,
+    rng: np.random.Generator,
+    without: int | None = None,
+) -> Chain:
+    """Differential-evolution Markov chains (ter Braak 2006) whose density is exp(-cost / (2 scale)).
+
+    They start spread over the visited points of the likelihood region; the first third is dropped.
+    """
+    chosen = problem.branches[branch]
+    points, costs = costs_at(problem, archive, branch, without)
+    nu = points.shape[1]
+    now = start_of(points, costs, size, scale * float(chi2.ppf(LEVEL, nu)))
+    now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now, without)
+    states = [now]
+    for generation in range(generations):
+        gamma = 1.0 if generation % 5 == 4 else 2.38 / np.sqrt(2.0 * nu)
+        pairs = np.array([rng.choice(len(now), 2, replace=False) for _ in now])
+        step = gamma * (now[pairs[:, 0]] - now[pairs[:, 1]]) + rng.normal(0.0, 1e-3, now.shape)
+        moved = now + step
+        moved = np.abs(moved)
+        moved = np.where(moved > 1.0, 2.0 - moved, moved).clip(0.0, 1.0)
+        cost = problem.total(problem.costs(archive.evaluate(chosen.run, moved), chosen), moved, without)
+        taken = np.log(rng.random(len(now))) < (now_cost - cost) / (2.0 * scale)
+        now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
+        states.append(now)
+    return Chain(np.concatenate(states[len(states) // 3 :]))
+
+
+def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple[dict[int, Found], float]:
+    """Search all branches; what was found in each, and the squared residual scale of the best."""
+    screen(problem, archive, search)
+    numbers = range(len(problem.branches))
+    populations: dict[int, Floats] = {}
+    for b in numbers:
+        points, costs = costs_at(problem, archive, b)
+        start = points[np.argsort(costs, kind="stable")[: search.population]]
+        rng = np.random.default_rng([search.seed, SHORT, b])
+        populations[b] = evolve(
+            problem, archive, b, _filled(start, search.population, rng), search.short, rng
+        )
+    best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
+    scale = _scale(problem, archive, best)
+    hopeless = min(best.values()) + search.hopeless * scale
+    kept = [b for b in numbers if best[b] <= hopeless]
+    for b in kept:
+        rng = np.random.default_rng([search.seed, DEEP, b])
+        evolve(problem, archive, b, populations[b], search.generations, rng)
+    best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in kept}
+    scale = _scale(problem, archive, best)
+    near = [b for b in kept if best[b] <= min(best.values()) + search.within * scale]
+    chains = {
+        b: chain(
+            problem, archive, b, search.spread, scale, search.population,
+            np.random.default_rng([search.seed, CHAIN, b]),
+        )
+        for b in near
+        if search.spread
+    }  # fmt: skip
+    best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in near}
+    return {
+        b: Found(best[b], _reason(b, kept, near, search), chains.get(b)) for b in numbers
+    }, _scale(problem, archive, best)  # fmt: skip
+
+
+def _reason(branch: int, kept: list[int], near: list[int], search: Search) -> str:
+    if branch not in kept:
+        return (
+            f"hopeless after the short search: more than {search.hopeless:g} residual scales above the best"
+        )
+    if branch not in near:
+        return f"more than {search.within:g} residual scales above the best ({search.reason})"
+    return ""
+
+
+def _filled(start: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """A population of this size; random points where too few are known."""
+    missing = count - len(start)
+    return start if missing <= 0 else np.concatenate([start, rng.random((missing, start.shape[1]))])
+
+
+def _scale(problem: Problem, archive: Archive, best: Mapping[int, float]) -> float:
+    """Squared residual scale of the best branch at its best set."""
+    b = min(best, key=lambda one: (best[one], one))
+    return scale_of_best(problem, archive, b)
+
+
+def scale_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> float:
+    """Squared residual scale of a branch at its best set, of the rows that are fitted."""
+    chosen = problem.branches[branch]
+    points, readings = archive.points(chosen.run)
+    costs = problem.costs(readings, chosen)
+    i = int(np.argmin(problem.total(costs, points, without)))
+    rows = np.ones(problem.trained, dtype=bool)
+    if without is not None:
+        rows[without] = False
+    cells = int(np.isfinite(problem.objective.cells.observed[rows]).sum())
+    return residual_scale(cells, len(problem.unknowns), float(costs.rows[i, rows].sum()))

@@ -1,0 +1,91 @@
+"""Calibration studies in TOML: read by name or path, and written again so that a folder explains itself."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tarsus.calibrate.description import Study
+from tarsus.calibrate.table import Table, parse_table
+from tarsus.errors import InputError
+from tarsus.laws import Law
+from tarsus.spec import validate
+from tarsus.study.rows import read_text
+from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, read_table, scene_of_study, study_path
+
+__all__ = ["SCENE_FILE", "STUDY_FILE", "TABLE_FILE", "Described", "frozen_texts", "load_study"]
+
+TABLE_FILE = "table.csv"
+
+
+@dataclass(frozen=True)
+class Described:
+    """A study and its table."""
+
+    study: Study
+    table: Table
+
+
+def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Described:
+    """A packaged study by name, or a study file by path, with its table.
+
+    Parameters
+    ----------
+    name
+        A packaged study, or the path of a TOML file. Its device is a device's name or a scene file's path from the
+        study's own folder; its table is a path from there.
+    laws
+        Classes of user laws by name (`tarsus.load_laws`), where the scene has them.
+
+    Raises
+    ------
+    InputError
+        With every problem of the file.
+    """
+    file = study_path(name)
+    raw = read_table(file)
+    named = raw.pop("table", None)
+    problems: list[str] = []
+    table = None
+    if isinstance(named, str):
+        try:
+            table = parse_table(read_text(file.parent / named), named)
+        except InputError as error:
+            problems += [f"table: {said}" for said in error.problems]
+    else:
+        problems.append("table: expected the path of the table (CSV), from the study's folder")
+    try:
+        raw["scene"] = scene_of_study(raw.pop("device", None), raw.pop("set", {}), file.parent, laws)
+    except InputError as error:
+        problems += [said.replace("scene:", "device:", 1) for said in error.problems]
+        raw["scene"] = None
+    try:
+        study = validate(Study, {"name": file.stem, **raw})
+    except InputError as error:
+        told = [said for said in error.problems if raw["scene"] is not None or not said.startswith("scene")]
+        raise InputError([*problems, *told]) from None
+    if problems or table is None:
+        raise InputError(problems)
+    return Described(study, table)
+
+
+def frozen_texts(described: Described) -> dict[str, str]:
+    """A study as the texts of three files by name, which `load_study` reads back to an equal one."""
+    import tomlkit
+
+    from tarsus.files.toml import scene_text
+
+    table = described.study.model_dump(mode="json", exclude={"scene"}, exclude_defaults=True)
+    head = {"name": table.pop("name"), "device": SCENE_FILE, "table": TABLE_FILE}
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(described.table.columns)
+    writer.writerows([row[column] for column in described.table.columns] for row in described.table.rows)
+    return {
+        STUDY_FILE: tomlkit.dumps({**head, **table}),
+        SCENE_FILE: scene_text(described.study.scene),
+        TABLE_FILE: out.getvalue(),
+    }

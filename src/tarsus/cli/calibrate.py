@@ -1,0 +1,131 @@
+"""`tarsus calibrate`: a device fitted to a table of measures, with every branch that fits and what it predicts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+
+def calibrate(
+    study: str,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    report: bool = True,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Fit a device to a table of measures: unknowns and choices, an ensemble, each row left out once.
+
+    Parameters
+    ----------
+    study
+        a packaged study or a study file (TOML).
+    output
+        folder for the visited sets, calibration.json, mixture.json, a device file of every branch and report.html; by
+        default the study's name with .calibration.
+    seed
+        of the search, instead of the study's own.
+    threads
+        worker threads; all cores by default. The result does not depend on them.
+    resume
+        continue what the folder holds; visited sets are not simulated again.
+    law
+        a Python file with laws that the scene uses; may be repeated.
+    report
+        write report.html.
+    json
+        print one JSON object instead of the tables.
+    """
+    import shlex
+
+    from tarsus.calibrate.account import calibration_table
+    from tarsus.calibrate.calibrating import calibrate as run
+    from tarsus.calibrate.studyfile import load_study
+    from tarsus.cli import console, requests
+
+    laws = requests.laws_of(law or ())
+    described = load_study(study, laws)
+    folder = output if output is not None else Path(f"{Path(study).stem}.calibration")
+    requests.check_folder(folder)
+    console.announce_compiling(described.study.scene)
+    try:
+        with console.progress_bar("sets", time_left=True) as progress:
+            result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)
+    except KeyboardInterrupt:
+        words = [
+            "tarsus",
+            "calibrate",
+            study,
+            "-o",
+            str(folder),
+            *(w for f in law or () for w in ("--law", str(f))),
+        ]
+        words += [] if seed is None else ["--seed", str(seed)]
+        console.complain(
+            [f"interrupted; visited sets are kept, continue with `{shlex.join(words)} --resume`"]
+        )
+        return 1
+    table = calibration_table(result)
+    if report:
+        from tarsus.report.calibrate_page import write_calibration_report
+
+        write_calibration_report(table, folder / "report.html")
+    if json:
+        console.print_json(table)
+    else:
+        _show(table)
+        print(f"\nwrote {folder}")
+    lost = any(one["failed"] >= 1.0 for row in table["rows"] for one in row.get("training", {}).values())
+    if lost:
+        console.complain(["no run of some fitted rows reached its end; the calibration means nothing there"])
+    return 1 if lost else 0
+
+
+def _show(table: Mapping[str, Any]) -> None:
+    """Branches, unknowns of the best, errors."""
+    from tarsus.cli import console
+
+    kept = [one for one in table["branches"] if not one["dropped"]]
+    print(f"{table['study']}: {table['sets']} sets, {len(kept)} of {len(table['branches'])} branches kept")
+    rows = [
+        (_options(one), f"{one['cost']:.4g}", f"{one['weight']:.2f}" if not one["dropped"] else "-",
+         one.get("file") or "dropped")
+        for one in sorted(table["branches"], key=lambda one: one["cost"])
+    ]  # fmt: skip
+    console.table(("branch", "cost", "weight", "device"), rows)
+    for name, one in table["choices"].items():
+        weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
+        print(f"{name}: {weights}{'; open' if one['open'] else ''}")
+    best = min(kept, key=lambda one: one["cost"])
+    print(f"\nunknowns of the best branch ({_options(best)}):")
+    console.table(
+        ("unknown", "best", "from", "to (90 %)", "unit", "data say"),
+        [
+            (name, *(f"{one[key]:.4g}" for key in ("best", "low", "high")), one["unit"], one["determined"])
+            for name, one in best["unknowns"].items()
+        ],
+    )
+    print()
+    rows = []
+    for what, summary in table["summary"].items():
+        for name, one in (summary or {"measures": {}})["measures"].items():
+            rows.append(
+                (name, what.replace("_", " "), _percent(one["mean_relative_error"]), _percent(one["held"]),
+                 "-" if one["brier"] is None else f"{one['brier']:.2f}")
+            )  # fmt: skip
+    console.table(("measure", "rows", "mean error", "in 80 % interval", "Brier"), sorted(rows))
+
+
+def _options(branch: Mapping[str, Any]) -> str:
+    return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
+
+
+def _percent(value: float | None) -> str:
+    return "-" if value is None else f"{100.0 * value:.0f} %"

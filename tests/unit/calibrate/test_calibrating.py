@@ -1,0 +1,249 @@
+"""Studies of a bouncing ball, from file to folder: recovery, choice of a column, threads, mixture, device files."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from calibrate.toys import BALL, ball_study
+
+import tarsus as ts
+from tarsus.calibrate.calibrating import calibrate
+from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.mixture import load_mixture
+from tarsus.calibrate.studyfile import STUDY_FILE, load_study
+from tarsus.errors import InputError
+
+DOCS = Path(__file__).parents[3] / "docs"
+TRUTH = {"e": 0.8, "push": 0.6}
+
+
+def rows(folder, drops=(50, 80, 120)) -> str:
+    """Rows of the table that a ball of the true numbers gives: `height` is its mean height."""
+    lowered = lower_study(*_described(ball_study(folder, "".join(f"{d},1,1\n" for d in drops))))
+    values = np.array([[TRUTH[name] for name in lowered.problem.unknowns.names]])
+    found = lowered.forward(0, values, range(len(drops)))[0, :, :, 0]
+    rate, height = (lowered.forward.channels.index(name) for name in ("bounces_per_second", "mean_height"))
+    return "".join(
+        f"{drop},{line[rate]:.6g},{100.0 * line[height]:.6g}\n"
+        for drop, line in zip(drops, found, strict=True)
+    )
+
+
+def _described(file):
+    described = load_study(file)
+    return described.study, described.table
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A finished calibration of the ball, its folder, and the text of its table."""
+    folder = tmp_path_factory.mktemp("ball")
+    table = rows(folder)
+    file = ball_study(folder, table + "200,,\n")
+    return calibrate(file, folder / "out", threads=1), folder / "out", file
+
+
+@pytest.mark.slow
+def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without_it(tmp_path):
+    file = ball_study(tmp_path, rows(tmp_path, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=6)
+    solution = calibrate(file, threads=2).solution
+    assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
+    for one in solution.ranges[solution.best]:
+        assert one.best == pytest.approx(TRUTH[one.name], rel=0.01) and one.word == "determined"
+    observed = solution.problem.objective.cells.observed
+    assert solution.left_out is not None
+    for row, predictions in zip(observed, solution.left_out, strict=True):
+        assert predictions[1].median == pytest.approx(row[1], rel=0.05)
+
+
+def test_the_meaning_of_a_column_is_found(finished):
+    solution = finished[0].solution
+    assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
+    best = {one.name: one.best for one in solution.ranges[solution.best]}
+    assert best["e"] == pytest.approx(TRUTH["e"], abs=0.05)
+
+
+def test_a_row_without_values_is_predicted(finished):
+    result, folder, _ = finished
+    assert result.lowered.others == (3,)
+    lowered = result.lowered
+    truth = lowered.forward(0, np.array([[TRUTH["e"], TRUTH["push"]]]), [3])[0, 0, :, 0]
+    height = truth[lowered.forward.channels.index("mean_height")]
+    one = next(one for one in result.others[0] if one.measure == "height")
+    assert one.median == pytest.approx(height, rel=0.1)
+    entry = json.loads((folder / "calibration.json").read_text())["rows"][3]
+    assert entry["fitted"] is False and entry["predicted"]["height"]["median"] == pytest.approx(
+        100.0 * one.median
+    )
+
+
+def test_the_folder_holds_a_mixture_that_predicts_the_same(finished):
+    result, folder, _ = finished
+    mixture = load_mixture(folder)
+    (found,) = mixture.predict([{"drop": "2 m"}])
+    for one in result.others[0]:
+        assert found[one.measure].median == pytest.approx(one.median, rel=1e-9)
+        assert found[one.measure].low == pytest.approx(one.low, rel=1e-9)
+    assert found["rate"].p_bounce is not None and found["rate"].p_bounce > 0.8
+    with pytest.raises(InputError, match="no condition 'dorp'"):
+        mixture.predict([{"dorp": 3}])
+
+
+def test_every_branch_is_a_device_with_provenance_and_intervals(finished):
+    result, folder, _ = finished
+    scene = ts.read_scene(folder / "branch-1.toml")
+    path = "ground.restitution.coefficient"
+    best = result.solution.ranges[0][0]
+    assert ts.get_value(scene, path) == pytest.approx(best.best)
+    origin = scene.origin(path)
+    assert origin is not None and origin.source.value == "calibrated" and "ball" in origin.note
+    low, high = scene.interval(path) or (np.nan, np.nan)
+    assert low <= best.best <= high
+    assert ts.get_value(scene, "initial.velocity.0") == pytest.approx(2.0 * result.solution.ranges[0][1].best)
+
+
+def test_the_folder_explains_itself(finished, tmp_path):
+    _, folder, file = finished
+    again = load_study(folder / STUDY_FILE)
+    assert again.study == load_study(file).study and again.table.rows == load_study(file).table.rows
+
+
+def test_threads_do_not_change_a_byte(finished, tmp_path):
+    _, folder, file = finished
+    calibrate(file, tmp_path / "two", threads=2)
+    for name in ("calibration.json", "mixture.json", "branch-1.toml"):
+        assert (tmp_path / "two" / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_a_folder_is_not_overwritten_and_not_mistaken(finished, tmp_path):
+    _, folder, file = finished
+    with pytest.raises(InputError, match="continue the calibration there with --resume"):
+        calibrate(file, folder)
+    with pytest.raises(InputError, match="holds another calibration"):
+        calibrate(file, folder, seed=7, resume=True)
+
+
+def test_every_fault_of_a_study_is_told_at_once(tmp_path):
+    text = (
+        BALL.replace(
+            'paths = ["ground.restitution.coefficient"]', 'paths = ["ground.restitution.coeficient"]'
+        )
+        .replace('measure = "peak"', 'measure = "peek"')
+        .replace('"speed * push"', '"speed * pusch"')
+    )
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text)))
+    said = "\n".join(error.value.problems)
+    assert "no measure 'peek'; did you mean 'peak'" in said and "no 'pusch'" in said
+    text = BALL.replace('unit = "cm"\npaths', 'unit = "V"\npaths').replace("low = 0.5", "low = 0.99")
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\nx,2,2\n", text)))
+    said = "\n".join(error.value.problems)
+    assert "'drop'" in said
+    text = BALL.replace("low = 0.5", "low = 0.99").replace(
+        "relative = 0.02\n", "relative = 0.02\nabsolut = 3\n"
+    )
+    with pytest.raises(InputError) as error:
+        load_study(ball_study(tmp_path, "50,1,1\n", text))
+    assert "absolut" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("low = 0.5", "low = 0.99", "unknowns.e: expected low below high"),
+        (
+            'paths = ["robot.feet.ball.gap"]',
+            'paths = ["robot.feet.ball.gab"]',
+            "did you mean 'robot.feet.ball.gap'",
+        ),
+        ('absolute = "1 mm"', 'absolute = "1 mm/s"', "measures.height.absolute: expected a length"),
+        ('settle = "1 s"', 'settle = "1 s"\nsettle_periods = 3', "expected one of settle and settle_periods"),
+        ("high = 0.95", "high = 1.5", "restitution"),
+        (
+            'measures = {{height = "mean_height"}}',
+            'measures = {{hight = "mean_height"}}',
+            "did you mean 'height'",
+        ),
+        ("[search]", "[search]\nwithn = 3", "withn"),
+    ],
+)
+def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
+    assert old in BALL
+    with pytest.raises(InputError) as error:
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
+    assert said in str(error.value)
+
+
+def test_a_bad_table_is_told_with_its_lines(tmp_path):
+    with pytest.raises(InputError) as error:
+        load_study(ball_study(tmp_path, "50,1,1,4\n60,1\n70,1,2,3,4\n"))
+    assert len(error.value.problems) == 2 and "line 2: 4 cells" in str(error.value)
+    with pytest.raises(InputError, match="line 3 of the table: 'rate' should be a number, got 'many'"):
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n60,many,1\n")))
+    with pytest.raises(InputError, match="row 2: 'drop': expected a number"):
+        lower_study(*_described(ball_study(tmp_path, "50,1,1\n,1,1\n")))
+
+
+def test_a_constraint_has_a_run_of_its_own(tmp_path):
+    text = (
+        BALL
+        + """
+[[constraints]]
+name = "a ball from 1 m rises to 60 cm at most after a second"
+conditions = [{{drop = 100}}]
+measure = "peak"
+max = "60 cm"
+softness = "1 cm"
+
+[[constraints]]
+name = "it swings by the whole height"
+conditions = [{{drop = 100}}]
+set = {{"ground.restitution.coefficient" = 0.0, "initial.velocity" = [0.0]}}
+measure = "swing"
+min = "1 cm"
+softness = "1 mm"
+"""
+    )
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n60,1,1\n", text)))
+    assert lowered.problem.rows == (0, 1, 2, 3)
+    sets = np.array([[0.6, 1.0], [0.9, 1.0]])
+    readings = lowered.forward(0, sets, lowered.problem.rows)
+    costs = lowered.problem.costs(readings, lowered.problem.branches[0])
+    assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
+    assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+
+
+def test_the_study_on_the_calibration_page_is_one(tmp_path):
+    page = (DOCS / "calibrate.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    lines = (
+        "freq_hz,volt_v,wave,bounces,peak_um",
+        "50,8,sine,1,152",
+        "50,8,square,1,",
+        "100,8,sine,1~2,156",
+        "5,6,sine,,",
+    )
+    (tmp_path / "table.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lowered = lower_study(*_described(tmp_path / "study.toml"))
+    problem = lowered.problem
+    assert lowered.trained == (0, 1, 2) and lowered.others == (3,)
+    assert {branch.name for branch in problem.branches} == {
+        f"polarity {a}, peak {b}" for a in ("plain", "half") for b in ("highest", "average")
+    }
+    assert problem.objective.cells.observed[2].tolist() == [1.5, pytest.approx(156e-6)]
+    values = problem.unknowns.values(np.array([0.5, 0.5, 0.5]))
+    row = lowered.forward.branches[1].rows[0]
+    found = lowered.forward.branches[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
+    assert found["signals.pzt.amplitude"] == 4.0 and found["signals.pzt.frequency"] == 50.0
+    assert found["robot.drives.pzt.load.participation.0"] == pytest.approx(np.sqrt(11 * 22) / 164.0)
+    assert found["robot.drives.pzt.law.cubic"] == pytest.approx(2.7e-9)
+    assert found["robot.drives.pzt.law.linear"] == pytest.approx(-700e-9)
+    assert row.template.signals["pzt"].offset == 2.0
+    readings = lowered.forward(0, values[None], problem.rows)
+    assert readings.shape == (1, 4, len(lowered.forward.channels), 2) and np.isfinite(readings[0, :, 1]).all()

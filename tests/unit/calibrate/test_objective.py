@@ -1,0 +1,66 @@
+"""Costs of readings: residuals in tolerances, scatter, existence and constraints, checked by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from calibrate.toys import cells
+
+from tarsus.calibrate.objective import FAILED, Branch, Limit, Objective
+
+ONE = Branch({}, 0, (0,))
+
+
+def readings(*windows: float) -> np.ndarray:
+    return np.array(windows, dtype=float).reshape(1, 1, 1, -1)
+
+
+def test_a_small_residual_is_the_error_in_tolerances():
+    objective = Objective(cells([[2.0]], absolute=0.0, relative=0.1))
+    found = objective(readings(2.02), ONE)
+    assert found.residuals[0, 0, 0] == pytest.approx(np.log(1.01) / 0.1)
+    assert found.rows[0, 0] == pytest.approx(9.0 * np.log1p((np.log(1.01) / 0.1) ** 2 / 9.0))
+
+
+def test_twice_and_half_are_equally_far():
+    objective = Objective(cells([[2.0]], absolute=0.0, relative=0.1))
+    up, down = (objective(readings(v), ONE).residuals[0, 0, 0] for v in (4.0, 1.0))
+    assert up == pytest.approx(-down) and up == pytest.approx(np.log(2.0) / 0.1)
+
+
+def test_zero_is_compared_by_the_absolute_tolerance():
+    objective = Objective(cells([[0.0]], absolute=0.5))
+    assert objective(readings(0.5), ONE).residuals[0, 0, 0] == pytest.approx(np.log(2.0))
+
+
+def test_scatter_over_windows_loosens_a_cell_and_costs_its_own():
+    objective = Objective(cells([[1.0]], absolute=0.0, relative=0.1))
+    u = np.array([np.log(1.3), np.log(0.9)]) / 0.1
+    found = objective(readings(1.3, 0.9), ONE)
+    variance = u.var()
+    expected = 9.0 * np.log1p(u.mean() ** 2 / ((1.0 + variance) * 9.0)) + np.log1p(variance)
+    assert found.rows[0, 0] == pytest.approx(expected)
+
+
+def test_existence_is_a_likelihood_of_the_windows():
+    table = cells([[1.0]], absolute=1e9, exists=True)
+    found = Objective(table)(readings(0.0, 1.0, 2.0), ONE)
+    assert found.wrong[0, 0, 0] == pytest.approx(1.0 / 3.0)
+    assert found.rows[0, 0] == pytest.approx(-2.0 * np.log(2.5 / 4.0), abs=1e-6)
+    none = Objective(cells([[0.0]], absolute=1e9, exists=True))(readings(0.0, 1.0, 2.0), ONE)
+    assert none.rows[0, 0] == pytest.approx(-2.0 * np.log(1.5 / 4.0), abs=1e-6)
+
+
+def test_unknown_cells_cost_nothing_and_failed_runs_more_than_any_other():
+    objective = Objective(cells([[np.nan, 1.0]]))
+    branch = Branch({}, 0, (0, 0))
+    assert objective(readings(1.0), branch).rows[0, 0] == pytest.approx(0.0)
+    assert objective(readings(np.inf), branch).residuals[0, 0, 1] == FAILED
+    assert np.isnan(objective(readings(np.inf), branch).residuals[0, 0, 0])
+
+
+@pytest.mark.parametrize(("value", "excess"), [(0.5, 0.0), (1.4, 2.0), (-0.6, 3.0)])
+def test_a_constraint_costs_its_excess_in_softness(value, excess):
+    limit = Limit("between", (0,), 0, 0.0, 1.0, 0.2)
+    found = Objective(cells([[np.nan]]), (limit,))(readings(value, 0.5), ONE)
+    assert found.limits[0, 0] == pytest.approx(9.0 * np.log1p(excess**2 / 9.0))

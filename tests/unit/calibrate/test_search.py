@@ -1,0 +1,158 @@
+"""The search: recovers unknowns and options, keeps open what data do not decide, resumes to the same bytes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from calibrate.toys import cells, problem, search, unknowns
+
+from tarsus.calibrate.calibrating import solve
+from tarsus.calibrate.objective import Branch, Limit
+from tarsus.calibrate.problem import Given
+from tarsus.files.sweepstore import SweepStore
+
+X = np.array([1.0, 2.0, 3.0, 4.0])
+
+
+def straight(run: int, one: np.ndarray) -> np.ndarray:
+    """a + b x in run 0, a + b x^2 in run 1."""
+    return (one[0] + one[1] * X ** (1 + run))[:, None, None]
+
+
+TWO = (Branch({"power": "one"}, 0, (0,)), Branch({"power": "two"}, 1, (0,)))
+TRUTH = (0.3, 0.6)
+
+
+def of(run: int, **values) -> object:
+    table = cells(straight(run, np.array(TRUTH))[:, :, 0])
+    return problem(table, straight, unknowns("ab"), TWO, **values)
+
+
+@pytest.mark.parametrize("run", [0, 1])
+def test_the_unknowns_and_the_right_option_are_recovered(run):
+    found = solve(of(run), search())
+    assert [one.branch.options["power"] for one in found.fit.ensembles] == [("one", "two")[run]]
+    for value, true in zip(found.ranges[0], TRUTH, strict=True):
+        assert value.best == pytest.approx(true, abs=0.01) and value.low <= true <= value.high
+        assert value.word == "determined"
+    assert found.option_weights()["power"][("two", "one")[run]] == 0.0
+    assert found.found[1 - run].dropped
+
+
+def test_the_ensemble_is_as_wide_as_the_likelihood():
+    found = solve(of(0), search(spread=60, members=60, generations=20))
+    design = np.column_stack([np.ones(4), X])
+    spread = 0.01 * np.sqrt(np.linalg.inv(design.T @ design)[0, 0])
+    ensemble = found.fit.ensembles[0]
+    a = ensemble.points[:, 0]
+    mean = ensemble.weights @ a
+    assert np.sqrt(ensemble.weights @ (a - mean) ** 2) == pytest.approx(spread, rel=0.4)
+    assert found.correlations[0][0, 1] == pytest.approx(-0.91, abs=0.1)
+
+
+def test_options_that_the_data_do_not_decide_stay_open():
+    table = cells(straight(0, np.array(TRUTH))[:, :, 0])
+    same = problem(table, lambda run, one: straight(0, one), unknowns("ab"), TWO)
+    weights = solve(same, search(generations=20)).option_weights()["power"]
+    assert weights["one"] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_choice_of_a_columns_meaning_needs_no_runs_of_its_own():
+    asked = []
+
+    def both(run: int, one: np.ndarray) -> np.ndarray:
+        asked.append(run)
+        first = straight(0, one)
+        return np.concatenate([first, first**2], axis=1)
+
+    table = cells(straight(0, np.array(TRUTH))[:, :, 0])
+    branches = (Branch({"column": "itself"}, 0, (0,)), Branch({"column": "squared"}, 0, (1,)))
+    first = search(short=0, generations=0, spread=0)
+    solve(problem(table, both, unknowns("ab"), branches), first)
+    assert len(asked) == first.screening and set(asked) == {0}
+    found = solve(problem(table, both, unknowns("ab"), branches), search())
+    assert found.fit.ensembles[found.best].branch.options == {"column": "itself"}
+
+
+def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart():
+    table = cells(straight(0, np.array(TRUTH))[:, :, 0])
+    found = solve(problem(table, straight, unknowns("abc")), search(spread=30))
+    assert [one.word for one in found.ranges[0]] == ["determined", "determined", "not determined"]
+    numbers = unknowns("abc", priors=(None, None, Given(0.5, 0.05, False)))
+    found = solve(problem(table, straight, numbers), search(spread=40, members=32))
+    assert found.ranges[0][2].word == "prior only"
+    assert found.ranges[0][2].high - found.ranges[0][2].low == pytest.approx(3.29 * 0.05, rel=0.5)
+
+
+def test_a_constraint_is_data():
+    def sloped(run: int, one: np.ndarray) -> np.ndarray:
+        """Row 1 sees a + b alone; row 2, of a constraint, sees b."""
+        return np.array([one[0] + one[1], one[1]])[:, None, None]
+
+    table = cells([[0.9]])
+    limit = (Limit("b is small", (1,), 0, -np.inf, 0.2, 0.005),)
+    free = solve(problem(table, sloped, unknowns("ab"), extra_rows=1), search(spread=30)).ranges[0][1]
+    held = solve(
+        problem(table, sloped, unknowns("ab"), limits=limit, extra_rows=1), search(spread=30)
+    ).ranges[0][1]
+    assert free.high > 0.5 and held.high < 0.25
+
+
+class Killed(Exception):
+    """A process that ends in the middle."""
+
+
+def test_a_killed_search_goes_on_to_the_same_result(tmp_path):
+    plan = search(leave_out=2, members=8, generations=5)
+    whole = solve(of(0), plan)
+    calls = 0
+
+    def fragile(run: int, one: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        calls += 1
+        if calls == 150:
+            raise Killed
+        return straight(run, one)
+
+    table = cells(straight(0, np.array(TRUTH))[:, :, 0])
+    broken = problem(table, fragile, unknowns("ab"), TWO)
+    with pytest.raises(Killed):
+        solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}))
+    kept = len(list((tmp_path / "units").glob("*.npz")))
+    assert kept > 3
+    done, calls = calls, 1000
+    again = solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    assert again.trained == whole.trained and again.left_out == whole.left_out
+    assert again.ranges == whole.ranges and again.sets == whole.sets
+    assert calls - 1000 + done <= whole.sets + 20, "visited sets are not simulated again"
+    third = calls
+    solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
+    assert calls == third, "a finished search simulates nothing"
+
+
+def test_another_seed_is_another_search():
+    first, second = (solve(of(0), search(seed=seed)) for seed in (1, 2))
+    assert not np.array_equal(first.fit.ensembles[0].points, second.fit.ensembles[0].points)
+
+
+def test_without_a_row_its_value_is_predicted_from_the_others():
+    """The least-squares mean of the other two, by hand: 2.5, 2 and 1.5 for 1, 2 and 3."""
+    table = cells([[1.0], [2.0], [3.0]], absolute=1e3)
+    constant = problem(
+        table, lambda run, one: np.full((3, 1, 1), one[0]), unknowns("a", 0.0, 4.0), robust=1e3
+    )
+    best = [_best_without(constant, row) for row in range(3)]
+    assert best == pytest.approx([2.5, 2.0, 1.5], abs=0.02)
+
+
+def _best_without(constant, row: int) -> float:
+    """Best value of the refit without a row."""
+    from tarsus.calibrate.archive import Archive
+    from tarsus.calibrate.leaveout import leave_out
+    from tarsus.calibrate.search import screen
+
+    plan = search(leave_out=12)
+    archive = Archive(constant)
+    screen(constant, archive, plan)
+    fit = leave_out(constant, archive, plan, [0], row)
+    return float(constant.unknowns.values(fit.ensembles[0].points[0])[0])

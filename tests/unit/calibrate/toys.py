@@ -1,0 +1,143 @@
+"""Problems with a plain function as their forward model, and a study of a bouncing ball."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.calibrate.description import Search
+from tarsus.calibrate.objective import Branch, Cells, Limit, Objective
+from tarsus.calibrate.problem import Given, Problem, Unknowns
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+
+def search(**values: Any) -> Search:
+    """A short search."""
+    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": 0,
+             "leave_out_population": 10, "members": 16, "robust": 3.0}  # fmt: skip
+    return Search(**{**short, **values})
+
+
+def unknowns(
+    names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Given | None, ...] = ()
+) -> Unknowns:
+    """Numbers between two bounds, one a letter of ``names``."""
+    count = len(names)
+    return Unknowns(
+        tuple(names), ("1",) * count, np.full(count, low), np.full(count, high), np.zeros(count, dtype=bool),
+        priors or (None,) * count,
+    )  # fmt: skip
+
+
+def cells(observed: Any, absolute: float = 0.01, relative: float = 0.0, exists: bool = False) -> Cells:
+    """A table (nr, nk) with one tolerance for all."""
+    table = np.asarray(observed, dtype=float)
+    count = table.shape[1]
+    return Cells(
+        tuple(f"y{k}" for k in range(count)), ("1",) * count, table, np.full(table.shape, absolute),
+        np.full(count, relative), np.ones(count), np.full(count, exists),
+    )  # fmt: skip
+
+
+def problem(
+    table: Cells,
+    function: Any,
+    numbers: Unknowns,
+    branches: tuple[Branch, ...] | None = None,
+    limits: tuple[Limit, ...] = (),
+    robust: float = 3.0,
+    extra_rows: int = 0,
+) -> Problem:
+    """A problem whose readings are ``function(run, set) -> (rows, channels, samples)``."""
+    if branches is None:
+        branches = (Branch({}, 0, tuple(range(len(table.names)))),)
+
+    def simulate(run: int, sets: np.ndarray, rows: Any) -> np.ndarray:
+        return np.array([np.asarray(function(run, one), dtype=float)[list(rows)] for one in sets])
+
+    count = len(table.observed)
+    labels = tuple(f"row {n + 1}" for n in range(count))
+    return Problem(
+        numbers,
+        branches,
+        simulate,
+        Objective(table, limits, robust),
+        tuple(range(count + extra_rows)),
+        labels,
+    )
+
+
+BALL = """
+device = "{scenes}/ball.toml"
+table = "table.csv"
+
+[set]
+"initial.velocity" = [0.0]
+
+[conditions.drop]
+unit = "cm"
+paths = ["robot.feet.ball.gap"]
+
+[measures.rate]
+unit = "1/s"
+measure = "bounces_per_second"
+counts = true
+existence = true
+
+[measures.height]
+unit = "cm"
+measure = "peak"
+relative = 0.02
+absolute = "1 mm"
+
+[unknowns.e]
+low = 0.5
+high = 0.95
+paths = ["ground.restitution.coefficient"]
+
+[unknowns.push]
+low = 0.0
+high = 1.5
+
+[constants]
+speed = "2 m/s"
+
+[derived]
+"initial.velocity.0" = "speed * push"
+
+[choices.height.options.highest]
+measures = {{height = "peak"}}
+
+[choices.height.options.average]
+measures = {{height = "mean_height"}}
+
+[sampling]
+settle = "1 s"
+window = "2 s"
+windows = 1
+
+[search]
+population = 6
+screening = 12
+short = 2
+generations = {generations}
+spread = 3
+leave_out = {leave_out}
+leave_out_population = 5
+members = 6
+"""
+
+
+def ball_study(
+    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0
+) -> Path:
+    """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
+    (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
+    file = folder / "ball.toml"
+    file.write_text(
+        text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8"
+    )
+    return file
