@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.laws import (
         Adhesion,
+        AdhesiveFriction,
         CaptureUnlessPulled,
         DominantMode,
         Electrostatic,
@@ -57,6 +58,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Accuracy",
     "Adhesion",
+    "AdhesiveFriction",
     "Alternating",
     "Amplifier",
     "Batch",
@@ -135,8 +137,9 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw "
-        "LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution SmoothLaw load_laws"
+        "Adhesion AdhesiveFriction CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity "
+        "ImpactLaw LatchLaw LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution "
+        "SmoothLaw load_laws"
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",

@@ -24,14 +24,16 @@ from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
     Adhesion,
+    AdhesiveFriction,
+    AnyFriction,
     AnyImpactMap,
     AnyLanding,
     CaptureUnlessPulled,
     Electrostatic,
     Film,
-    Friction,
     Gravity,
     ImpactMap,
+    LatchLaw,
     Law,
     LegElectrostatic,
     MassWeighted,
@@ -65,6 +67,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Source",
+    "Standing",
     "override",
     "provenance_problems",
     "reference_faults",
@@ -93,7 +96,7 @@ class Ground(Description):
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
     gravity: Gravity | None = None
-    friction: Friction | None = Field(
+    friction: AnyFriction | None = Field(
         default=None, description="along the ground, on the feet of a walker; absent: frictionless"
     )
     laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
@@ -107,6 +110,17 @@ class Ground(Description):
         return self.model_copy(update=absent)
 
     @property
+    def holds(self) -> bool:
+        """Whether a contact has a strength: adhesion or a user's latch acts."""
+        return self.adhesion is not None or any(isinstance(law, LatchLaw) for law in self.laws.values())
+
+    @property
+    def without_adhesion(self) -> Ground:
+        """The ground without its law of adhesion, and without friction that only adhesion bears."""
+        bare = self.model_copy(update={"adhesion": None})
+        alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
+        return bare.model_copy(update={"friction": None}) if alone else bare
+
     def landing_rule(self) -> AnyLanding:
         """The landing rule that acts, given or not."""
         return CaptureUnlessPulled() if self.landing is None else self.landing
@@ -144,9 +158,21 @@ class Ground(Description):
         return laws
 
 
-class Initial(Description):
-    """State at time zero, in the structure's coordinates; zeros when absent."""
+class Standing(Description):
+    """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
 
+    driven: bool = Field(
+        default=False, description="with the drives' first volts; absent: at 0 V, after their history"
+    )
+
+
+class Initial(Description):
+    """State at time zero, in the structure's coordinates; zeros when absent.
+
+    `standing` stands for the displacement of a walker that stands still on its feet.
+    """
+
+    standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
     displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
     velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
 
@@ -209,6 +235,7 @@ class Scene(Description):
     def _check(self) -> Scene:
         structure = self.robot.structure
         faults = _signal_faults(self.signals, self.robot.drives)
+        faults += self._standing_faults()
         for name in ("displacement", "velocity"):
             values = getattr(self.initial, name)
             if values is not None and len(values) != structure.size:
@@ -269,6 +296,17 @@ class Scene(Description):
                 faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
         return faults
 
+    def _standing_faults(self) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        if self.initial.standing is None:
+            return []
+        if not isinstance(structure, Walker):
+            text = f"only a walker stands on its feet; this structure is of kind '{structure.kind}'"
+            return [("initial.standing", text)]
+        if self.initial.displacement is not None:
+            return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
+        return []
+
     def _landing_faults(self) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []
         for foot in self.robot.feet.values():
@@ -326,12 +364,14 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
 
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
-    if ground.impact is None or isinstance(ground.impact, MassWeighted):
-        return []
-    text = (
-        "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
-    )
-    return [("ground.impact", f"{text} '{ground.impact.kind}'")]
+    faults: list[tuple[str, str]] = []
+    if isinstance(ground.friction, AdhesiveFriction) and not ground.holds:
+        text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
+        faults.append(("ground.friction", text))
+    if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
+        text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
+        faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
+    return faults
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

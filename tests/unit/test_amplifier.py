@@ -164,6 +164,17 @@ def test_any_waveform_against_small_steps(name: str, stage: tuple[float, float, 
     assert np.abs(given(amplifier.output(waveform), t) - near).max() <= 3.0 * jump
 
 
+def test_a_rail_that_the_command_leaves_at_once() -> None:
+    """Rails from 0 V, where the amplifier and a sine start: the output is off the rail from t = 0 on."""
+    signal = Amplifier(clip=(0.0, 100.0), rise_time=0.01).output(Sine(amplitude=8.0, frequency=5.0))
+    t = np.linspace(0.0, 0.4, 20001)
+    near = stepped(
+        Sine(amplitude=8.0, frequency=5.0), Amplifier(clip=(0.0, 100.0), rise_time=0.01).stage(), t
+    )
+    np.testing.assert_allclose(given(signal, t), near, rtol=0, atol=2e-6)
+    assert signal.track().start[0] == 0.0
+
+
 def test_hysteresis_sees_the_actuators_volts() -> None:
     law = fit_branches(RISING, FALLING, (-8.0, 8.0), 6)
     amplifier = Amplifier(slew_rate=2e3, bandwidth=150.0, clip=(-6.0, 7.0))
@@ -282,11 +293,11 @@ def test_what_an_amplifier_cannot_be(text: str, said: str) -> None:
 
 
 def test_an_amplifier_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tarsus.drive.output.MOST_STRETCHES", 100)
+    monkeypatch.setattr("tarsus.drive.output.MOST_SETTLING", 100)
     slow = Amplifier(bandwidth=0.01).output(
         RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0)
     )
-    with pytest.raises(InputError, match="too slow against its signal"):
+    with pytest.raises(InputError, match="too slow against the signal"):
         slow.track()
 
 

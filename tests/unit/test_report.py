@@ -14,6 +14,7 @@ import pytest
 
 from tarsus.errors import InputError
 from tarsus.files.store import read_run, write_run
+from tarsus.measure import Caution, CautionKind, Measures
 from tarsus.report import write_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
@@ -257,3 +258,11 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
     smooth = np.sin(time)
     np.testing.assert_array_equal(upright(time, smooth)[1], smooth)
     np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
+
+
+def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(run: SampleRun) -> None:
+    caution = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
+    text = Page(report_html(dataclasses.replace(run, measures=Measures(run.measures, [caution])))).text
+    assert f"Note: {caution}" in text
+    assert "mean over feet; flights above 0.1 um, after contacts below 0.5 ms" in text
+    assert "names that begin with max, total or longest are of the whole run" in text

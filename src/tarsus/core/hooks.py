@@ -8,6 +8,7 @@ address of its own compiled function, so that adding or editing one never recomp
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -49,7 +50,7 @@ _ARGUMENTS = {
     "force": ("gap", "rate", "volts", "time"),
     "rebound": ("speed",),
     "strength": ("age",),
-    "friction": ("margin",),
+    "friction": ("margin", "strength"),
     "excess": ("departing",),
 }
 _COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
@@ -72,7 +73,9 @@ def bind_angle(function: Callable[..., float]) -> None:
 def _assemble(name: str, compiled: bool) -> Callable[..., float]:
     """One function of (par, pointer, foot, *arguments): the sum of the bound laws and of the user's, if any can be.
 
-    For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``.
+    For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``. A law of the
+    gap is promised to be finite on the ground and above; below, where a step's trial may reach beyond a touchdown, its
+    value at the ground stands for one that is not.
     """
     arguments = _ARGUMENTS[name]
     terms = []
@@ -94,7 +97,19 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
         )
     body += f"    return {built_in}\n"
     exec(body, scope)
-    return scope[name]  # type: ignore[return-value]
+    if arguments[0] != "gap":
+        return scope[name]  # type: ignore[return-value]
+    whole = {"law": inner(scope[name]) if compiled else scope[name], "isfinite": math.isfinite}
+    rest = "".join(f", {argument}" for argument in arguments[1:])
+    exec(
+        f"def {name}(par, pointer, foot, gap{rest}):\n"
+        f"    value = law(par, pointer, foot, gap{rest})\n"
+        f"    if gap < 0.0 and not isfinite(value):\n"
+        f"        return law(par, pointer, foot, 0.0{rest})\n"
+        f"    return value\n",
+        whole,
+    )
+    return whole[name]  # type: ignore[return-value]
 
 
 def _assemble_row(compiled: bool) -> Callable[..., None]:
@@ -143,9 +158,10 @@ def strength(par, pointer, foot, age):
     return _plain["strength"](par, pointer, foot, age)
 
 
-def friction(par, pointer, foot, margin):
-    """Largest friction force [N] of a held foot whose contact holds ``margin`` = N + f_a [N] more than is asked of it."""
-    return _plain["friction"](par, pointer, foot, margin)
+def friction(par, pointer, foot, margin, strength):
+    """Largest friction force [N] of a held foot whose contact of ``strength`` f_a [N] holds ``margin`` = N + f_a [N] more
+    than is asked of it."""
+    return _plain["friction"](par, pointer, foot, margin, strength)
 
 
 def excess(par, pointer, foot, departing):

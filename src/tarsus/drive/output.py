@@ -27,7 +27,9 @@ from tarsus.errors import InputError
 __all__ = ["Stage", "amplified"]
 
 MOST_STRETCHES = 200_000
-"""An output with more stretches is refused: an amplifier so slow against its signal that minutes would go by here."""
+"""An output with more stretches is refused: finding them would take minutes."""
+MOST_SETTLING = 20_000
+"""The same before a periodic output repeats: an amplifier so slow hardly passes its signal."""
 
 _TERMS = 20
 """Chebyshev terms of a solution; those beyond degree 11 must vanish, which tells how long a piece may be."""
@@ -43,6 +45,9 @@ _SETTLED = 1e-14
 """Share of the span to a constant command at which the output has arrived: 32 lags after a step."""
 _SWING = 2e-14
 """Share of the span below which a turn of the voltage is rounding."""
+
+_SLIVER = 1e-13
+"""A stretch this short, of 2 for a piece of the command, is rounding of the instants at which limits are met."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,7 @@ def amplified(track: Track, stage: Stage, start: float) -> Track:
 def _periodic(output: _Output, command: Pieces) -> Track:
     """Whole periods until one ends where it began."""
     period = float(command.start[-1])
-    change = math.inf
+    change, k = math.inf, 0
     for k in range(MOST_STRETCHES):
         loop, mode, begun = output.count, output.mode, output.volts
         output.pass_through(command, k * period)
@@ -141,7 +146,12 @@ def _periodic(output: _Output, command: Pieces) -> Track:
             output.kinks[loop] |= mode is not output.mode
             output.last[-1] = output.first[loop]
             return output.track((k + 1) * period, loop)
-    raise AssertionError  # the output refuses that many stretches
+        if loop and output.count > MOST_SETTLING:
+            break
+    raise InputError(
+        f"the amplifier's output does not repeat within {k + 1} periods of its signal: it is too slow against "
+        "the signal"
+    )
 
 
 def _clipped(command: Pieces, stage: Stage, tolerance: float) -> Pieces:
@@ -246,8 +256,8 @@ class _Output:
         """A stretch of the output from `time` to `end` [s], cut where it turns."""
         if len(self.rows) >= MOST_STRETCHES:
             raise InputError(
-                f"the amplifier's output has not settled after {MOST_STRETCHES} stretches: it is too slow against its "
-                "signal, or the signal is too long"
+                f"the amplifier's output rises and falls more than {MOST_STRETCHES} times: shorten its signal or "
+                "lower the frequency"
             )
         cuts = [-1.0, *turns(row, _SWING * self.span), 1.0]
         for low, high in pairwise(cuts):
@@ -274,16 +284,17 @@ class _Output:
             # a limit that is met just where the last was left is the same one, seen through rounding
             after = -1.0 if stalls < 4 else -1.0 + 1e-6
             move = self._move(mode, command, at, half, after)
-            if move.end - at > 1e-13:
+            if move.end - at > _SLIVER:
                 begin = left + (at + 1.0) * half
                 end = right if move.end == 1.0 else left + (move.end + 1.0) * half
                 self.add(begin, end, move.row, kink, move.last)
-                kink = False
-            else:
+                at, kink = move.end, False
+            else:  # what follows begins here
                 stalls += 1
+                at = 1.0 if move.end == 1.0 else at
             self.volts = move.last
             kink |= move.then is not mode
-            at, mode = move.end, move.then
+            mode = move.then
         self.mode = mode
 
     def _mode_at(self, command: float, slope: float) -> _Mode:

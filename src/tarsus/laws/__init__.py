@@ -4,7 +4,7 @@ from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
-from tarsus.laws.friction import Friction
+from tarsus.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.laws.gravity import Gravity
 from tarsus.laws.impact_map import AnyImpactMap, DominantMode, Given, ImpactMap, MassWeighted
 from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, Landing, PullAsPrinted, RestituteFirst
@@ -14,6 +14,8 @@ from tarsus.laws.userfile import load_laws
 
 __all__ = [
     "Adhesion",
+    "AdhesiveFriction",
+    "AnyFriction",
     "AnyImpactMap",
     "AnyLanding",
     "CaptureUnlessPulled",

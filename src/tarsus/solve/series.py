@@ -221,7 +221,7 @@ def film_momentum(run: Run, gap: float) -> float:
     """Momentum potential [N s] of the resistive laws at a gap [m]."""
     ground = run.scene.ground.acting
     laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
-    return sum(type(law).momentum(gap, *law.parameters()) for law in laws)
+    return sum(type(law).momentum(max(gap, 0.0), *law.parameters()) for law in laws)
 
 
 def ledger(run: Run) -> Ledger:

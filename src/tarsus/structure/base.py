@@ -80,7 +80,8 @@ class Structure(Description):
             raise InputError(
                 f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them"
             )
-        return np.linalg.solve(rows, np.array([float(name == point) for name in points]))
+        own = np.array([float(name == point) for name in points])
+        return np.asarray(np.linalg.solve(rows, own), dtype=np.float64)
 
     def vertical(self) -> Array | None:
         """Coordinates (n,) of a unit upward translation of the whole structure (projected onto them).

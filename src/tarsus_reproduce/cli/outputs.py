@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+FILES = ("reproduction.csv", "reproduction.json", "reproduction.html", "readings-*.jsonl")
+"""What a reproduction writes, as names or patterns."""
+
 
 def write(
     folder: Path,
@@ -29,5 +32,5 @@ def write(
         write_page(folder / "reproduction.html")
     if not quiet:
         print()
-        for name in ("reproduction.csv", "reproduction.json", "reproduction.html"):
+        for name in FILES[:3]:
             print(f"wrote {folder / name}")

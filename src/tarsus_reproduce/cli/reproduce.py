@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -26,6 +27,8 @@ def reproduce(
     scatter: int = 0,
     seed: int | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Compare with an experiment of the dissertation row by row, then summarise; or make all pages.
@@ -47,7 +50,7 @@ def reproduce(
         random initial states of every row of a robot, 32 when left out.
     readings
         for the millipede: the score over so many random readings of what is not printed, kept in the output folder and
-        continued there.
+        continued there with --resume.
     scatter
         for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
         up to 10 %.
@@ -55,10 +58,13 @@ def reproduce(
         seed of the readings and neighbours, 1 when left out.
     output
         folder for reproduction.html, reproduction.json and reproduction.csv.
+    resume
+        go on with the readings that the output folder holds.
+    overwrite
+        replace what `reproduce` wrote into the folder before; other files stay.
     json
         print one JSON object instead of tables.
     """
-    from tarsus.cli import requests
     from tarsus.errors import InputError
     from tarsus_reproduce.cli import cantilever, everything, millipede, robot
 
@@ -68,18 +74,30 @@ def reproduce(
         problems.append(f"--readings, --scatter: expected numbers from 0 to {MOST_READINGS}")
     if problems:
         raise InputError(problems)
-    if output is not None:
-        requests.check_folder(output)
-    asked = millipede.Asked(readings, scatter, 1 if seed is None else seed)
-    if all:
-        assert output is not None
-        return everything.run(output, seeds, asked, json=json)
-    if experiment == "cantilever":
-        return cantilever.run(device or "cantilever", rows, output, json=json)
-    if experiment == "millipede":
-        return millipede.run(device, output, asked, json=json)
-    assert experiment is not None
-    return robot.run(experiment, device, rows, seeds, output, json=json)
+    with _folder(output, whole=all, overwrite=overwrite, resume=resume):
+        asked = millipede.Asked(readings, scatter, 1 if seed is None else seed)
+        if all:
+            assert output is not None
+            return everything.run(output, seeds, asked, json=json)
+        if experiment == "cantilever":
+            return cantilever.run(device or "cantilever", rows, output, json=json)
+        if experiment == "millipede":
+            return millipede.run(device, output, asked, json=json)
+        assert experiment is not None
+        return robot.run(experiment, device, rows, seeds, output, json=json)
+
+
+def _folder(
+    output: Path | None, *, whole: bool, overwrite: bool, resume: bool
+) -> contextlib.AbstractContextManager[object]:
+    """The output folder under the rule that all verbs share; nothing where none is written."""
+    from tarsus.files.output import OutputFolder
+    from tarsus_reproduce.cli.outputs import FILES
+
+    if output is None:
+        return contextlib.nullcontext()
+    files = ("index.html", *(f"*/{name}" for name in FILES)) if whole else FILES
+    return OutputFolder(output, "reproduce", files, overwrite, resumable=True).writing(resume=resume)
 
 
 def _problems(

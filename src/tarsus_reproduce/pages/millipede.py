@@ -140,8 +140,8 @@ def _readings(
     rows: list[list[Cell]] = [
         [one.name, amount(one.low, one.unit, 3), amount(one.high, one.unit, 3), one.why] for one in RANGES
     ]
-    rows += [[one.name, " or ".join(one.options), "", one.why] for one in CHOICES]
-    yield table(columns, rows)
+    choices: list[list[Cell]] = [[one.name, " or ".join(one.options), "", one.why] for one in CHOICES]
+    yield table(columns, rows + choices)
 
 
 def _trends(reproduction: MillipedeReproduction) -> str:

@@ -66,7 +66,7 @@ def hold(body, laws, state, i, f, t):
     state.apex[f, 1] = t
     state.order[f] = 0
     along = state.foot[i, 1, 1]
-    if hooks.friction(laws.parameters, laws.pointer, f, 1.0) == 0.0:
+    if hooks.friction(laws.parameters, laws.pointer, f, 1.0, 1.0) == 0.0:
         state.contact[f] = SLIPPING
         state.sense[f] = 0.0
     elif along == 0.0:
@@ -80,9 +80,10 @@ def hold(body, laws, state, i, f, t):
 @rare
 def rub(body, laws, state, i, f, change):
     """Coulomb friction of a blow that changed the normal velocity by ``change``: it brakes the motion along the ground
-    by mu times as much at most. Returns the kinetic energy that takes [J]."""
+    by mu times as much at most. What adhesion adds is a force, which brakes nothing in no time. Returns the kinetic energy
+    that takes [J]."""
     before = state.foot[i, 1, 1]
-    most = hooks.friction(laws.parameters, laws.pointer, f, change)
+    most = hooks.friction(laws.parameters, laws.pointer, f, change, 0.0)
     after = max(before - most, 0.0) if before > 0.0 else min(before + most, 0.0)
     state.foot[i, 1, 1] = after
     return 0.5 * body.mass[i] * (before * before - after * after)
@@ -152,7 +153,7 @@ def happen(body, signals, laws, state, work, events, f, kind, nb):
         state.apex[f, 1] = t
         return
     along = structure_force(body, signals, state, i, 1, state.foot[i, 1, 0], nb, t)
-    bound = hooks.friction(laws.parameters, laws.pointer, f, strength - pull)
+    bound = hooks.friction(laws.parameters, laws.pointer, f, strength - pull, strength)
     state.foot[i, 1, 1] = 0.0
     if kind == STOP and abs(along) <= bound + state.real[a.EPS_FORCE]:
         log(events, state.count, t, f, BEGIN_STICK, 0.0, 0.0, along, bound, 0.0, 0.0, state.apex)

@@ -16,7 +16,7 @@ from tarsus.structure import Walker
 from tarsus.structure.base import Array
 from tarsus.units import format_quantity
 
-__all__ = ["standing"]
+__all__ = ["equilibrium", "standing"]
 
 _LOOSE = 1e-12
 """A motion with less than this share of the stiffest, all coordinates scaled to be alike, is not held."""
@@ -44,6 +44,15 @@ def standing(scene: Scene, *, driven: bool = False) -> Scene:
         For a structure that is no walker, a body that its feet do not hold up, a foot that pulls harder than
         adhesion holds at first, and forces along the way that do not balance.
     """
+    return _starting_at(scene, equilibrium(scene, driven=driven), driven)
+
+
+def equilibrium(scene: Scene, *, driven: bool = False) -> Array:
+    """Coordinates (n,) [m] of that start, as `standing` finds them; raises what it raises.
+
+    It is what a scene with ``initial.standing`` starts from, computed anew wherever its mass, gravity, springs or
+    volts vary.
+    """
     walker = scene.robot.structure
     if not isinstance(walker, Walker):
         raise InputError(f"only a walker stands on its feet; this structure is of kind '{walker.kind}'")
@@ -68,7 +77,7 @@ def standing(scene: Scene, *, driven: bool = False) -> Scene:
         problems.append("the forces along the way do not balance: the robot would not stand still")
     if problems:
         raise InputError(problems)
-    return _starting_at(scene, x, driven)
+    return x
 
 
 def _drives(scene: Scene, driven: bool) -> tuple[dict[str | None, float], Array]:
