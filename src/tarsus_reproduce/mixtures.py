@@ -10,11 +10,14 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
+from collections.abc import Mapping
 from importlib.resources import files
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
-from tarsus.calibrate import mixture as calibrated
+from tarsus.calibrate.description import Study
+from tarsus.calibrate.mixture import load_mixture
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.spec import with_values
@@ -22,8 +25,9 @@ from tarsus_reproduce.predictions import Member
 
 __all__ = ["mixture_file", "packaged_members"]
 
-MOST = 12
-"""Members of a branch that are kept, those of most weight and the best: more change no median by a resolution."""
+MOST = 6
+"""Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page is made in half
+a minute."""
 
 _PACKAGED = {"hexapod": "hexapod_mixture.json"}
 
@@ -45,19 +49,21 @@ def packaged_members(device: str) -> tuple[Member, ...]:
 def mixture_file(folder: str | Path) -> dict[str, Any]:
     """A calibration's mixture as plain data: of every member its weight and all floats that were fitted.
 
-    Weights sum to 1 over all branches; a branch's members beyond `MOST` give theirs to those that are kept, in
-    proportion.
+    Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
+    how the reproduction reads it. A branch's members beyond `MOST` give their weight to those kept, in proportion.
 
     Raises
     ------
     InputError
         If the folder holds no finished calibration.
     """
-    mixture = calibrated.load_mixture(folder)
+    mixture = load_mixture(folder)
     study = mixture.lowered.study
     unknowns = mixture.lowered.problem.unknowns
     branches = []
-    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+    plain = [column_names(study, one.branch.options) == {} for one in mixture.ensembles]
+    total = float(mixture.weights[plain].sum())
+    for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
         run = mixture.lowered.forward.branches[one.branch.run]
         order = sorted(range(1, len(one.points)), key=lambda i: -one.weights[i])
         kept = [0, *order[: MOST - 1]]
@@ -68,9 +74,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             members.append({"weight": float(f"{weight * part:.6g}"), "values": fitted})
-        branches.append(
-            {"name": one.branch.name, "weight": float(f"{weight:.6g}"), "members": members}
-        )
+        branches.append({"name": one.branch.name, "weight": float(f"{weight:.6g}"), "members": members})
     return {
         "study": study.name,
         "seed": study.search.seed,
@@ -78,6 +82,16 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "study_sha256": _digest(Path(folder) / "study.toml"),
         "branches": branches,
     }
+
+
+def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:
+    """Columns that options read as another measure than the study's own, with that measure."""
+    read = {}
+    for choice, option in options.items():
+        for column, measure in study.choices[choice].options[option].measures.items():
+            if measure != study.measures[column].measure:
+                read[column] = measure
+    return read
 
 
 def _digest(file: Path) -> str:

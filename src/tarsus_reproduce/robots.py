@@ -184,7 +184,7 @@ def reproduce_robot(
     rows
         A file of further scenarios (see `tarsus_reproduce.scenarios.read_scenarios`).
     seeds
-        Initial states of every scenario, shared out over the members of a mixture (two at least for each).
+        Initial states of every scenario, shared out over the members of a mixture (one at least for each).
     column
         What the table's mean height is taken to be.
     progress
@@ -196,7 +196,7 @@ def reproduce_robot(
         For an unknown device, a device without drive or foot, or a bad rows file.
     """
     members = members_of((packaged_members(robot) or robot) if device is None else device)
-    own_seeds = seeds if len(members) == 1 else max(2, math.ceil(seeds / len(members)))
+    own_seeds = math.ceil(seeds / len(members))
     scenarios = packaged_scenarios(robot) + (read_scenarios(rows) if rows is not None else [])
     done: list[Row] = []
     for number, scenario in enumerate(scenarios):

@@ -71,9 +71,7 @@ def test_the_loop_of_the_cantilevers_is_the_closed_operator_nearest_to_the_print
     low = np.full(wide.shape[1], -np.inf)
     high = np.concatenate([np.full(4, np.inf), np.zeros(len(law.thresholds))])
     swing = float(table.at[place])
-    fitted = lsq_linear(
-        np.vstack([wide, 30.0 * half_loop]), np.append(target, 30.0 * swing), (low, high)
-    ).x
+    fitted = lsq_linear(np.vstack([wide, 30.0 * half_loop]), np.append(target, 30.0 * swing), (low, high)).x
     names = ["c0", "c1", "c2", "c3", *(f"w{p}" for p in range(len(law.thresholds)))]
     assert [table.names[name][place] for name in names] == pytest.approx(fitted.tolist(), abs=2e-6)
 
@@ -92,7 +90,7 @@ def test_the_hexapod_s_mixture_is_small_and_its_members_differ_in_what_was_fitte
     assert sum(one.weight for one in members) == pytest.approx(1.0, abs=1e-3)
     assert all(one.calibrated for one in members) and len({one.scene.name for one in members}) >= 2
     frequencies = [one.scene.signals["pzt"].frequency for one in members]
-    assert 55.0 <= min(frequencies) and max(frequencies) <= 135.0
+    assert min(frequencies) >= 55.0 and max(frequencies) <= 135.0
     assert packaged_members("quadruped") == ()
 
 

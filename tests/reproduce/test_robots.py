@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -11,6 +9,7 @@ import tarsus as ts
 from tarsus.study import seeds
 from tarsus_reproduce import robots
 from tarsus_reproduce.impacts import impact_energies, map_rows, mode_rows, printed_column
+from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.scenarios import packaged_scenarios, parse_scenarios, read_scenarios
 
 
@@ -85,7 +84,7 @@ def test_statistics_agree_with_a_single_run():
 
 
 def test_reproduction_compares_like_with_like():
-    result = robots.reproduce_robot("hexapod", seeds=2)
+    result = robots.reproduce_robot("hexapod", "hexapod", seeds=2)
     summary = result.summary()
     # the source's model against its own measurement, from the four printed pairs
     assert summary["source"]["bounces_per_s"] == pytest.approx(100 * (80 / 260 + 40 / 160) / 2)
@@ -98,12 +97,22 @@ def test_reproduction_compares_like_with_like():
     assert result.ok and "summary_packaged" not in plain
 
 
+def test_without_a_device_the_packaged_mixture_predicts(monkeypatch):
+    few = packaged_members("hexapod")[:2]
+    monkeypatch.setattr(robots, "packaged_members", lambda robot: few)
+    monkeypatch.setattr(robots, "packaged_scenarios", lambda robot: packaged_scenarios(robot)[:1])
+    result = robots.reproduce_robot("hexapod", seeds=3)
+    assert result.device == "hexapod, a mixture of 2" and result.column is robots.HeightColumn.MEAN_APEX
+    assert result.rows[0].ours.seeds == 2 * 2  # three initial states for two members: two each
+
+
 def test_added_rows_are_summarised_apart(tmp_path):
     path = tmp_path / "mine.csv"
     path.write_text("square,10,5,200,30,12\n")
-    result = robots.reproduce_robot("hexapod", rows=path, seeds=1).to_dict()
+    result = robots.reproduce_robot("hexapod", "hexapod", rows=path, seeds=1).to_dict()
     ours = result["rows"][-1]["ours"]
-    assert result["rows"][-1]["role"] == "predicted" and result["rows"][-1]["freq_hz"] == 317.1
+    assert result["rows"][-1]["role"] == "predicted"
+    assert 55.0 <= result["rows"][-1]["freq_hz"] <= 135.0  # that of the best member: the table has none
     assert result["summary_added"]["ours"]["peak_um"] == pytest.approx(
         100 * abs(ours["peak_um"]["median"] - 30) / 30
     )
