@@ -2,14 +2,16 @@
 
 The predictive distribution of a measure has three parts. *Parameters*: every member of every branch by its weight.
 *Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
-fitted. On the scale on which cells are compared it is normal with standard deviation
+fitted. On the scale on which cells are compared, taken at the model's value v, it is normal with standard deviation
 
     sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),
 
-q the 80 % quantile of \\|residual\\| (in tolerances) over the n fitted cells of the measure's kind, 1.2816 that of a
-standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it
-means nothing. Residuals that grow with the table's own tolerance include it; sigma is at least 1, the tolerance
-itself. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1.
+q the 80 % quantile of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the n fitted cells of the measure's
+kind, 1.2816 that of a standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2
+because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at least
+1. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1. One standard
+deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and an
+interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
 the fitted rows, so p (1 - w) + (1 - p) w is given.
@@ -37,6 +39,8 @@ FEWEST = 3
 """Cells of a measure from which its own residuals are used; with fewer those of all measures are."""
 NODES = norm.ppf((np.arange(15) + 0.5) / 15.0)
 """Middles of fifteen equal parts of a standard normal, by which the discrepancy is added without random numbers."""
+WORST = 6.0
+"""Largest factor that one standard deviation of the discrepancy is: its 80 % interval then spans two orders."""
 SHARE = 0.1
 """A mode has at least so much of the weight."""
 APART = 2.0
@@ -142,7 +146,8 @@ def _predict(
     values = windows.ravel()
     each = np.repeat(member / windows.shape[1], windows.shape[1])
     spread = discrepancy.sigma[k] * tolerance(values, np.full(1, a), cells.relative[k : k + 1])
-    shift = np.where(values + a > 0.0, spread / np.where(values + a > 0.0, values + a, 1.0), 0.0)
+    shift = np.divide(spread, values + a, out=np.zeros_like(values), where=values + a > 0.0)
+    shift = np.minimum(shift, np.log(WORST))
     noisy = np.maximum((values + a)[:, None] * np.exp(shift[:, None] * NODES) - a, 0.0).ravel()
     noisy_weights = np.repeat(each / len(NODES), len(NODES))
     low, median, high = (

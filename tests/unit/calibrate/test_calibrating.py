@@ -218,6 +218,23 @@ softness = "1 mm"
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
 
 
+def test_draws_start_with_velocities_of_their_own_and_all_sets_with_the_same(tmp_path):
+    text = BALL.replace("windows = 1", 'windows = 2\ndraws = 3\nspeed = "20 cm/s"').replace(
+        'window = "2 s"', 'window = "0.8 s"'
+    )
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n70,1,1\n", text)))
+    sets = np.array([[0.8, 0.5], [0.8, 0.5], [0.7, 0.5]])
+    readings = lowered.forward(0, sets, (0, 1))
+    assert readings.shape == (3, 2, len(lowered.forward.channels), 6)
+    assert np.array_equal(readings[0], readings[1], equal_nan=True)
+    peaks = readings[0, 0, lowered.forward.channels.index("peak")]
+    assert len(set(peaks.tolist())) == 6, "every draw and window has its own"
+    one = lowered.forward(0, sets[2:], (1,))
+    assert np.array_equal(one[0, 0], readings[2, 1], equal_nan=True), (
+        "neighbours and other rows change nothing"
+    )
+
+
 def test_the_study_on_the_calibration_page_is_one(tmp_path):
     page = (DOCS / "calibrate.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)

@@ -39,6 +39,11 @@ def test_one_member_has_the_discrepancy_alone():
     assert found.holds(2.0 * np.exp(0.18)) and not found.holds(2.0 * np.exp(0.21))
 
 
+def test_an_interval_of_a_model_that_misses_all_spans_two_orders_and_no_more():
+    found = predicted([[1.0]], [1.0], sigma=1e4)
+    assert found.median == pytest.approx(1.0) and 9.0 < found.high < 12.0 and 0.07 < found.low < 0.12
+
+
 def test_the_probability_of_a_bounce_counts_windows_by_weight_and_the_models_own_errors():
     readings = [[1.0, 1.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     assert predicted(readings, [0.75, 0.25]).p_bounce == pytest.approx(0.625)
