@@ -6,12 +6,12 @@ fitted. On the scale on which cells are compared, taken at the model's value v, 
 
     sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),
 
-q the 80 % quantile of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the n fitted cells of the measure's
-kind, 1.2816 that of a standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2
-because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at least
-1. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1. One standard
-deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and an
-interval cannot.
+q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the m fitted cells of
+the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
+normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it means
+nothing. Sizes are in the table's own tolerances and include them; sigma is at least 1. Where rows were left out and
+predicted, their residuals take the place of the fitted ones, with f = 1. One standard deviation is at most a factor
+of `WORST`: a model that misses by more predicts nothing, which sigma tells and an interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
 the fitted rows, so p (1 - w) + (1 - p) w is given.
@@ -93,7 +93,8 @@ def discrepancy_of(
         own = np.abs(residuals[known[:, k], k])
         used = own if len(own) >= FEWEST else everything
         if len(used):
-            sigma[k] = max(1.0, float(np.quantile(used, INTERVAL)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
+            level = min(1.0, INTERVAL * (len(used) + 1) / len(used))
+            sigma[k] = max(1.0, float(np.quantile(used, level)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
         judged = wrong[np.isfinite(wrong[:, k]), k]
         if len(judged):
             error[k] = min(0.5, (float(judged.sum()) + 0.5) / (len(judged) + 1.0))
@@ -114,29 +115,29 @@ def predict_row(
 
     readings: of each ensemble's members in that row (nm, channels, samples); absolute (nk,): tolerances of the row.
     """
-    share = [w * one.weights for w, one in zip(weights, ensembles, strict=True)]
-    return [
-        _predict(ensembles, share, readings, cells, k, float(absolute[k]), discrepancy, peak, resolution)
-        for k in range(len(cells.names))
-    ]
+    member = np.concatenate([w * one.weights for w, one in zip(weights, ensembles, strict=True)])
+    tops = None
+    if peak is not None:
+        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])
+    out = []
+    for k in range(len(cells.names)):
+        parts = [r[:, one.branch.columns[k]] for r, one in zip(readings, ensembles, strict=True)]
+        windows = np.concatenate(parts).astype(float)
+        out.append(_predict(windows, member, cells, k, float(absolute[k]), discrepancy, tops, resolution))
+    return out
 
 
 def _predict(
-    ensembles: Sequence[Ensemble],
-    share: Sequence[Floats],
-    readings: Sequence[NDArray[np.floating]],
+    windows: Floats,
+    member: Floats,
     cells: Cells,
     k: int,
     a: float,
     discrepancy: Discrepancy,
-    peak: int | None,
+    tops: Floats | None,
     resolution: float,
 ) -> Prediction:
-    parts = [
-        np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)
-    ]
-    windows = np.concatenate(parts)
-    member = np.concatenate(share)
+    """Measure k from windows (nm, samples) of members with weights (nm,); tops (nm, samples): highest gaps."""
     failed = np.isinf(windows).any(axis=1)
     lost = float(member[failed].sum())
     name = cells.names[k]
@@ -158,9 +159,8 @@ def _predict(
         mean = float(existence(windows) @ member)
         p = float(mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k])
     decidable = True
-    if peak is not None:
-        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
-        top = weighted_quantile(np.nan_to_num(tops).ravel(), each, 0.5)
+    if tops is not None:
+        top = weighted_quantile(np.nan_to_num(tops[~failed]).ravel(), each, 0.5)
         decidable = not 0.0 < top < resolution
     modes = has_modes(
         windows.mean(axis=1),

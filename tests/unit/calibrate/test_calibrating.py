@@ -53,7 +53,7 @@ def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without
     solution = calibrate(file, threads=2).solution
     assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
     for one in solution.ranges[solution.best]:
-        assert one.best == pytest.approx(TRUTH[one.name], rel=0.01) and one.word == "determined"
+        assert one.best == pytest.approx(TRUTH[one.name], rel=0.03) and one.word == "determined"
     observed = solution.problem.objective.cells.observed
     assert solution.left_out is not None
     for row, predictions in zip(observed, solution.left_out, strict=True):

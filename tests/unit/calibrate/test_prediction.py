@@ -83,7 +83,7 @@ def test_discrepancy_is_the_quantile_of_residuals_over_that_of_a_normal():
     wrong = np.full((10, 1), 0.1)
     found = discrepancy_of(table, residuals, wrong, 2)
     factor = np.sqrt(10.0 / 8.0)
-    assert found.sigma[0] == pytest.approx(np.quantile(np.arange(1.0, 11.0), 0.8) / norm.ppf(0.9) * factor)
+    assert found.sigma[0] == pytest.approx(np.quantile(np.arange(1.0, 11.0), 0.88) / norm.ppf(0.9) * factor)
     assert found.wrong[0] == pytest.approx(1.5 / 11.0)
     assert discrepancy_of(table, 0.1 * residuals, wrong, 2).sigma[0] == 1.0, "never below the tolerance"
 
