@@ -18,9 +18,6 @@ import numpy as np
 
 import tarsus as ts
 from tarsus.core.arrays import PERIOD_MARK
-from tarsus.design.millipede import millipede_parameters
-from tarsus.design.walkers import many_legs
-from tarsus.files.legs import millipede_leg
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve.codes import structured_events
@@ -28,6 +25,9 @@ from tarsus.solve.engine import SharedBook, execute
 from tarsus.solve.march import tables_of, walk
 from tarsus.solve.simulate import RECORDED
 from tarsus.walkplan import lower_walker
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import many_legs
 
 TOLERANCE = 1e-9  # of event times [s] between the two engines
 

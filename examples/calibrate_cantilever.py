@@ -30,7 +30,7 @@ from scipy.optimize import differential_evolution, lsq_linear
 
 import tarsus as ts
 from tarsus.scene import Provenance, Source
-from tarsus.study.cases import Case, Observation, packaged_cases
+from tarsus_reproduce.cases import Case, Observation, packaged_cases
 
 DURATION = 0.8  # model seconds of every case: 4 periods at 5 Hz, of which the last two count
 # Equation (2.9) [uN/V^k], highest power first.

@@ -24,9 +24,9 @@ from scipy.optimize import differential_evolution
 
 import tarsus as ts
 from tarsus.scene import Scene
-from tarsus.study.robots import scenario_scene
-from tarsus.study.scenarios import Scenario, packaged_scenarios
 from tarsus.study.seeds import foot_statistics
+from tarsus_reproduce.robots import scenario_scene
+from tarsus_reproduce.scenarios import Scenario, packaged_scenarios
 
 SETTLE, OBSERVED = 0.3, 0.5
 SOURCE_ERRORS = np.array([0.2788, 0.1170, 0.1311])

@@ -23,7 +23,7 @@ import tarsus as ts
 from tarsus.files.toml import write_scene
 from tarsus.measure.mac import mac
 from tarsus.scene import Provenance, Scene, Source
-from tarsus.structure.printed import (
+from tarsus_reproduce.printed import (
     ModalForm,
     PrintedModel,
     Rounding,

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tarsus as ts
-from tarsus.design.millipede import millipede_parameters
-from tarsus.design.walkers import hexapod_walker
-from tarsus.files.legs import millipede_leg
 from tarsus.solve.batch import Batch
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import hexapod_walker
 
 
 def on_grounds(initial: NDArray[np.float64], rate: NDArray[np.float64]) -> Batch:

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from tarsus.design import Landscape, LinkDesign, design_links, landscape, step_lift
-from tarsus.files.legs import millipede_leg
 from tarsus.spec import with_values
 from tarsus.structure.leg import Leg
+from tarsus_reproduce.legs import millipede_leg
 
 SHORTEST, LONGEST = 100e-6, 500e-6
 """Bounds of every length [m]: the source prints none; 2.5 times shorter and twice as long as its own."""

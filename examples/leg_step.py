@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import StateSpace, step
 
-from tarsus.files.legs import millipede_leg
 from tarsus.structure.leg import Leg, SingleMode
 from tarsus.structure.leg_motion import LegMotion, step_response
+from tarsus_reproduce.legs import millipede_leg
 
 
 @dataclass(frozen=True)

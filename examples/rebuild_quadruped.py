@@ -37,7 +37,7 @@ from tarsus.files.toml import write_scene
 from tarsus.measure.mac import mac
 from tarsus.scene import Provenance, Source
 from tarsus.structure.base import Matrices
-from tarsus.structure.printed import (
+from tarsus_reproduce.printed import (
     ModalForm,
     PrintedModel,
     interval,

@@ -8,10 +8,10 @@ from __future__ import annotations
 import sys
 
 import tarsus as ts
-from tarsus.design.millipede import millipede_parameters
-from tarsus.design.walkers import many_legs
-from tarsus.files.legs import millipede_leg
 from tarsus.solve import Run
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import many_legs
 
 DEAD = ("L4", "R9", "L12")
 

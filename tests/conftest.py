@@ -1,5 +1,11 @@
 """Every run of the tests tries the same random examples; ``--hypothesis-profile=search`` looks for new ones."""
 
+import os
+
+# Before numpy is loaded: on matrices as small as ours the threads of BLAS only wait for each other, and on a busy
+# machine they spend several times the work on it.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None)

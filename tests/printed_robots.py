@@ -18,13 +18,17 @@ UNIT = 1e-6
 
 def printed(robot: str = "hexapod") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """M, C, K as printed."""
-    tables = tomllib.loads(files("tarsus").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
+    tables = tomllib.loads(
+        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
+    )
     return tuple(np.array(tables[robot][name]) for name in "MCK")  # type: ignore[return-value]
 
 
 def printed_map(*, passive: bool = True) -> Given:
     """The printed CoR matrix: its first column beside the identity (E7)."""
-    tables = tomllib.loads(files("tarsus").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
+    tables = tomllib.loads(
+        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
+    )
     matrix = np.eye(6)
     matrix[:, 0] = tables["hexapod"]["R_first_column"]
     return Given.from_matrix(matrix, list(POINTS), {"foot1": "foot1"}, passive=passive)

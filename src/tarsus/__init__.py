@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tarsus.calibrate.calibrating import calibrate
     from tarsus.calibrate.mixture import load_mixture
+    from tarsus.drive.amplifier import Amplifier
     from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
     from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.drive.waveforms import (
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.laws import (
         Adhesion,
+        AdhesiveFriction,
+        CaptureUnlessPulled,
         DominantMode,
         Electrostatic,
         Film,
@@ -39,7 +42,9 @@ if TYPE_CHECKING:
         LatchLaw,
         LegElectrostatic,
         MassWeighted,
+        PullAsPrinted,
         ResistiveLaw,
+        RestituteFirst,
         Restitution,
         SmoothLaw,
         load_laws,
@@ -53,9 +58,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Accuracy",
     "Adhesion",
+    "AdhesiveFriction",
     "Alternating",
+    "Amplifier",
     "Batch",
     "Beam",
+    "CaptureUnlessPulled",
     "Constant",
     "Cubic",
     "DominantMode",
@@ -82,9 +90,11 @@ __all__ = [
     "PointLoad",
     "Poling",
     "PrandtlIshlinskii",
+    "PullAsPrinted",
     "Ramp",
     "RampedSquare",
     "ResistiveLaw",
+    "RestituteFirst",
     "Restitution",
     "Ripple",
     "Robot",
@@ -120,14 +130,16 @@ _HOMES = {
     "tarsus.calibrate.calibrating": "calibrate",
     "tarsus.calibrate.mixture": "load_mixture",
     "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.drive.amplifier": "Amplifier",
     "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
     "tarsus.errors": "InputError",
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.laws": (
-        "Adhesion DominantMode Electrostatic Film Friction Given Gravity ImpactLaw LatchLaw LegElectrostatic "
-        "MassWeighted ResistiveLaw Restitution SmoothLaw load_laws"
+        "Adhesion AdhesiveFriction CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity "
+        "ImpactLaw LatchLaw LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution "
+        "SmoothLaw load_laws"
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",

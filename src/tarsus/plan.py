@@ -16,21 +16,33 @@ from tarsus.core.modes import LinearSystem
 from tarsus.core.signals import Signals
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import Pieces
-from tarsus.drive.waveforms import Constant
 from tarsus.errors import InputError
 from tarsus.laws.adhesion import Adhesion
-from tarsus.laws.base import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
+from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 from tarsus.laws.electrostatic import Electrostatic
 from tarsus.laws.film import Film
-from tarsus.laws.friction import Friction
+from tarsus.laws.friction import AdhesiveFriction, Friction
 from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
+from tarsus.laws.landing import PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
 from tarsus.laws.restitution import Restitution
 from tarsus.scene import Ground, Scene
+from tarsus.spec import quantity_units
+from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, USER = 0, 2, 4, 6, 7, 10, 11
+FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, ADHESIVE, LANDING, USER = (
+    0,
+    2,
+    4,
+    6,
+    7,
+    10,
+    11,
+    12,
+    13,
+)
 
 hooks.bind(
     {
@@ -41,7 +53,11 @@ hooks.bind(
         ],
         "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
         "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
-        "friction": [hooks.BoundLaw(Friction.bound, FRICTION, 1)],
+        "friction": [
+            hooks.BoundLaw(Friction.bound, FRICTION, 1),
+            hooks.BoundLaw(AdhesiveFriction.bound, ADHESIVE, 1),
+        ],
+        "excess": [hooks.BoundLaw(RestituteFirst.excess, LANDING, 1)],
     }
 )
 hooks.bind_angle(passive_angle)
@@ -119,14 +135,13 @@ class Plan:
 def lower_scene(scene: Scene) -> Plan:
     """Lower a scene to arrays.
 
-    Raises InputError where a law of the user cannot be compiled.
+    Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
-    forces, volts, waveforms = [], [], scene.waveforms
+    forces, volts, signals = [], [], scene.actuator_volts
     for name, drive in scene.robot.drives.items():
-        waveform = waveforms.get(name) or Constant(level=0.0)
-        force, volt = lower(waveform, drive.law, drive.history)
+        force, volt = lower(signals[name], drive.law, drive.history)
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())
@@ -145,6 +160,8 @@ def lower_scene(scene: Scene) -> Plan:
     signals = pack_signals(channels)
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
+    if scene.initial.standing is not None:
+        initial[:n] = equilibrium(scene, driven=scene.initial.standing.driven)
     if scene.initial.displacement is not None:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
@@ -173,7 +190,16 @@ def lower_system(scene: Scene) -> LinearSystem:
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
         np.array([foot.gap for foot in feet], dtype=float), loads, constant, _directions(scene, matrices, normals),
+        _alone(scene),
     )  # fmt: skip
+
+
+def _alone(scene: Scene) -> np.ndarray | None:
+    """Coordinates (n, m) that move one foot alone; None unless feet land by the pull as printed."""
+    if not isinstance(scene.ground.landing, PullAsPrinted) or not scene.robot.feet:
+        return None
+    structure = scene.robot.structure
+    return np.stack([foot.normal * structure.alone(foot.point) for foot in scene.robot.feet.values()], axis=1)
 
 
 def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.ndarray | None:
@@ -195,12 +221,17 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
         (LEG, ground.leg_electrostatic, hooks.HAS_FORCE),
         (ADHESION, ground.adhesion, hooks.HAS_LATCH),
         (RESTITUTION, ground.restitution, 0),
-        (FRICTION, ground.friction, 0),
+        (_slot("friction", ground.friction), ground.friction, 0),
     ):
         if law is not None:
             values = law.parameters()
             row[column : column + len(values)] = values
             flags |= flag
+    if isinstance(ground.landing, RestituteFirst):
+        row[LANDING] = ground.landing.speed
+        flags |= hooks.RESTITUTES_FIRST
+    elif isinstance(ground.landing, PullAsPrinted):
+        flags |= hooks.PULL_AS_PRINTED
     if ground.film is None:
         row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
     if ground.electrostatic is None:
@@ -237,7 +268,13 @@ _SLOTS = {
     "adhesion": ADHESION,
     "restitution": RESTITUTION,
     "friction": FRICTION,
+    "landing": LANDING,
 }
+
+
+def _slot(name: str, law: Law | None) -> int:
+    """First column of the ground's law of that name."""
+    return ADHESIVE if isinstance(law, AdhesiveFriction) else _SLOTS[name]
 
 
 def law_column(scene: Scene, path: str) -> int | None:
@@ -250,14 +287,14 @@ def law_column(scene: Scene, path: str) -> int | None:
         return None
     if len(keys) == 3 and keys[1] in _SLOTS:
         law = getattr(scene.ground, keys[1])
-        fields = list(type(law).model_fields) if law is not None else []
-        return _SLOTS[keys[1]] + fields.index(keys[2]) if keys[2] in fields else None
+        fields = list(quantity_units(type(law))) if law is not None else []
+        return _slot(keys[1], law) + fields.index(keys[2]) if keys[2] in fields else None
     if len(keys) == 4 and keys[1] == "laws" and keys[2] in scene.ground.laws:
         column = USER
         for kind, _, _ in _PROTOCOLS:
             for name, law in scene.ground.laws.items():
                 if isinstance(law, kind):
-                    fields = list(type(law).model_fields)
+                    fields = law.names()
                     if name == keys[2]:
                         return column + fields.index(keys[3]) if keys[3] in fields else None
                     column += len(fields)

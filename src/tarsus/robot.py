@@ -8,8 +8,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from tarsus.drive.amplifier import Amplifier
 from tarsus.drive.gait import Layout, Reach
 from tarsus.drive.laws import ForceLaw
+from tarsus.drive.signal import Signal
 from tarsus.explain import PathErrors, nearest
 from tarsus.spec import Description, FrozenDict, Named, quantity
 from tarsus.structure import AnyStructure, Structure, Walker
@@ -53,12 +55,16 @@ class ModalLoad(Description):
 class Drive(Description):
     """An actuator: where its force acts, and the law from volts to force with its history.
 
-    The generalised force on the structure is ``load.vector(structure) * law(volts)``.
+    The generalised force on the structure is ``load.vector(structure) * law(volts)``, with the volts behind the
+    amplifier.
     """
 
     load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
     law: ForceLaw
     history: tuple[float, ...] = quantity("V", "volts visited before the start, such as poling", default=())
+    amplifier: Amplifier = Field(
+        default=Amplifier(), description="between signal and actuator; ideal when absent"
+    )
     capacitance: float | None = quantity(
         "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
     )
@@ -69,6 +75,10 @@ class Drive(Description):
         ge=0,
         le=1,
     )
+
+    def actuator_volts(self, command: Signal) -> Signal:
+        """The voltage that the actuator gets for a command: the amplifier's output."""
+        return self.amplifier.output(command, self.history)
 
 
 class Foot(Description):

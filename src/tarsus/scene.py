@@ -18,20 +18,26 @@ from pydantic import (
 )
 
 from tarsus.drive.gait import AnyGait, Gait
-from tarsus.drive.waveforms import Waveform
+from tarsus.drive.signal import Signal
+from tarsus.drive.waveforms import Constant, Waveform
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
     Adhesion,
+    AdhesiveFriction,
+    AnyFriction,
     AnyImpactMap,
+    AnyLanding,
+    CaptureUnlessPulled,
     Electrostatic,
     Film,
-    Friction,
     Gravity,
     ImpactMap,
+    LatchLaw,
     Law,
     LegElectrostatic,
     MassWeighted,
+    PullAsPrinted,
     Restitution,
 )
 from tarsus.laws.impact_map import Body
@@ -61,6 +67,7 @@ __all__ = [
     "Robot",
     "Scene",
     "Source",
+    "Standing",
     "override",
     "provenance_problems",
     "reference_faults",
@@ -77,6 +84,10 @@ class Ground(Description):
     impact: AnyImpactMap | None = Field(
         default=None, description="how the whole structure follows an impact; absent: mass-weighted"
     )
+    landing: AnyLanding | None = Field(
+        default=None,
+        description="whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion",
+    )
     adhesion: Adhesion | None = None
     film: Film | None = None
     electrostatic: Electrostatic | None = None
@@ -85,7 +96,7 @@ class Ground(Description):
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
     gravity: Gravity | None = None
-    friction: Friction | None = Field(
+    friction: AnyFriction | None = Field(
         default=None, description="along the ground, on the feet of a walker; absent: frictionless"
     )
     laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
@@ -97,6 +108,22 @@ class Ground(Description):
             return self
         absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
         return self.model_copy(update=absent)
+
+    @property
+    def holds(self) -> bool:
+        """Whether a contact has a strength: adhesion or a user's latch acts."""
+        return self.adhesion is not None or any(isinstance(law, LatchLaw) for law in self.laws.values())
+
+    @property
+    def without_adhesion(self) -> Ground:
+        """The ground without its law of adhesion, and without friction that only adhesion bears."""
+        bare = self.model_copy(update={"adhesion": None})
+        alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
+        return bare.model_copy(update={"friction": None}) if alone else bare
+
+    def landing_rule(self) -> AnyLanding:
+        """The landing rule that acts, given or not."""
+        return CaptureUnlessPulled() if self.landing is None else self.landing
 
     @property
     def makes_energy(self) -> bool:
@@ -131,9 +158,21 @@ class Ground(Description):
         return laws
 
 
-class Initial(Description):
-    """State at time zero, in the structure's coordinates; zeros when absent."""
+class Standing(Description):
+    """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
 
+    driven: bool = Field(
+        default=False, description="with the drives' first volts; absent: at 0 V, after their history"
+    )
+
+
+class Initial(Description):
+    """State at time zero, in the structure's coordinates; zeros when absent.
+
+    `standing` stands for the displacement of a walker that stands still on its feet.
+    """
+
+    standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
     displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
     velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
 
@@ -196,6 +235,7 @@ class Scene(Description):
     def _check(self) -> Scene:
         structure = self.robot.structure
         faults = _signal_faults(self.signals, self.robot.drives)
+        faults += self._standing_faults()
         for name in ("displacement", "velocity"):
             values = getattr(self.initial, name)
             if values is not None and len(values) != structure.size:
@@ -221,17 +261,28 @@ class Scene(Description):
             faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
+        if not faults and isinstance(self.ground.landing, PullAsPrinted):
+            faults += self._landing_faults()
         if faults:
             raise PathErrors(faults)
         return self
 
     @property
     def waveforms(self) -> Mapping[str, Waveform]:
-        """Volts of each drive: those of the gait, and over them the signals; a drive without any rests at 0 V."""
+        """Commanded volts of each drive: those of the gait, and over them the signals; without any it is 0 V."""
         layout = None if self.gait is None else self.robot.layout()
         if self.gait is None or layout is None:
             return self.signals
         return FrozenDict({**self.gait.waveforms(layout), **self.signals})
+
+    @property
+    def actuator_volts(self) -> Mapping[str, Signal]:
+        """Volts at every drive's actuator: its waveform, 0 V without any, behind the drive's amplifier."""
+        commands = self.waveforms
+        return {
+            name: drive.actuator_volts(commands.get(name) or Constant(level=0.0))
+            for name, drive in self.robot.drives.items()
+        }
 
     def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
         structure = self.robot.structure
@@ -244,6 +295,27 @@ class Scene(Description):
             except PathErrors as error:
                 faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
         return faults
+
+    def _standing_faults(self) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        if self.initial.standing is None:
+            return []
+        if not isinstance(structure, Walker):
+            text = f"only a walker stands on its feet; this structure is of kind '{structure.kind}'"
+            return [("initial.standing", text)]
+        if self.initial.displacement is not None:
+            return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
+        return []
+
+    def _landing_faults(self) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for foot in self.robot.feet.values():
+            try:
+                self.robot.structure.alone(foot.point)
+            except InputError as error:
+                said = f"the pull as printed takes K_pp and C_pp of a foot's displacement, but {error}"
+                faults.append(("ground.landing", said))
+        return list(dict.fromkeys(faults))
 
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []
@@ -292,12 +364,14 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
 
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
-    if ground.impact is None or isinstance(ground.impact, MassWeighted):
-        return []
-    text = (
-        "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
-    )
-    return [("ground.impact", f"{text} '{ground.impact.kind}'")]
+    faults: list[tuple[str, str]] = []
+    if isinstance(ground.friction, AdhesiveFriction) and not ground.holds:
+        text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
+        faults.append(("ground.friction", text))
+    if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
+        text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
+        faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
+    return faults
 
 
 def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:

@@ -63,6 +63,7 @@ _NOUNS = {
     "s": "a time",
     "A": "a current",
     "V": "a voltage",
+    "V/s": "a rate of voltage",
     "rad": "an angle",
     "Hz": "a frequency",
     "rad/s": "an angular rate",

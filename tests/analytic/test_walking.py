@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import tarsus as ts
 from tarsus.laws import Friction
+from tarsus.measure.history import PERIOD_MARK
 from tarsus.plan import lower_scene
 from tarsus.scene import Ground, Initial
 from tarsus.solve.codes import structured_events
@@ -143,6 +144,7 @@ def test_without_friction_the_engine_of_contact_modes_agrees(ground, damping):
     scene = trotter(ground=GROUNDS[ground], damping=damping)
     run = ts.simulate(scene)
     other = structured_events(execute(lower_scene(scene), scene.duration, accuracy=RECORDED).events)
+    other = other[other["kind"] != PERIOD_MARK]
     assert run.ok
     assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()
     np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=time)

@@ -154,9 +154,9 @@ def test_an_output_folder_that_is_not_writable(tarsus, tmp_path):
 def test_rows_files(tarsus, tmp_path):
     rows = tmp_path / "rows.csv"
     rows.write_text("freq_hz,volt_v,wave\n5,6,sine\n5,six,sine\n", encoding="utf-8")
-    refuse(tarsus("validate", "cantilever", "--rows", rows), "rows.csv, line 3", "'six'")
-    refuse(tarsus("validate", "cantilever", "--rows", tmp_path / "none.csv"), "none.csv")
-    refuse(tarsus("validate", "cantilever", "--device", "cantilver"), "did you mean 'cantilever'")
+    refuse(tarsus("reproduce", "cantilever", "--rows", rows), "rows.csv, line 3", "'six'")
+    refuse(tarsus("reproduce", "cantilever", "--rows", tmp_path / "none.csv"), "none.csv")
+    refuse(tarsus("reproduce", "cantilever", "--device", "cantilver"), "did you mean 'cantilever'")
 
 
 def test_lines_are_named_for_a_law_file_given_by_a_relative_path(tarsus, tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-VERBS = ["devices", "show", "check", "simulate", "validate", "sweep", "next", "bench"]
+VERBS = ["devices", "show", "check", "simulate", "reproduce", "sweep", "next", "bench"]
 
 
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "matplotlib", "xarray", "h5py")
@@ -54,7 +54,7 @@ def test_version(tarsus):
         (["simulat", "cantilever"], "simulate"),
         (["simulate"], "requires an argument"),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
-        (["validate", "octopod"], "quadruped"),
+        (["reproduce", "octopod"], "quadruped"),
         (["devices", "everything"], "everything"),
     ],
 )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import tarsus as ts
+
 
 def test_show_prints_the_rounding_of_the_printed_hexapod(tarsus):
     result = tarsus("show", "hexapod")
@@ -30,3 +32,13 @@ def test_show_names_the_impact_map(tarsus):
     found = json.loads(tarsus("show", "hexapod", "--json").out)["impact_map"]
     assert found["map"] == "dominant mode" and found["passive"] is True
     assert abs(found["worst_gain"] - 1.0) < 1e-9
+
+
+def test_show_names_the_landing_rule(tarsus, tmp_path):
+    file = tmp_path / "slow.toml"
+    ts.write_scene(ts.load_scene("cantilever", **{"ground.landing": ts.RestituteFirst(speed=0.02)}), file)
+    out = tarsus("show", str(file)).out
+    assert "landing: restitution first, held when slow" in out
+    assert "ground.landing.speed" in out
+    assert json.loads(tarsus("show", str(file), "--json").out)["landing"] == "restitute_first"
+    assert json.loads(tarsus("show", "cantilever", "--json").out)["landing"] == "capture_unless_pulled"

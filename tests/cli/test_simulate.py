@@ -7,6 +7,8 @@ import re
 import numpy as np
 import pytest
 
+from tarsus.files.output import MANIFEST
+
 SHORT = ("--duration", "60 ms")
 
 
@@ -29,7 +31,27 @@ def test_json_is_one_object_with_the_ledger_closed(tarsus):
     assert run["events"]["capture"] + run["events"]["bounce"] > 0
     assert run["sentence"]
     for measure in run["measures"].values():
-        assert measure["definition"] and measure["unit"]
+        assert measure["definition"] and measure["unit"] and measure["scope"] == "one foot"
+    count = run["measures"]["bounces"]
+    assert (
+        count["height_m"] == 1e-7 and count["dwell_s"] == 5e-4 and run["measures"]["peak"]["dwell_s"] is None
+    )
+    assert "HIGHEST_UNCOUNTED" in {warning["kind"] for warning in run["warnings"]}
+
+
+def test_the_summary_says_what_it_counts_and_where_that_misleads(tarsus):
+    lines = tarsus("simulate", "cantilever", "--duration", "100 ms").out.splitlines()
+    count = next(line for line in lines if line.startswith("bounces  "))
+    assert "one foot, flights above 0.1 um, after contacts below 0.5 ms" in count
+    assert int(count.split()[-3]) >= 1, "the hop of 25 um after a capture of 70 us that the report shows"
+    assert any(line.startswith("Note: Foot tip:") and "dwell 0.5 ms" in line for line in lines)
+    walk = tarsus("simulate", "millipede", "--duration", "60 ms").out.splitlines()
+    for name, scope in (
+        ("hardest impact", "worst foot"),
+        ("longest contact", "worst foot"),
+        ("impacts", "mean over feet"),
+    ):
+        assert scope in next(line for line in walk if line.startswith(f"{name} "))
 
 
 def test_settings_change_the_run(tarsus):
@@ -46,7 +68,7 @@ def test_output_folder(tarsus, tmp_path):
     names = {path.name for path in folder.iterdir()}
     assert {"scene.toml", "series.nc", "series.mat", "events.csv", "measures.json"} <= names
     assert {"provenance.json", "citations.txt", "summary.json", "report.html"} <= names
-    assert all(str(folder / name) in result.out for name in names)
+    assert all(str(folder / name) in result.out for name in names - {MANIFEST})
     import xarray
 
     with xarray.open_dataset(folder / "series.nc", engine="h5netcdf") as series:
@@ -115,7 +137,17 @@ def test_a_run_with_a_law_can_be_run_again_from_its_folder(tarsus, tmp_path, mag
 
 
 def test_a_scene_with_a_law_but_no_law_file_is_refused(tarsus, tmp_path, magnet):
-    words = ("simulate", "cantilever", "--duration", "5 ms", "--law", magnet, "--no-report", "-o", tmp_path / "a")
+    words = (
+        "simulate",
+        "cantilever",
+        "--duration",
+        "5 ms",
+        "--law",
+        magnet,
+        "--no-report",
+        "-o",
+        tmp_path / "a",
+    )
     assert tarsus(*words).code == 0
     result = tarsus("simulate", tmp_path / "a" / "scene.toml")
     assert result.code == 2

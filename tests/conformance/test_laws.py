@@ -19,6 +19,7 @@ EXAMPLES: list[Law] = [
     ts.Adhesion(initial=1e-6, rate=1e-3),
     ts.Restitution(coefficient=0.378),
     ts.Friction(coefficient=0.35),
+    ts.AdhesiveFriction(coefficient=0.35),
     OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
     OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
     OWN["own_rebound"](coefficient=0.5),
@@ -28,6 +29,7 @@ EXAMPLES: list[Law] = [
 ]
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)
+FRICTION = (ts.Friction, ts.AdhesiveFriction)
 
 
 def arguments(law: Law) -> list[tuple[float, ...]]:
@@ -35,6 +37,8 @@ def arguments(law: Law) -> list[tuple[float, ...]]:
         return [(g,) for g in GAPS]
     if isinstance(law, SmoothLaw):
         return [(g, v, 3.0, 0.1) for g in GAPS[::6] for v in (-0.1, 0.0, 0.1)]
+    if isinstance(law, FRICTION):
+        return [(margin, strength) for margin in (0.0, 1e-9, 1e-3) for strength in (0.0, 1e-6)]
     return [(s,) for s in (0.0, *SPEEDS)]
 
 
@@ -55,7 +59,7 @@ def test_passive_where_its_protocol_says_so(law):
         assert np.all(np.diff(values) <= 0.0), "the momentum never grows with the gap: D >= 0"
     elif isinstance(law, ImpactLaw):
         assert np.all(values >= 0.0) and np.all(values <= np.concatenate([[0.0], SPEEDS]))
-    elif isinstance(law, (LatchLaw, ts.Friction)):
+    elif isinstance(law, (LatchLaw, *FRICTION)):
         assert np.all(values >= 0.0)
     elif isinstance(law, SmoothLaw) and law.uses_rate:
         rates = np.array([point[1] for point in arguments(law)])
@@ -64,9 +68,11 @@ def test_passive_where_its_protocol_says_so(law):
 
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
 def test_toml_round_trip(law):
-    base = ts.load_scene("millipede") if isinstance(law, ts.Friction) else scene("damped_chain")
-    slots = {"friction", "film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
-    if law.name() in slots and "electrostatic" not in law.name():
+    slots = {"film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
+    base = scene("damped_chain")
+    if isinstance(law, FRICTION):
+        written = ts.with_values(ts.load_scene("millipede"), {"ground.friction": law})
+    elif law.name() in slots and "electrostatic" not in law.name():
         written = ts.with_values(base, {f"ground.{law.name()}": law})
     elif law.name() in slots:
         written = ts.with_values(scene("sticky_feet"), {f"ground.{law.name()}": law})

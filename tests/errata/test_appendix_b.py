@@ -12,7 +12,9 @@ from scipy.linalg import eigh
 
 @pytest.fixture(scope="module")
 def robots() -> dict:
-    return tomllib.loads(files("tarsus").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(
+        files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
+    )
 
 
 def matrices(robot: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -86,7 +88,7 @@ def test_e10_hexapod_matrices_and_frequency_table_disagree(robots):
 
 
 def test_e10_the_rounding_of_the_printed_matrices_covers_the_frequency_table():
-    from tarsus.structure.printed import interval, printed_model, rounding
+    from tarsus_reproduce.printed import interval, printed_model, rounding
 
     model = printed_model("hexapod")
     low, high = interval(rounding(model, 4000).frequencies)
@@ -101,7 +103,7 @@ def test_e10_one_model_holds_the_printed_digits_and_the_frequency_table():
 
     from scipy.special import logit
 
-    from tarsus.structure.printed import modal_form, printed_model
+    from tarsus_reproduce.printed import modal_form, printed_model
 
     path = Path(__file__).parents[2] / "examples" / "rebuild_quadruped.py"
     spec = importlib.util.spec_from_file_location("example_rebuild", path)

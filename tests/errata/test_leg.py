@@ -8,8 +8,8 @@ import pytest
 import tarsus as ts
 from tarsus.design import step_lift
 from tarsus.errors import InputError
-from tarsus.files.legs import millipede_leg
 from tarsus.structure.leg_motion import equilibrium, step_response
+from tarsus_reproduce.legs import millipede_leg
 
 
 def test_e11_the_leg_stands_with_the_torque_in_micronewton_metres_only():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tarsus.study.cases import packaged_cases
+from tarsus_reproduce.cases import packaged_cases
 
 HIP_STIFFNESS, PRINTED_TORQUE = 7.74e-8, 0.0057  # k_op,v [N m/rad] and tau_op [N m] of Table 4.1
 

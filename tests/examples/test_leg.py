@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from example_files import load
-from tarsus.files.legs import millipede_leg
 from tarsus.report.leg_figures import landscape_figure, step_figure
+from tarsus_reproduce.legs import millipede_leg
 
 
 def inline(svg: str) -> str:

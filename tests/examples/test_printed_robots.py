@@ -10,7 +10,7 @@ from scipy.special import logit
 
 import tarsus as ts
 from example_files import load
-from tarsus.structure.printed import modal_form, point_matrices, printed_model
+from tarsus_reproduce.printed import modal_form, point_matrices, printed_model
 
 
 @pytest.fixture(scope="module")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from effort import calls
 from tarsus.drive.hysteresis import PrandtlIshlinskii, fit_branches
 from tarsus.drive.law import VoltageLaw
 from tarsus.drive.laws import LinearForce
@@ -276,15 +276,11 @@ def test_history_must_be_finite() -> None:
         lower(Constant(level=1.0), LAWS["plays"], [math.nan])
 
 
-def test_lowering_is_fast_and_economical() -> None:
-    """One sine through 8 plays: 19 pieces a period, under 3 ms (0.4 ms measured)."""
+def test_lowering_is_economical() -> None:
+    """One sine through 8 plays: 19 pieces a period."""
     wave, law = Sine(amplitude=8.0, frequency=50.0), LAWS["plays"]
-    best = math.inf
-    for _ in range(15):
-        begin = time.perf_counter()
-        force, volts = lower(wave, law, [10.0, 0.0])
-        best = min(best, time.perf_counter() - begin)
-    assert best < 3e-3
+    force, volts = lower(wave, law, [10.0, 0.0])
+    assert calls(lambda: lower(wave, law, [10.0, 0.0])) < 2000
     assert force.count == 2 * 19
     assert force.loop == 19
     assert volts.count == 4

@@ -61,8 +61,8 @@ def test_friction_is_borne_by_push_and_adhesion_and_never_pulls() -> None:
     law = Friction(coefficient="30 %")
     assert law.parameters() == (0.3,)
     assert law.function() is Friction.bound
-    assert Friction.bound(2e-6, *law.parameters()) == pytest.approx(0.6e-6)
-    assert Friction.bound(-2e-6, 0.3) == 0.0 == Friction.bound(2e-6, 0.0)
+    assert Friction.bound(2e-6, 1e-6, *law.parameters()) == pytest.approx(0.6e-6)
+    assert Friction.bound(0.0, 1e-6, 0.3) == 0.0 == Friction.bound(2e-6, 1e-6, 0.0)
     with pytest.raises(
         InputError, match=r"^Friction.coefficient: expected a pure number of at least 0, got -0.1"
     ):

@@ -8,10 +8,10 @@ from scipy.linalg import expm
 
 import tarsus as ts
 from tarsus.errors import InputError
-from tarsus.files.legs import millipede_leg
 from tarsus.spec import float_paths
 from tarsus.structure.leg import SingleMode
 from tarsus.structure.leg_motion import equilibrium, free_motion, step_response
+from tarsus_reproduce.legs import millipede_leg
 
 BENT = {
     "hip.angle": 0.3,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.measure import foot_history, measures_of, walk_statistics
+from tarsus.measure import Scope, foot_history, measures_of, period_edges, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE
@@ -149,7 +149,9 @@ def test_contacts_that_touch_are_one():
     events["kind"] = [1, 2, 3, 1, 1, 6]  # lands and chatters, is caught, let go, lands and flies high, twice
     events["apex"] = [1e-6, 5e-8, 0.0, 1e-6, 1e-6, 1e-6]
     start, end = foot_history(events, 0, 10.0).contacts(1e-7)
-    assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], "a touch is a contact without length"
+    assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], (
+        "a touch is a contact without length"
+    )
     none = foot_history(events[:0], 0, 10.0).contacts(1e-7)
     assert none[0].size == none[1].size == 0
 
@@ -224,3 +226,28 @@ def test_other_structures_have_no_walk():
     run = ts.simulate(ts.load_scene("cantilever"), 0.01)
     assert not walk_statistics(run)
     assert list(measures_of(run)) == list(run.measures)
+
+
+def test_the_mean_height_is_the_time_mean_of_the_gap(scene):
+    run = ts.simulate(scene, 0.06)
+    edges = period_edges(run)
+    times = np.linspace(edges[0], edges[-1], 4001)
+    gap = run.states(0.5 * (times[1:] + times[:-1])).gap
+    found = run.measures.mean_height
+    assert found.scope is Scope.MEAN
+    for i, foot in enumerate(run.foot_names):
+        assert found.per_foot[foot] == pytest.approx(float(gap[i].mean()), rel=1e-4)
+    assert (
+        run.measures.peak.value == max(run.measures.peak.per_foot.values())
+        and run.measures.peak.scope is Scope.WORST
+    )
+
+
+def test_a_walk_that_stopped_at_once_has_measures_without_values(scene):
+    run = ts.simulate(scene, 0.06, ts.Accuracy(steps=0))
+    assert not run.ok and run.end_time == 0.0
+    assert all(run.measures[name].n == 0 for name in ("stride", "bounces", "peak", "vertical_amplitude"))
+    assert list(run.measures) == list(ts.simulate(scene, 0.06).measures)
+    early = ts.simulate(scene, 0.06, ts.Accuracy(steps=100))
+    assert not early.ok and 0.0 < early.end_time < 0.06
+    assert early.measures.duty_factor.value <= 1.0

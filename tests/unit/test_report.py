@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -15,12 +14,12 @@ import pytest
 
 from tarsus.errors import InputError
 from tarsus.files.store import read_run, write_run
-from tarsus.report import write_report, write_validation_report
+from tarsus.measure import Caution, CautionKind, Measures
+from tarsus.report import write_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.style import decimate, scale_of, upright
-from tarsus.report.validation_page import validation_html
 from tarsus.report.values import value_rows
 from unit.html_page import Page
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
@@ -44,33 +43,6 @@ def page_text(run: SampleRun, companion: SampleRun) -> str:
 @pytest.fixture(scope="module")
 def page(page_text: str) -> Page:
     return Page(page_text)
-
-
-def validation_row(hz: float = 50.0, measured: dict[str, float] | None = None) -> dict[str, Any]:
-    ours = {"bounces": 1.0, "peak_um": 150.0, "contact_ms": 5.0}
-    return {
-        "freq_hz": hz,
-        "volt_v": 8.0,
-        "wave": "sine",
-        "source": {"bounces": 1.0, "peak_um": 140.0, "contact_ms": 5.1},
-        "measured": measured,
-        "ours": ours,
-    }
-
-
-def validation_result() -> dict[str, Any]:
-    column = {
-        "count_right": 9,
-        "mean_count_error": 0.25,
-        "peak": {"mean_absolute_percent": 18.6, "cases": 12},
-    }
-    rows = [
-        validation_row(50.0, {"bounces": 1.0, "peak_um": 152.0, "contact_ms": 2.5}),
-        validation_row(15.0, {"bounces": 0.0, "peak_um": 120.0, "contact_ms": 0.0}),
-        validation_row(5.0),
-    ]
-    own = {"rows": 3, "source": column, "ours": column, "ours_against_source": {"peak_within_15_percent": 11}}
-    return {"device": "cantilever <x>", "rows": rows, "summary": own | {"added_rows": own}}
 
 
 def test_page_is_small_and_needs_nothing_from_outside(page_text: str, page: Page) -> None:
@@ -209,33 +181,6 @@ def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path) -> None
         write_report(run, tmp_path)
 
 
-def test_validation_rows_can_be_part_of_a_report(run: SampleRun) -> None:
-    text = Page(report_html(run, validation=validation_result()["rows"])).text
-    assert " Validation " in text and "50 Hz 8 V sine" in text
-
-
-def test_validation_page_has_rows_errors_and_summary(tmp_path: Path) -> None:
-    path = write_validation_report(validation_result(), tmp_path / "validation.html")
-    source = path.read_text(encoding="utf-8")
-    page = Page(source)
-    assert "Validation of cantilever <x>" in page.text
-    assert "18.6 %" in page.text
-    assert "Added rows (3)" in page.text
-    first, second, third = re.findall(r"<tr><td>\d+ Hz.*?</tr>", source.replace("\u00a0", " "))
-    assert '<td class="n">+1 %</td>' in first, "peak 152 against 150"
-    assert '<td class="n off">−100 %</td>' in first, "contact 2.5 against 5"
-    assert second.endswith('<td class="n off">–</td></tr>'), "contact 0 against 5 has no relative error"
-    assert '<td class="n off">−1</td>' in second, "one bounce where none was seen"
-    assert third.count("<td class=n>–</td>") == 6, "nothing measured"
-
-
-def test_validation_of_rows_without_reference() -> None:
-    result = validation_result()
-    for row in result["rows"]:
-        row["source"] = row["measured"] = None
-    assert "50 Hz 8 V sine" in Page(validation_html(result)).text.replace("\u00a0", " ")
-
-
 def test_contact_intervals_follow_the_events() -> None:
     rows = [(0.0, 0, 5), (0.1, 0, 3), (0.15, 1, 2), (0.2, 0, 1), (0.3, 0, 2), (0.4, 0, 3), (0.5, 0, 4)]
     events = np.zeros(len(rows), EVENT)
@@ -313,3 +258,11 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
     smooth = np.sin(time)
     np.testing.assert_array_equal(upright(time, smooth)[1], smooth)
     np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
+
+
+def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(run: SampleRun) -> None:
+    caution = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
+    text = Page(report_html(dataclasses.replace(run, measures=Measures(run.measures, [caution])))).text
+    assert f"Note: {caution}" in text
+    assert "mean over feet; flights above 0.1 um, after contacts below 0.5 ms" in text
+    assert "names that begin with max, total or longest are of the whole run" in text

@@ -1,9 +1,9 @@
 import math
-import time
 
 import numpy as np
 import pytest
 
+from effort import calls
 from tarsus.drive.laws import LinearForce
 from tarsus.drive.waveforms import Sine
 from tarsus.errors import InputError
@@ -198,7 +198,7 @@ def test_scenes_are_hashable_values() -> None:
     assert hash(load_scene("cantilever")) == hash(load_scene("cantilever"))
 
 
-def test_with_values_on_a_device_is_fast() -> None:
+def test_with_values_on_a_device_is_little_work() -> None:
     it = load_scene("cantilever")
     values = {
         "ground.film.coefficient": 1e-21,
@@ -206,10 +206,4 @@ def test_with_values_on_a_device_is_fast() -> None:
         "robot.drives.pzt.law.weights.2": -1e-7,
         "signals.pzt.amplitude": 7.0,
     }
-    best = math.inf
-    for _ in range(5):
-        start = time.perf_counter()
-        for _ in range(50):
-            with_values(it, values)
-        best = min(best, (time.perf_counter() - start) / 50)
-    assert best < 0.5e-3
+    assert calls(lambda: with_values(it, values)) < 2000

@@ -1,13 +1,13 @@
 import copy
 import math
 import pickle
-import time
 from typing import Annotated, Literal
 
 import numpy as np
 import pytest
 from pydantic import Field
 
+from effort import calls
 from tarsus.errors import InputError
 from tarsus.spec import (
     Description,
@@ -207,12 +207,7 @@ def test_descriptions_are_frozen_values() -> None:
         it.name = "other"  # type: ignore[misc]
 
 
-def test_with_values_is_fast() -> None:
+def test_with_values_is_little_work() -> None:
     it = whole()
-    best = math.inf
-    for _ in range(5):
-        start = time.perf_counter()
-        for _ in range(50):
-            with_values(it, {"layer.coefficient": 1e-21, "signals.pzt.amplitude": 6.0, "ratios.0": 0.2})
-        best = min(best, (time.perf_counter() - start) / 50)
-    assert best < 0.3e-3
+    changes = {"layer.coefficient": 1e-21, "signals.pzt.amplitude": 6.0, "ratios.0": 0.2}
+    assert calls(lambda: with_values(it, changes)) < 600

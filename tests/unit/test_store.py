@@ -86,6 +86,8 @@ def test_read_run_gives_back_what_was_written(run: SampleRun, folder: Path) -> N
     assert list(back.measures) == list(run.measures)
     assert back.measures["peak"].value == run.measures["peak"].value
     assert back.measures["peak"].per_foot == dict(run.measures["peak"].per_foot)
+    for name in ("scope", "height", "dwell"):
+        assert getattr(back.measures["bounces"], name) == getattr(run.measures["bounces"], name)
     assert math.isnan(back.measures["impact_speed"].value)
     dataset = back.to_dataset()
     assert dataset["contact"].dtype == bool

@@ -1,9 +1,9 @@
 import math
-import time
 
 import numpy as np
 import pytest
 
+from effort import calls
 from tarsus.errors import InputError
 from tarsus.structure import Beam, Lumped, Modal
 
@@ -163,8 +163,6 @@ def test_beam_refuses(changes: dict[str, object], said: str) -> None:
     assert any(said in line for line in caught.value.problems), caught.value.problems
 
 
-def test_beam_is_solved_quickly() -> None:
-    start = time.perf_counter()
-    for k in range(10):
-        beam(frequencies=[600.0 + k, 6424.0]).matrices()
-    assert (time.perf_counter() - start) / 10 < 0.02
+def test_beam_is_solved_with_little_work() -> None:
+    tried = iter(range(10))
+    assert calls(lambda: beam(frequencies=[600.0 + next(tried), 6424.0]).matrices()) < 40_000

@@ -45,7 +45,7 @@ def test_half_a_file_and_another_plans_file_are_not_done(tmp_path):
 
 def test_a_folder_that_holds_anything_needs_resume(tmp_path):
     opened(tmp_path / "sweep")
-    with pytest.raises(InputError, match="is not empty; continue the sweep there with --resume"):
+    with pytest.raises(InputError, match="holds a sweep; continue it there with --resume"):
         opened(tmp_path / "sweep")
     assert opened(tmp_path / "sweep", resume=True).pending() == [0, 1, 2]
 

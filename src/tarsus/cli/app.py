@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 
 from cyclopts import App, CycloptsError
 
@@ -18,9 +19,11 @@ from tarsus.cli import (
     simulate,
     sweep,
     synthesize,
-    validate,
 )
 from tarsus.cli import next as next_signals
+
+COMMANDS = "tarsus.commands"
+"""Entry point group of further verbs: name = a function, as those of `VERBS`."""
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -34,9 +37,15 @@ VERBS = (
     identify.identify,
     calibrate.calibrate,
     next_signals.next,
-    validate.validate,
     bench.bench,
 )
+
+
+GONE = {
+    "validate": "there is no verb 'validate' any more: `tarsus reproduce` compares with a published experiment, "
+    "`tarsus check` checks a scene file",
+}
+"""Verbs of earlier versions, and what to use."""
 
 
 def build() -> App:
@@ -51,9 +60,28 @@ def build() -> App:
         suppress_keyboard_interrupt=False,
         result_action="return_value",
     )
-    for verb in VERBS:
+    for verb in (*VERBS, *_installed()):
         app.command(verb)
     return app
+
+
+def _installed() -> list[Callable[..., int]]:
+    """Verbs that installed packages add under the entry point group ``tarsus.commands``."""
+    from importlib.metadata import entry_points
+
+    taken = {verb.__name__ for verb in VERBS}
+    found = []
+    for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
+        if entry.name in taken:
+            console.complain([f"the verb '{entry.name}' of {entry.value} is left out: tarsus has it already"])
+            continue
+        try:
+            found.append(entry.load())
+        except Exception as error:
+            console.complain([f"the verb '{entry.name}' of {entry.value} cannot be loaded: {error}"])
+            continue
+        taken.add(entry.name)
+    return found
 
 
 def _version() -> str:
@@ -69,6 +97,9 @@ def run(argv: list[str]) -> int:
     bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no
     error.
     """
+    if argv and argv[0] in GONE:
+        console.complain([GONE[argv[0]]])
+        return BAD_INPUT
     try:
         code = build()(argv)
         sys.stdout.flush()

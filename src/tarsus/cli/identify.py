@@ -17,6 +17,7 @@ def identify(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     seed: int = 1,
     report: bool = True,
     json: Annotated[bool, Parameter(negative=())] = False,
@@ -30,6 +31,8 @@ def identify(
     output
         folder for identified.toml, identification.json, draws.npz and report.html; by default "identified" beside the
         campaign file.
+    overwrite
+        replace what `identify` wrote into the folder before; other files stay.
     seed
         of the draws that intervals are made of.
     report
@@ -37,22 +40,25 @@ def identify(
     json
         print one JSON object instead of the tables.
     """
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
+    from tarsus.files.output import OutputFolder
     from tarsus.identify.campaign import read_campaign
     from tarsus.identify.chain import identify as run
-    from tarsus.identify.result import summary_of, write_identification
+    from tarsus.identify.result import RESULT_FILES, summary_of, write_identification
 
     opened = read_campaign(campaign)
     folder = output if output is not None else opened.folder / "identified"
-    requests.check_folder(folder)
+    target = OutputFolder(folder, "identify", RESULT_FILES, overwrite)
+    target.check()
     console.announce_compiling()
     with console.progress_bar("steps") as progress:
         found = run(opened, seed, progress)
-    written = write_identification(found, folder)
-    if report:
-        from tarsus.report.identify_page import write_identify_report
+    with target.writing():
+        written = write_identification(found, folder)
+        if report:
+            from tarsus.report.identify_page import write_identify_report
 
-        written.append(write_identify_report(found, folder / "report.html"))
+            written.append(write_identify_report(found, folder / "report.html"))
     console.complain([f"note: {said}" for said in found.remarks])
     console.complain([f"left out: {one}" for one in found.left_out])
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])

@@ -5,7 +5,6 @@ Bad input ends in `InputError`, with everything found wrong.
 
 from __future__ import annotations
 
-import os
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -115,20 +114,3 @@ def duration_for(scene: Scene, text: str | None) -> float:
             f"{MOST_STEPS:.0e} are allowed; the longest run is about {seconds * MOST_STEPS / steps:.2g} s"
         )
     return seconds
-
-
-def check_folder(folder: Path) -> None:
-    """Refuse an output folder that cannot be written, before any time is spent.
-
-    Raises
-    ------
-    InputError
-        when it is a file, lies below a file, or its nearest existing parent is not writable.
-    """
-    nearest = folder
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
-    if not nearest.is_dir():
-        raise InputError(f"cannot write into '{folder}': '{nearest}' is a file, a folder is needed")
-    if not os.access(nearest, os.W_OK | os.X_OK):
-        raise InputError(f"cannot write into '{folder}': '{nearest}' is not writable")

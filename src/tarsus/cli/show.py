@@ -43,6 +43,7 @@ def show(
                 "device": scene.name,
                 "values": rows,
                 "impact_map": _impact(scene),
+                "landing": scene.ground.landing_rule.kind if scene.robot.feet else None,
                 "citations": list(scene.citations),
             }
         )
@@ -73,6 +74,7 @@ def show(
             f"\nimpact map: {impact['map']}, {how}; one impact multiplies kinetic energy by at most "
             f"{impact['worst_gain']:.3g}"
         )
+        print(f"landing: {scene.ground.landing_rule.title}")
     for citation in scene.citations:
         print(f"\n{citation}")
     return 0

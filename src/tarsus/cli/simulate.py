@@ -20,6 +20,7 @@ def simulate(
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     mat: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     report: bool = True,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
@@ -37,6 +38,8 @@ def simulate(
         a Python file with laws of your own; may be repeated.
     output
         folder for scene, series, events, measures, provenance, citations and report.html.
+    overwrite
+        replace what `simulate` wrote into the folder before; other files stay.
     mat
         also write series.mat.
     report
@@ -46,18 +49,22 @@ def simulate(
     """
     import tarsus
     from tarsus.cli import console, requests, summary
+    from tarsus.files.output import OutputFolder
+    from tarsus.files.store import RUN_FILES
 
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     seconds = requests.duration_for(the_scene, duration)
-    if output is not None:
-        requests.check_folder(output)
+    target = None if output is None else OutputFolder(output, "simulate", RUN_FILES, overwrite)
+    if target is not None:
+        target.check()
     with console.engine_at_work(the_scene) as compiling:
         if compiling:
             tarsus.simulate(the_scene, duration=1e-6 * seconds)  # so that the time of the run is its own
         run = tarsus.simulate(the_scene, duration=seconds)
     written: list[Path] = []
-    if output is not None:
-        written = _write(run, the_scene, seconds, output, mat=mat, report=report)
+    if target is not None:
+        with target.writing() as folder:
+            written = _write(run, the_scene, seconds, folder, mat=mat, report=report)
     if json:
         console.print_json(summary.run_object(run, written))
     else:
@@ -81,7 +88,7 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
             companion: Any = None
             if scene.ground.adhesion is not None:
                 companion = tarsus.simulate(
-                    tarsus.with_values(scene, {"ground.adhesion": None}), duration=duration
+                    tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )
             write_report(run, folder / REPORT_FILE, companion)
         written.append(folder / REPORT_FILE)

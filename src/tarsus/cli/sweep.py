@@ -14,6 +14,7 @@ def sweep(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
 ) -> int:
     """Run a study: a scene over many values of its floats, every run scored.
@@ -26,6 +27,8 @@ def sweep(
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
     resume
         continue what the folder holds; finished parts are not run again.
+    overwrite
+        begin again: replace what `sweep` wrote into the folder before; other files stay.
     law
         a Python file with laws that the scene uses; may be repeated.
     """
@@ -33,17 +36,23 @@ def sweep(
     import time
 
     from tarsus.cli import console, requests
+    from tarsus.errors import InputError
+    from tarsus.files.output import OutputFolder
+    from tarsus.files.sweepstore import SWEEP_FILES
     from tarsus.study.studyfile import load_sweep
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.workunit import OUTCOMES
 
     the_sweep = load_sweep(study, requests.laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
-    requests.check_folder(folder)
+    if resume and overwrite:
+        raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
+    target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
+    target.check(resume=resume)
     console.announce_compiling(the_sweep.scene)
     start = time.perf_counter()
     try:
-        with console.progress_bar("runs", time_left=True) as progress:
+        with target.writing(resume=resume), console.progress_bar("runs", time_left=True) as progress:
             result = run_sweep(
                 the_sweep, folder, resume=resume, progress=lambda done, total: progress(done, total, "")
             )

@@ -18,6 +18,7 @@ def synthesize(
     rate: str = "20 kHz",
     perturb: float = 0.0,
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
 
@@ -37,11 +38,14 @@ def synthesize(
         multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
     set_
         path=value, changes the device first; may be repeated.
+    overwrite
+        replace what `synthesize` wrote into the folder before; other files stay.
     """
     from tarsus.cli import console, requests
     from tarsus.errors import InputError
-    from tarsus.experiment.campaign_folder import write_campaign
+    from tarsus.experiment.campaign_folder import CAMPAIGN_FILES, write_campaign
     from tarsus.experiment.synthesis import Instrument, perturbed
+    from tarsus.files.output import OutputFolder
     from tarsus.units import parse_quantity
 
     scene = requests.scene_for(device, requests.settings(set_ or ()), ())
@@ -51,12 +55,13 @@ def synthesize(
         raise InputError([f"--rate: {problem}" for problem in error.problems]) from error
     if not 1e3 <= hertz <= 1e7:
         raise InputError(f"--rate: expected 1 kHz to 10 MHz, got '{rate}'")
-    requests.check_folder(output)
+    target = OutputFolder(output, "synthesize", CAMPAIGN_FILES, overwrite)
+    target.check()
     if perturb:
         scene = perturbed(scene, perturb, seed)
     console.announce_compiling()
-    with console.progress_bar("records") as progress:
-        written = write_campaign(scene, output, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
+    with target.writing() as folder, console.progress_bar("records") as progress:
+        written = write_campaign(scene, folder, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
     size = sum(path.stat().st_size for path in written) / 1e6
     print(f"wrote {len(written)} files, {size:.1f} MB, into {output}")
     print(f"identify it with `tarsus identify {written[0]} -o FOLDER`; the truth is in {written[-1]}")

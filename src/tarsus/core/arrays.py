@@ -12,7 +12,7 @@ from collections import namedtuple
 Modes = namedtuple(
     "Modes",
     "mask nb blocks inputs input_norm beta outputs feed feed_rate to_physical offset from_physical "
-    "held held_feed jump mobility reaction side side_rate skew level sway",
+    "held held_feed jump mobility reaction side side_rate skew level sway printed printed_feed printed_damping",
 )
 # Step tables, stacked along the first axis, with the step lengths and the Taylor terms that land inside a step.
 Tables = namedtuple(

@@ -32,8 +32,9 @@ from tarsus.core.arrays import (
     TIME,
 )  # fmt: skip
 from tarsus.core.flow import dot
-from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, MAP_AS_IS
+from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, MAP_AS_IS, PULL_AS_PRINTED
 from tarsus.core.jit import rare
+from tarsus.core.landing import landing, rest_time
 from tarsus.core.signals import value
 
 DUE = -1  # order of a foot at the ground whose blow waits for another foot to be let go
@@ -93,14 +94,23 @@ def foot_volts(signals, cursor, laws, i, t):
 
 
 @rare
-def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot, t, probe):
-    """Structure's pull on free foot ``foot`` if it were stopped on the ground now, smooth force at contact included."""
-    ni = modes.feed.shape[2]
-    pull = dot(modes.held, q, foot, size, y) + modes.held_feed[q, foot, ni - 1]
+def smooth_pull(rows, feed, laws, signals, cursor, q, m, nd, size, y, foot, t):
+    """Pull on a foot at the ground by rows of the state and of the inputs, its own smooth force at contact included."""
+    pull = dot(rows, q, foot, size, y) + feed[q, foot, 2 * m + nd]
     for d in range(nd):
-        pull += modes.held_feed[q, foot, 2 * m + d] * value(
+        pull += feed[q, foot, 2 * m + d] * value(
             signals.first, signals.start, signals.end, signals.coef, signals.loop, signals.period, cursor, d, t
         )
+    if laws.flags[foot] & HAS_FORCE:
+        volts = foot_volts(signals, cursor, laws, foot, t)
+        pull += hooks.force(laws.parameters, laws.pointer, foot, 0.0, 0.0, volts, t)
+    return pull
+
+
+@rare
+def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot, t, probe):
+    """Structure's pull on free foot ``foot`` if it were stopped on the ground now, smooth force at contact included."""
+    pull = smooth_pull(modes.held, modes.held_feed, laws, signals, cursor, q, m, nd, size, y, foot, t)
     for k in range(m):
         factor = modes.held_feed[q, foot, m + k]
         if factor == 0.0 or k == foot or mask >> k & 1:
@@ -113,9 +123,6 @@ def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot,
         if laws.flags[k] & HAS_FORCE:
             volts = foot_volts(signals, cursor, laws, k, t)
             pull += factor * hooks.force(laws.parameters, laws.pointer, k, gaps[k], rate, volts, t)
-    if laws.flags[foot] & HAS_FORCE:
-        volts = foot_volts(signals, cursor, laws, foot, t)
-        pull += hooks.force(laws.parameters, laws.pointer, foot, 0.0, 0.0, volts, t)
     return pull
 
 
@@ -199,19 +206,17 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
     kept = energy * after * after
     latch = laws.flags[foot] & HAS_LATCH
     strength = hooks.strength(laws.parameters, laws.pointer, foot, 0.0) if latch else 0.0
-    if latch and pull <= strength:
-        log(events, count, t, foot, CAPTURE, speed, 0.0, pull, strength, lost + kept, kept, state.apex)
+    printed = 0.0
+    if laws.flags[foot] & PULL_AS_PRINTED:
+        printed = smooth_pull(modes.printed, modes.printed_feed, laws, signals, state.cursor, q, m, nd, size, w, foot, t)
+        printed += modes.printed_damping[q, foot] * (rate + after)
+    kind = landing(laws, foot, after, pull, strength, printed, modes.mobility[q, foot], real[REST_HEIGHT])
+    if kind != BOUNCE:
+        over = rest_time(t, speed, after, pull, modes.mobility[q, foot]) if kind == REST else t
+        taken = kept if latch and kind == CAPTURE else 0.0
+        log(events, count, over, foot, kind, speed, 0.0, pull, strength, lost + kept, taken, state.apex)
         hold(modes, state, q, size, mask, foot, t)
         return True
-    if not latch and pull < 0.0:
-        press = -pull * modes.mobility[q, foot]
-        if after * after < 2.0 * press * real[REST_HEIGHT]:
-            ratio = min(after / speed, 0.999999) if speed > 0.0 else 0.0
-            over = t + 2.0 * after / press / (1.0 - ratio)  # end of the geometric series of flights
-            kind = REST if after > 0.0 else CAPTURE
-            log(events, count, over, foot, kind, speed, 0.0, pull, 0.0, lost + kept, 0.0, state.apex)
-            hold(modes, state, q, size, mask, foot, t)
-            return True
     lost += follow(modes, q, foot, size, w, speed, after, laws.flags[foot] & MAP_AS_IS != 0)
     log(events, count, t, foot, BOUNCE, speed, after, pull, strength, lost, 0.0, state.apex)
     for r in range(size):

@@ -8,6 +8,7 @@ address of its own compiled function, so that adding or editing one never recomp
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,6 +27,8 @@ MOMENTUM, FORCE, REBOUND, STRENGTH = 0, 1, 2, 3
 HAS_MOMENTUM, HAS_FORCE, USES_RATE, HAS_LATCH = 1, 2, 4, 8
 # An impact map that acts as it is, not through its passive projection.
 MAP_AS_IS = 16
+# The rule by which a foot lands, see core.landing; without one of these it is captured unless pulled.
+RESTITUTES_FIRST, PULL_AS_PRINTED = 32, 64
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,8 @@ _ARGUMENTS = {
     "force": ("gap", "rate", "volts", "time"),
     "rebound": ("speed",),
     "strength": ("age",),
-    "friction": ("margin",),
+    "friction": ("margin", "strength"),
+    "excess": ("departing",),
 }
 _COLUMN = {"momentum": MOMENTUM, "force": FORCE, "rebound": REBOUND, "strength": STRENGTH}
 
@@ -69,7 +73,9 @@ def bind_angle(function: Callable[..., float]) -> None:
 def _assemble(name: str, compiled: bool) -> Callable[..., float]:
     """One function of (par, pointer, foot, *arguments): the sum of the bound laws and of the user's, if any can be.
 
-    For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``.
+    For ``rebound`` a user's law replaces the built-in one instead of adding to it, and so for ``strength``. A law of the
+    gap is promised to be finite on the ground and above; below, where a step's trial may reach beyond a touchdown, its
+    value at the ground stands for one that is not.
     """
     arguments = _ARGUMENTS[name]
     terms = []
@@ -91,7 +97,19 @@ def _assemble(name: str, compiled: bool) -> Callable[..., float]:
         )
     body += f"    return {built_in}\n"
     exec(body, scope)
-    return scope[name]  # type: ignore[return-value]
+    if arguments[0] != "gap":
+        return scope[name]  # type: ignore[return-value]
+    whole = {"law": inner(scope[name]) if compiled else scope[name], "isfinite": math.isfinite}
+    rest = "".join(f", {argument}" for argument in arguments[1:])
+    exec(
+        f"def {name}(par, pointer, foot, gap{rest}):\n"
+        f"    value = law(par, pointer, foot, gap{rest})\n"
+        f"    if gap < 0.0 and not isfinite(value):\n"
+        f"        return law(par, pointer, foot, 0.0{rest})\n"
+        f"    return value\n",
+        whole,
+    )
+    return whole[name]  # type: ignore[return-value]
 
 
 def _assemble_row(compiled: bool) -> Callable[..., None]:
@@ -140,9 +158,15 @@ def strength(par, pointer, foot, age):
     return _plain["strength"](par, pointer, foot, age)
 
 
-def friction(par, pointer, foot, margin):
-    """Largest friction force [N] of a held foot whose contact holds ``margin`` = N + f_a [N] more than is asked of it."""
-    return _plain["friction"](par, pointer, foot, margin)
+def friction(par, pointer, foot, margin, strength):
+    """Largest friction force [N] of a held foot whose contact of ``strength`` f_a [N] holds ``margin`` = N + f_a [N] more
+    than is asked of it."""
+    return _plain["friction"](par, pointer, foot, margin, strength)
+
+
+def excess(par, pointer, foot, departing):
+    """How much faster [m/s] a foot departs than one that may be held."""
+    return _plain["excess"](par, pointer, foot, departing)
 
 
 def passive_angle(restitution, skew):
@@ -167,6 +191,7 @@ def call_pointer(address, a, b, c, d, parameters):
 
 for _name, _stub in (
     ("momentum", momentum), ("force", force), ("rebound", rebound), ("strength", strength), ("friction", friction),
+    ("excess", excess),
 ):  # fmt: skip
 
     def _implementation(name: str, stub: Callable[..., float]) -> None:

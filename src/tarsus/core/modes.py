@@ -34,6 +34,7 @@ class LinearSystem:
 
     mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); constant (n,) [N].
     directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
+    alone (n, m): coordinates that move a foot by one along its normal and no other point; for the pull as printed.
     """
 
     mass: Floats
@@ -44,6 +45,7 @@ class LinearSystem:
     loads: Floats
     constant: Floats
     directions: Floats | None = None
+    alone: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,9 @@ class ContactMode:
     side: Floats  # (m, 2nb): change of the state by a unit velocity across the foot's normal, see _across
     side_rate: Floats  # (m, 2nb): that velocity
     skew: Floats  # (m,): velocity across per velocity along, of the foot's impact direction
+    printed: Floats  # (m, 2nb): pull by (2.13) as printed on a free foot at the ground, its own rate after the blow apart
+    printed_feed: Floats  # (m, ni): its direct part
+    printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
 
 
 def _apply(blocks: Floats, y: Floats) -> Floats:
@@ -129,6 +134,7 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     side = np.zeros((m, 2 * nz))
     side_rate = np.zeros((m, 2 * nz))
     skew = np.zeros(m)
+    printed, printed_feed, printed_damping = np.zeros((m, 2 * nz)), np.zeros((m, ni)), np.zeros(m)
 
     inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
     inputs[-1] = force_in @ constant
@@ -164,6 +170,13 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
             across, skew[i] = _across(mz, z.T @ system.normals[:, i], projector @ system.directions[:, i])
             side[i] = inverse[:, nz:] @ across
             side_rate[i] = across @ mz @ basis[nz:]
+        if system.alone is not None:
+            # -K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign
+            row = system.alone[:, i]
+            printed[i] = -row @ restoring
+            printed_feed[i] = _force_feed(row, system, constant, [], ni)
+            printed_feed[i, -1] -= 2.0 * (row @ system.stiffness @ row) * system.rest_gap[i]
+            printed_damping[i] = row @ system.damping @ row
     offset = np.concatenate([particular, np.zeros(n)])
     both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
@@ -171,7 +184,8 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
         mask=mask, blocks=blocks, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
         to_physical=np.vstack([position, velocity]), offset=offset, from_physical=inverse @ both,
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
-        side=side, side_rate=side_rate, skew=skew,
+        side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
+        printed_damping=printed_damping,
     )  # fmt: skip
 
 

@@ -92,7 +92,8 @@ def _stack_modes(modes: list[ContactMode]) -> Modes:
             name: each(name)
             for name in (
                 "inputs", "beta", "outputs", "feed", "feed_rate", "to_physical", "offset", "from_physical",
-                "held", "held_feed", "jump", "mobility", "reaction", "side", "side_rate", "skew",
+                "held", "held_feed", "jump", "mobility", "reaction", "side", "side_rate", "skew", "printed", "printed_feed",
+                "printed_damping",
             )
         },
     )  # fmt: skip

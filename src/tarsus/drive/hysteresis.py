@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
+from tarsus.drive.crossings import bracketed_root
 from tarsus.drive.law import VoltageLaw
 from tarsus.drive.parts import Parts
 from tarsus.drive.plays import play_states, visited
@@ -117,8 +118,8 @@ class PrandtlIshlinskii(VoltageLaw):
         kink = np.where(new, track.kink[stretch], True)
         kink[1:] |= np.abs(np.diff(law[:, 1])) > slack
         if track.periodic:
-            half = int(np.searchsorted(stretch, track.count // 2))  # the loop starts here
-            kink[half] |= abs(law[half, 1] - law[-1, 1]) > slack
+            loop = int(np.searchsorted(stretch, track.loop))
+            kink[loop] |= abs(law[loop, 1] - law[-1, 1]) > slack
         return Parts(stretch, low, high, law, kink)
 
     def monotone_range(self) -> tuple[float, float]:
@@ -196,7 +197,7 @@ class PrandtlIshlinskii(VoltageLaw):
             if fb == 0.0:
                 return b
             if (fa < 0.0) != (fb < 0.0):
-                return _root(miss, a, b, fa, fb)
+                return bracketed_root(miss, a, b, fa, fb)
         return None
 
 
@@ -209,26 +210,6 @@ def _expand(miss: Callable[[float], float], start: float, sign: float) -> float:
     while step < 1e12 and (miss(start + sign * step) < 0.0) == (at < 0.0):
         step *= 2.0
     return start + sign * step
-
-
-def _root(miss: Callable[[float], float], a: float, b: float, fa: float, fb: float) -> float:
-    """Root of a monotone function between a and b, to rounding: Illinois steps and bisections."""
-    width = abs(b - a)
-    for i in range(200):
-        x = b - fb * (b - a) / (fb - fa)
-        if i % 4 == 3 or not min(a, b) < x < max(a, b):
-            x = 0.5 * (a + b)
-        if x in (a, b) or width <= 2e-16 * (1e-3 + abs(x)):
-            break
-        fx = miss(x)
-        if fx == 0.0:
-            return x
-        if (fx < 0.0) == (fb < 0.0):
-            b, fb, fa = x, fx, 0.5 * fa
-        else:
-            a, fa, b, fb = b, fb, x, fx
-        width = abs(b - a)
-    return a if abs(miss(a)) < abs(miss(b)) else b
 
 
 def fit_branches(

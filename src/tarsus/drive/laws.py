@@ -82,9 +82,7 @@ class TwoBranch(VoltageLaw):
         kink = track.kink.copy()
         kink[1:] |= branch[1:] != branch[:-1]
         if track.periodic:
-            kink[0] |= branch[0] != branch[-1]
-            half = track.count // 2  # the loop starts here; its flag holds for the wrap as well
-            kink[half] |= branch[half] != branch[-1]
+            kink[track.loop] |= branch[track.loop] != branch[-1]  # holds for the wrap as well
         return whole_parts(track, law, kink)
 
 

@@ -44,14 +44,14 @@ def lower(waveform: Signal, law: VoltageLaw, history: Sequence[float] = ()) -> t
         raise InputError("the history of a drive must be finite voltages")
     with np.errstate(over="ignore", invalid="ignore"):
         track = waveform.track()
-        loop = 0 if track.periodic else -1
+        loop = track.loop if track.periodic else -1
         volts = to_pieces(track, whole_parts(track, IDENTITY), loop)
         if isinstance(law, LinearForce):
             coef = law.gain * volts.coef
             coef[:, 0] += law.offset
             return Pieces(volts.start, coef, volts.kink, volts.loop), volts
         if track.periodic and law.has_memory:
-            loop = track.count
             track = track.twice()
+            loop = track.loop
         force = to_pieces(track, law.parts(track, history), loop)
     return force, volts

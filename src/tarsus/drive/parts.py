@@ -58,8 +58,8 @@ def whole_parts(track: Track, law: Floats, kink: NDArray[np.bool_] | None = None
 
 def to_pieces(track: Track, parts: Parts, loop_stretch: int) -> Pieces:
     """Polynomials in time of the parts; the loop starts at `loop_stretch` (-1: the last value is held)."""
-    exact = track.amplitude is None
     stretch, low, high, law, kink = parts.stretch, parts.low, parts.high, parts.law, parts.kink
+    exact = track.amplitude is None and _degree(law) * _degree(track.inner) < TERMS
     if exact:
         coef = _compose(track, stretch, low, high, law)
     else:
@@ -89,11 +89,15 @@ def to_pieces(track: Track, parts: Parts, loop_stretch: int) -> Pieces:
     return Pieces(start, np.ascontiguousarray(coef), np.array(kink), loop)
 
 
+def _degree(rows: Floats) -> int:
+    """Highest power in polynomials (Q, K)."""
+    return max([k for k in range(1, rows.shape[1]) if rows[:, k].any()], default=0)
+
+
 def _compose(track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats) -> Floats:
-    """Coefficients (Q, 12) of law(q(xi)), with xi mapped to the part: exact, of degree 9 at most."""
+    """Coefficients (Q, 12) of law(q(xi)), with xi mapped to the part: exact, where its degree is 11 at most."""
     q = shifted(track.inner[stretch], low, high)
-    degree = max([k for k in range(1, 4) if law[:, k].any()], default=0)
-    inner_degree = max([k for k in range(1, 4) if q[:, k].any()], default=0)
+    degree, inner_degree = _degree(law), _degree(q)
     coef = np.zeros((len(stretch), TERMS))
     coef[:, 0] = law[:, degree]
     for k in range(degree - 1, -1, -1):

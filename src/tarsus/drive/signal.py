@@ -20,7 +20,7 @@ class Signal(Description, ABC):
     def period(self) -> float | None:
         """Period [s], None if the waveform does not repeat."""
         track = self.track()
-        return float(track.start[-1]) if track.periodic else None
+        return track.period if track.periodic else None
 
     @abstractmethod
     def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

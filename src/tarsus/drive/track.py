@@ -1,13 +1,15 @@
 """Tracks: a voltage over time as monotone smooth stretches, in closed form.
 
 Hysteresis depends on the order of extremes only, so a waveform is cut where it turns, jumps or changes its
-formula. On each stretch the voltage is a cubic of the local coordinate xi in [-1, 1], or a sine of such a
-cubic; both can be inverted, which is how the instants at which a play engages are found.
+formula. On each stretch the voltage is a polynomial of the local coordinate xi in [-1, 1] (a cubic for most
+waveforms, of degree 11 behind an amplifier), or a sine of a cubic; both can be inverted, which is how the
+instants at which a play engages are found.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,7 +30,7 @@ class Track:
     start: Floats
     """(S+1,) [s]."""
     inner: Floats
-    """(S, 4): q(xi) = sum_k inner[k] xi**k, xi in [-1, 1]."""
+    """(S, K), K from 4 to 12: q(xi) = sum_k inner[k] xi**k, xi in [-1, 1]."""
     amplitude: Floats | None
     """(S,) [V], signed, or None. None: V = q(xi). Else V = offset + amplitude sin(q(xi)), |q| <= pi/2."""
     offset: float
@@ -38,14 +40,21 @@ class Track:
     last: Floats
     """(S,) [V] value at the end of each stretch."""
     kink: NDArray[np.bool_]
-    """(S,): value or slope jumps where the stretch starts (periodic: row 0 tells about the wrap)."""
+    """(S,): value or a derivative jumps where the stretch starts (periodic: row `loop` also tells about the wrap)."""
     periodic: bool
-    """True: start[-1] is the period. False: the last value is held."""
+    """True: the stretches from `loop` on repeat. False: the last value is held."""
+    loop: int = 0
+    """Stretch that follows the last one of a periodic track; those before it come once."""
 
     @property
     def count(self) -> int:
         """S, the number of stretches."""
         return len(self.kink)
+
+    @property
+    def period(self) -> float:
+        """Time [s] that the repeated stretches of a periodic track take."""
+        return float(self.start[-1] - self.start[self.loop])
 
     def direction(self) -> Floats:
         """(S,): +1 rising, -1 falling, 0 constant."""
@@ -56,7 +65,7 @@ class Track:
         rows = self.inner[stretch]
         if xi.ndim == 2:
             rows = rows[:, :, None]
-        q = ((rows[:, 3] * xi + rows[:, 2]) * xi + rows[:, 1]) * xi + rows[:, 0]
+        q = horner(rows, xi)
         if self.amplitude is None:
             return q
         scale = self.amplitude[stretch]
@@ -75,31 +84,42 @@ class Track:
         return _solve_monotone(rows, target)
 
     def twice(self) -> Track:
-        """Two periods of a periodic track, one after the other; the second starts at exactly the period."""
-        period = self.start[-1]
-        amplitude = None if self.amplitude is None else np.tile(self.amplitude, 2)
-        start = np.concatenate([self.start, period + self.start[1:]])
-        inner = np.concatenate([self.inner, self.inner])
-        first, last, kink = np.tile(self.first, 2), np.tile(self.last, 2), np.tile(self.kink, 2)
-        return Track(start, inner, amplitude, self.offset, first, last, kink, True)
+        """A periodic track with one more period, which is then what repeats; it starts at exactly the first's end."""
+        begin, loop, end = self.start[self.loop], self.loop, self.start[-1]
+
+        def again(values: NDArray[Any]) -> NDArray[Any]:
+            return np.concatenate([values, values[loop:]])
+
+        amplitude = None if self.amplitude is None else again(self.amplitude)
+        start = np.concatenate([self.start, end + (self.start[loop + 1 :] - begin)])
+        first, last, kink = again(self.first), again(self.last), again(self.kink)
+        return Track(start, again(self.inner), amplitude, self.offset, first, last, kink, True, self.count)
+
+
+def horner(rows: Floats, xi: Floats) -> Floats:
+    """Polynomials `rows` (Q, K) at `xi`, (Q,) or what (Q,) is broadcast to."""
+    q = rows[:, -1]
+    for k in range(rows.shape[1] - 2, -1, -1):
+        q = q * xi + rows[:, k]
+    return q
 
 
 def _solve_monotone(rows: Floats, target: Floats) -> Floats:
-    """Root in [-1, 1] of monotone cubics `rows` (Q, 4) = `target` (Q,): Newton kept inside a bracket."""
-    c0, c1, c2, c3 = rows.T
-    if not (c2.any() or c3.any()):
+    """Root in [-1, 1] of monotone polynomials `rows` (Q, K) = `target` (Q,): Newton kept inside a bracket."""
+    c0, c1 = rows[:, 0], rows[:, 1]
+    if not rows[:, 2:].any():
         return np.clip((target - c0) / c1, -1.0, 1.0)
+    slopes = rows[:, 1:] * np.arange(1, rows.shape[1])
     low, high = np.full_like(target, -1.0), np.ones_like(target)
-    rising = c1 + c3 >= 0.0  # sign of q(1) - q(-1)
+    rising = rows[:, 1::2].sum(axis=1) >= 0.0  # sign of q(1) - q(-1)
     x = np.clip((target - c0) / np.where(c1 == 0.0, np.inf, c1), -1.0, 1.0)
     for _ in range(200):
-        miss = ((c3 * x + c2) * x + c1) * x + c0 - target
+        miss = horner(rows, x) - target
         beyond = (miss > 0.0) == rising
         high = np.where(beyond | (miss == 0.0), x, high)
         low = np.where(beyond & (miss != 0.0), low, x)
-        slope = (3.0 * c3 * x + 2.0 * c2) * x + c1
         with np.errstate(divide="ignore", invalid="ignore"):
-            step = x - miss / slope
+            step = x - miss / horner(slopes, x)
         safe = (step > low) & (step < high)
         new = np.where(safe, step, 0.5 * (low + high))
         new = np.where(miss == 0.0, x, new)
@@ -291,12 +311,11 @@ def cubic_track(start: Floats, rows: Floats, samples: Floats) -> Track:
 
 
 def shifted(rows: Floats, low: Floats, high: Floats) -> Floats:
-    """Cubics (Q, 4) in the coordinate that is -1 and 1 where xi of `rows` (Q, 4) is `low` and `high`."""
-    a0, a1, a2, a3 = rows.T
+    """Polynomials (Q, K) in the coordinate that is -1 and 1 where xi of `rows` (Q, K) is `low` and `high`."""
     mid, half = 0.5 * (low + high), 0.5 * (high - low)
-    q = np.empty((len(rows), 4))
-    q[:, 0] = ((a3 * mid + a2) * mid + a1) * mid + a0
-    q[:, 1] = ((3.0 * a3 * mid + 2.0 * a2) * mid + a1) * half
-    q[:, 2] = (3.0 * a3 * mid + a2) * half**2
-    q[:, 3] = a3 * half**3
-    return q
+    q = rows.copy()
+    top = max([k for k in range(rows.shape[1]) if rows[:, k].any()], default=0)
+    for i in range(top):
+        for j in range(top - 1, i - 1, -1):
+            q[:, j] += mid * q[:, j + 1]
+    return q * half[:, None] ** np.arange(rows.shape[1])

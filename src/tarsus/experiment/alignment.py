@@ -29,6 +29,16 @@ _BAND = np.asarray(firwin(2 * _TAPS + 1, 0.6), dtype=float)
 """Low-pass in front of the search for the delay: near half the sampling rate a delay by half a sample takes noise away,
 and the search would prefer it."""
 
+_FLOOR = 1e-4
+"""Share of the energy below which what is left counts as nothing: 1 % of the motion."""
+
+_NEARLY = 2.0
+"""Times the least that is left, in energy, within which another delay fits nearly as well: noise, and half a sample
+of delay, change what is left by less."""
+
+_APART = float(np.log(4.0))
+"""Rise of what is left between two delays, as a logarithm, that makes them two: twice the residual."""
+
 _NEAR = 3
 """Whole samples on either side that are tried on the way from the peak of the cross-correlation."""
 
@@ -40,7 +50,8 @@ class Alignment:
     names: the nc channels compared; delay [s]: the reference runs behind by this much; gain (nc,): of the record over
     the reference; offset (nc,): zero of the record less that of the reference, in the channels' units; residual (nc,):
     root mean square of record less aligned reference (unit gain, offset taken out) over that of the record about its
-    mean; noise (nc,): standard deviation of that difference, in the channels' units.
+    mean; noise (nc,): standard deviation of that difference, in the channels' units; other [s]: another delay that
+    fits nearly as well, None where there is none.
     """
 
     names: tuple[str, ...]
@@ -49,6 +60,7 @@ class Alignment:
     offset: Floats
     residual: Floats
     noise: Floats
+    other: float | None = None
 
     @property
     def overall(self) -> float:
@@ -131,7 +143,7 @@ def align(
     _refuse_silent(names, ours)
     _refuse_silent(names, theirs[:, :span], "in the reference record")
     reach = span // 4 if search is None else min(int(np.ceil(search / record.step)), span // 2)
-    coarse = _whole_delay(ours, theirs[:, :span], reach)
+    coarse, other = _whole_delays(ours, theirs[:, :span], reach)
     edge = 3 * _TAPS + abs(coarse)
     inner = slice(edge, span - edge)
     if span - 2 * edge < _TAPS:
@@ -160,6 +172,7 @@ def align(
         offset=plain.mean(axis=1),
         residual=plain.std(axis=1) / scale,
         noise=np.sqrt(np.sum(difference**2, axis=1) / (difference.shape[1] - 2)),
+        other=None if other is None else other * -record.step,
     )
 
 
@@ -171,17 +184,38 @@ def _refuse_silent(names: Sequence[str], values: Floats, where: str = "before th
         )
 
 
-def _whole_delay(ours: Floats, theirs: Floats, reach: int) -> int:
-    """Whole samples by which the reference is best delayed, from the cross-correlation of each channel."""
+def _whole_delays(ours: Floats, theirs: Floats, reach: int) -> tuple[int, int | None]:
+    """Whole samples by which the reference is best delayed, and another such delay that fits nearly as well, if any.
+
+    Each channel's correlation over the part that overlaps, by the energy of both in that part: a motion that grows or
+    decays would otherwise prefer a false period of the drive, where there is less of it. Of delays that fit alike the
+    smallest is taken.
+    """
     a, b = (v - v.mean(axis=1, keepdims=True) for v in (ours, theirs))
-    lags = correlation_lags(a.shape[1], b.shape[1])
-    near = np.abs(lags) <= reach
-    share = (1.0 - np.abs(lags[near]) / a.shape[1]).clip(1e-9)
-    left = np.zeros(np.count_nonzero(near))
+    count = a.shape[1]
+    lags = correlation_lags(count, count)
+    lags = lags[np.abs(lags) <= reach]
+    first, last = np.maximum(lags, 0), count + np.minimum(lags, 0)
+    left = np.zeros(len(lags))
     for x, y in zip(a, b, strict=True):
-        product = correlate(x, y, method="fft")[near] / (np.linalg.norm(x) * np.linalg.norm(y) * share)
-        left += np.log((1.0 - np.minimum(product, 1.0)).clip(1e-4))
-    return int(lags[near][np.argmin(left)])
+        energy_x, energy_y = (np.concatenate([[0.0], np.cumsum(v**2)]) for v in (x, y))
+        local = (energy_x[last] - energy_x[first]) * (energy_y[last - lags] - energy_y[first - lags])
+        product = correlate(x, y, method="fft")[count - 1 + lags]
+        share = product / np.sqrt(np.maximum(local, 1e-12 * energy_x[-1] * energy_y[-1]))
+        left += np.log((1.0 - np.minimum(share, 1.0)).clip(_FLOOR)) / len(a)
+    dips = np.flatnonzero(
+        (left <= np.concatenate([[np.inf], left[:-1]])) & (left <= np.concatenate([left[1:], [np.inf]]))
+    )
+    near = dips[left[dips] <= left.min() + np.log(_NEARLY)]
+    chosen = int(near[np.argmin(np.abs(lags[near]))])
+    # a dip is told apart from the noise along one and the same trough by rising to twice what is left in between
+    others = [
+        k
+        for k in near.tolist()
+        if left[min(k, chosen) : max(k, chosen) + 1].max() > left[near].max() + _APART
+    ]
+    other = min(others, key=lambda k: left[k], default=None)
+    return int(lags[chosen]), None if other is None else int(lags[other])
 
 
 def _misfit(ours: Floats, theirs: Floats, samples: float, inner: slice) -> tuple[Floats, Floats]:

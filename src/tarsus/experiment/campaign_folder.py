@@ -29,7 +29,7 @@ from tarsus.scene import ModalLoad, Provenance, Scene, Source
 from tarsus.spec import with_values
 from tarsus.structure import Beam, Modal
 
-__all__ = ["unknown_device", "write_campaign"]
+__all__ = ["CAMPAIGN_FILES", "unknown_device", "write_campaign"]
 
 Writer = Callable[[Measurement, Path], dict[str, ChannelChoice]]
 Progress = Callable[[int, int, str], None]
@@ -43,6 +43,12 @@ _FORMATS: dict[Purpose, tuple[str, Writer]] = {
     Purpose.CLOSE: (".mat", write_mat),
     Purpose.VALIDATION: (".csv", write_csv),
 }
+CAMPAIGN_FILES = (
+    "campaign.toml", "device.toml", "truth/device.toml", "sweep-*.uff", "loops*.txt", "ramps-*.mat", "close-*.mat",
+    "bounces-*.h5", "air-*.h5", "held-out-*.csv",
+)  # fmt: skip
+"""Everything that a campaign of all planned takes writes, as glob patterns."""
+
 _ALTERED = 9.0 / 7.0
 """The second gap over the first: 90 um against 70 um in Table 2.2."""
 

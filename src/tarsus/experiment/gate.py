@@ -46,6 +46,12 @@ def residual_gate(
             f"above the limit of {residual_limit:.0%}; the worst channel is '{alignment.names[worst]}' with "
             f"{alignment.residual[worst]:.1%}."
         )
+    if alignment.other is not None:
+        reasons.append(
+            "The repeat is rejected: the in-air record fits nearly as well delayed by "
+            f"{1e3 * alignment.other:.4g} ms as by {1e3 * alignment.delay:.4g} ms, a period of the drive apart "
+            "perhaps; give a part that is not periodic, or a narrower search."
+        )
     for name, gain in zip(alignment.names, alignment.gain, strict=True):
         if not abs(gain - 1.0) <= gain_limit:
             reasons.append(

@@ -90,9 +90,10 @@ class Vibrometer(Description):
             for name in names
         ]
         volts = []
-        for drive, waveform in run.scene.waveforms.items():
+        signals = run.scene.actuator_volts
+        for drive in run.scene.waveforms:
             channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
-            volts.append(waveform.volts(times))
+            volts.append(signals[drive].volts(times))
         return Measurement(
             tuple(channels),
             np.vstack([velocity, *volts]),

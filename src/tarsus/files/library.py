@@ -1,11 +1,10 @@
-"""Devices by name: those of the package, and those of other packages by entry point."""
+"""Devices by name: those that installed packages announce under the entry point group ``tarsus.devices``."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -14,32 +13,17 @@ from pydantic import BaseModel
 from tarsus.drive.waveforms import Waveform
 from tarsus.errors import InputError
 from tarsus.explain import alternatives, kind_of, nearest
+from tarsus.files.installed import DEVICES, file_names, named_file
 from tarsus.files.toml import read_scene
 from tarsus.laws import Law
 from tarsus.scene import Scene, override
 
-__all__ = ["ENTRY_POINT_GROUP", "device_names", "load_scene"]
-
-ENTRY_POINT_GROUP = "tarsus.devices"
-"""Other packages add devices here: name = an object that is the path of a TOML file."""
-
-
-@lru_cache(maxsize=1)
-def _packaged() -> dict[str, Path]:
-    folder = resources.files("tarsus") / "devices"
-    return {file.stem: file for file in sorted(Path(str(folder)).glob("*.toml"))}
-
-
-@lru_cache(maxsize=1)
-def _plugged() -> dict[str, Any]:
-    from importlib.metadata import entry_points
-
-    return {entry.name: entry for entry in entry_points(group=ENTRY_POINT_GROUP)}
+__all__ = ["changed", "device_names", "load_scene"]
 
 
 def device_names() -> list[str]:
-    """Names of all devices: those of the package, then those of other packages."""
-    return [*_packaged(), *(name for name in sorted(_plugged()) if name not in _packaged())]
+    """Names of all devices of installed packages."""
+    return file_names(DEVICES)
 
 
 @lru_cache(maxsize=64)
@@ -48,18 +32,7 @@ def _device(name: str) -> Scene:
 
 
 def _device_file(name: str) -> Path:
-    if name in _packaged():
-        return _packaged()[name]
-    if name in _plugged():
-        entry = _plugged()[name]
-        try:
-            return Path(entry.load())
-        except Exception as error:
-            raise InputError(f"device '{name}' of package {entry.value} cannot be loaded: {error}") from error
-    hint = nearest(name, device_names())
-    raise InputError(
-        f"no device is called '{name}'{hint} (a scene file is given by its path, ending in .toml)"
-    )
+    return named_file(DEVICES, name, "device")
 
 
 def load_scene(
@@ -95,12 +68,24 @@ def load_scene(
         For an unknown name or path, and every refused value.
     """
     text = os.fspath(name)
-    if text.endswith(".toml") or (os.sep in text and text not in _packaged()):
+    if text.endswith(".toml") or (os.sep in text):
         scene = read_scene(text, laws)
     elif laws:
         scene = read_scene(_device_file(text), laws)
     else:
         scene = _device(text)
+    return changed(scene, volts=volts, hz=hz, wave=wave, **values)
+
+
+def changed(
+    scene: Scene,
+    *,
+    volts: float | str | None = None,
+    hz: float | str | None = None,
+    wave: str | None = None,
+    **values: Any,
+) -> Scene:
+    """A scene with some values changed; arguments and errors as for `load_scene`."""
     signals, others = _signal_changes(scene, values, volts=volts, hz=hz, wave=wave)
     changes = {**signals, **others}
     return override(scene, changes) if changes else scene

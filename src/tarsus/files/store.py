@@ -42,6 +42,12 @@ CITATIONS_FILE = "citations.txt"
 SUMMARY_FILE = "summary.json"
 REPORT_FILE = "report.html"
 
+RUN_FILES = (
+    SCENE_FILE, SERIES_FILE, MATLAB_FILE, EVENTS_FILE, MEASURES_FILE, PROVENANCE_FILE, CITATIONS_FILE, SUMMARY_FILE,
+    REPORT_FILE,
+)  # fmt: skip
+"""Everything that a run's folder may hold of the run."""
+
 EVENT_WORDS: dict[int, str] = {
     1: "bounce",
     2: "capture",

@@ -17,9 +17,10 @@ from typing import IO, Any
 import numpy as np
 
 from tarsus.errors import InputError
+from tarsus.files.output import MANIFEST
 from tarsus.files.series import Variables, write_netcdf
 
-__all__ = ["COLLECTED_FILE", "PLAN_FILE", "SweepStore"]
+__all__ = ["COLLECTED_FILE", "PLAN_FILE", "SWEEP_FILES", "SweepStore"]
 
 FORMAT = 1
 """Version of the folder's layout, kept in `plan.json`."""
@@ -30,6 +31,13 @@ COLLECTED_FILE = "sweep.nc"
 
 _PART = ".part"
 _DIGEST = "plan"
+
+SWEEP_FILES = tuple(
+    f"{name}{part}"
+    for name in ("study.toml", "scene.toml", PLAN_FILE, COLLECTED_FILE, f"{UNIT_FOLDER}/{6 * '[0-9]'}.npz")
+    for part in ("", _PART)
+)
+"""Everything that a sweep's folder may hold of the sweep, as glob patterns."""
 
 
 @dataclass(frozen=True)
@@ -76,19 +84,20 @@ class SweepStore:
         Raises
         ------
         InputError
-            If the folder holds anything and is not to be continued, or holds another plan or no sweep.
+            If the folder holds a sweep that is not to be continued, or is to be continued and holds another plan or no
+            sweep.
         """
         store = cls(folder, digest, units, what)
-        present = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
-        if present and not resume:
+        present = {path.name for path in folder.iterdir()} - {MANIFEST} if folder.is_dir() else set()
+        if present & {*texts, PLAN_FILE, UNIT_FOLDER, COLLECTED_FILE} and not resume:
             raise InputError(
-                f"'{folder}' is not empty; continue the {what} there with --resume, or give another folder with -o"
+                f"'{folder}' holds a {what}; continue it there with --resume, or give another folder with -o"
             )
         if PLAN_FILE in present:
             store._compare(texts)
         else:
             foreign = sorted(name for name in present if name.removesuffix(_PART) not in {*texts, PLAN_FILE})
-            if foreign:
+            if foreign and resume:
                 raise InputError(
                     f"'{folder}' holds no {what} to continue: it has {foreign[0]} but no {PLAN_FILE}"
                 )

@@ -24,7 +24,7 @@ from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.known import PLACEHOLDER, Known
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
-from tarsus.identify.resonance import Resonances, identify_resonances
+from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import LeftOut, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
@@ -209,9 +209,16 @@ class Chain:
         """Run a step; what stops it is kept as its reasons."""
         self._tell(name)
         try:
-            found = step()
+            with np.errstate(all="ignore"):  # what overflows on the way ends in numbers that are judged here
+                found = step()
+            reasons = found.unsound()
         except InputError as error:
-            self.not_done.append(NotDone(name, tuple(error.problems)))
+            reasons = error.problems
+        except np.linalg.LinAlgError as error:
+            reasons = [f"its equations have no solution with these data ({error})"]
+        if reasons:
+            self._forget(name)
+            self.not_done.append(NotDone(name, tuple(reasons)))
             return
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
@@ -223,6 +230,11 @@ class Chain:
                 f"{name}: what the fit leaves of {rough.label} is {_over_noise(rough):.3g} times what noise alone "
                 "would leave; no interval knows of that"
             )
+
+    def _forget(self, name: str) -> None:
+        """Drop what a step that was not done has left for later ones."""
+        if name in (held := {"resonances": "resonances", "film": "film", "restitution": "bounces"}):
+            setattr(self, held[name], None)
 
     def _resonances(self) -> StepResult:
         records = [r.record for r in self._of(Purpose.MODAL) if r.record is not None]
@@ -249,9 +261,22 @@ class Chain:
         if not traces:
             raise InputError(self._nothing_for(Purpose.LOOPS, "static loops"))
         self._need_structure()
+        self._compare_signs(traces)
         shares = None if self.resonances is None else self.resonances.shares
         draws = np.zeros((DRAWS, 0)) if self.resonances is None else self.resonances.share_draws
         return identify_hysteresis(self.known, traces, self.level, shares, draws, self.seed + 1)
+
+    def _compare_signs(self, traces: Sequence[Trace]) -> None:
+        """Remark where the sweeps move the foot the other way than the loops do: participations, ratios, stay."""
+        if self.resonances is None:
+            return
+        foot = self.opened.model.foot_point
+        slow = sum(float(np.cov(t.volts, t.x[t.point(foot)])[0, 1]) for t in traces)
+        if slow * static_response(self.resonances, foot) < 0.0:
+            self.evidence.remarks.append(
+                f"in the sweeps point '{foot}' moves the other way with the voltage than in the static loops: the sign "
+                "of their drive, or of all their channels, is flipped; no number depends on it"
+            )
 
     def _film(self) -> StepResult:
         traces = self.traces.get(Purpose.RAMPS, [])

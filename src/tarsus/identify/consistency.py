@@ -7,6 +7,7 @@ while the others agree, is the odd one out."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,28 +16,50 @@ from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
 from tarsus.identify.step import LeftOut
-from tarsus.identify.traces import Trace
+from tarsus.identify.traces import Trace, jumps_of
 
 __all__ = ["not_together", "odd_ones"]
 
 Floats = NDArray[np.float64]
 
 _SPANS = (8, 32, 128, 512)
-"""Samples over which displacements are compared with the integral of the velocity; the span that tells most counts."""
+"""Samples over which displacements are compared with the integral of the velocity; the span at which the two are most
+alike counts, for a velocity that belongs to a displacement is like it at some span, and any other at none."""
 _SLOW = np.asarray(firwin(33, 0.35), dtype=float)
 """Low-pass for both: what is too quick for the sampling has no integral to compare."""
-_TOLD = 0.01
-"""Standard error of the ratio above which nothing is said."""
+_EDGE = len(_SLOW) // 2 + 2
+"""Samples on either side of a jump of the drive that are left out: the acceleration jumps with it, and the integral of
+samples is off by a twelfth of that jump times the squared step, edge by edge the same way."""
+_FEWEST = 6.0
+"""Independent spans between jumps of the drive that make a comparison; with fewer all are taken, and told roughly."""
+_HEARD = 3.0
+"""Both must be so many times the noise: a weaker one has no size to compare. And what a displacement does not share
+with an integral must be so many times the noise to count."""
 GAIN = 0.02
 """Largest deviation of the ratio of displacement and integrated velocity from one."""
 _SURE = 6.0
-_QUICK, _ROUGH = 0.35, 0.8
-"""Share of the velocity above the low-pass from which on the ratio is known roughly only, and how roughly."""
+"""Standard errors that a ratio must be off to be told."""
+_ROUGH = 5.0
+"""Factor that is left open where the drive jumps too often to look between: the integral has come out as 0.4 of the
+way there, for a point that the drive hardly moves. A wrong sign, and a wrong unit, still show."""
 _ALIKE = 0.9
+"""Least correlation of a displacement and the integral of its velocity, where noise does not hide it."""
 
 ODD = 0.02
 """Share of its span by which a record must differ from the others to be the odd one."""
 _MORE = 4.0
+"""And times by which it must differ more than the others do among themselves."""
+
+
+@dataclass(frozen=True)
+class _Ratio:
+    """Displacement over integrated velocity: gain, what that may be off, correlation, and whether noise is enough to
+    explain what the two leave of each other."""
+
+    gain: float
+    open: float
+    alike: float
+    hidden: bool
 
 
 def not_together(trace: Trace) -> list[LeftOut]:
@@ -45,60 +68,79 @@ def not_together(trace: Trace) -> list[LeftOut]:
     points = range(len(trace.points))
     for k in points:
         found = _ratio(trace, k, k)
-        if found is None:
+        if found is None or (found.alike < _ALIKE and found.hidden):
             continue
-        gain, error, alike = found
         name = trace.points[k]
-        if alike >= _ALIKE and abs(gain - 1.0) <= max(GAIN, _SURE * error, _quick(trace, k)):
+        if found.alike >= _ALIKE and abs(found.gain - 1.0) <= found.open:
             continue
-        if alike < _ALIKE:
+        if found.alike < _ALIKE:
             others = [(other, _ratio(trace, k, other)) for other in points if other != k]
             swapped = [
-                o for o, one in others if one is not None and one[2] > 0.97 and abs(one[0] - 1.0) < 0.1
+                o for o, one in others if one is not None and one.alike > 0.97 and abs(one.gain - 1.0) < 0.1
             ]
             if swapped:
                 said = f"its motion is the integral of the velocity of point '{trace.points[swapped[0]]}': "
                 said += "channels look swapped"
-            elif alike < -_ALIKE:
+            elif found.alike < -_ALIKE:
                 said = "displacement and velocity have opposite signs"
             else:
-                said = f"the displacement is not the integral of the velocity (correlation {alike:.2f})"
+                said = f"the displacement is not the integral of the velocity (correlation {found.alike:.2f})"
         else:
-            said = f"the displacement is {gain:.4g} times the integral of the velocity: are units and scales right?"
+            said = f"the displacement is {found.gain:.4g} times the integral of the velocity: "
+            said += "are units and scales right?"
         out.append(LeftOut(trace.file, name, said))
     return out
 
 
-def _ratio(trace: Trace, point: int, other: int) -> tuple[float, float, float] | None:
-    """Displacement of one point over the integrated velocity of another, its error (relative above one), and their
-    correlation; None where noise hides it."""
-    best = None
+def _ratio(trace: Trace, point: int, other: int) -> _Ratio | None:
+    """Displacement of one point over the integrated velocity of another; None where noise hides both."""
     slow = convolve1d(np.stack([trace.x[point], trace.v[other]]), _SLOW, axis=1, mode="nearest")
     whole = CubicSpline(trace.time, slow[1]).antiderivative()(trace.time)
+    jumped = np.zeros(len(trace.time))
+    jumped[jumps_of(trace.volts)] = 1.0
+    edges = np.cumsum(jumped)
+    between = _best(trace, (point, other), slow[0], whole, edges)
+    if between is not None or not edges[-1]:
+        return between
+    rough = _best(trace, (point, other), slow[0], whole, None)
+    if rough is None or not 1.0 / _ROUGH < abs(rough.gain) < _ROUGH:
+        return rough
+    return replace(rough, open=np.inf)
+
+
+def _best(
+    trace: Trace, channels: tuple[int, int], moved: Floats, whole: Floats, edges: Floats | None
+) -> _Ratio | None:
+    """The comparison at the span at which displacement and integral (ns,) are most alike.
+
+    edges: number of jumps of the drive before each sample, none of which a span may come near; None for all spans.
+    """
+    best: _Ratio | None = None
     for span in _SPANS:
-        if len(trace.time) < 8 * span:
+        if len(moved) < 8 * span:
             break
-        moved = slow[0, span:] - slow[0, :-span]
-        integral = whole[span:] - whole[:-span]
-        noise = np.hypot(
-            np.sqrt(2.0) * trace.noise_x[point], np.sqrt(span) * trace.step * trace.noise_v[other]
-        )
-        size = float(np.sqrt(np.mean(integral**2)))
-        if size <= 3.0 * np.sqrt(span) * trace.step * trace.noise_v[other]:
+        x, integral = moved[span:] - moved[:-span], whole[span:] - whole[:-span]
+        if edges is not None:
+            count = len(x)
+            ends = np.arange(count) + span + _EDGE, np.arange(count) - _EDGE
+            clear = edges[np.clip(ends[0], 0, len(edges) - 1)] == edges[np.clip(ends[1], 0, len(edges) - 1)]
+            x, integral = x[clear], integral[clear]
+        if len(x) < _FEWEST * span:
             continue
-        gain = float(moved @ integral / (integral @ integral))
-        alike = float(moved @ integral / np.sqrt((moved @ moved) * (integral @ integral)))
-        error = noise / size / np.sqrt(len(moved) / span) / max(abs(gain), 1.0)
-        if best is None or error < best[1]:
-            best = gain, error, alike
-    return None if best is None or best[1] > _TOLD else best
-
-
-def _quick(trace: Trace, point: int) -> float:
-    """Deviation that motion too quick for the sampling leaves open: steps of the drive in modes near half the rate."""
-    v = trace.v[point]
-    share = float(np.std(v - convolve1d(v, _SLOW, mode="nearest")) / max(float(np.std(v)), 1e-300))
-    return _ROUGH if share > _QUICK else 0.0
+        noise_x = np.sqrt(2.0) * float(trace.noise_x[channels[0]])
+        noise_v = np.sqrt(span) * trace.step * float(trace.noise_v[channels[1]])
+        size_x, size_v = float(np.sqrt(np.mean(x**2))), float(np.sqrt(np.mean(integral**2)))
+        if size_x <= _HEARD * noise_x or size_v <= _HEARD * noise_v:
+            continue
+        alike = float(np.mean(x * integral)) / (size_x * size_v)
+        gain = alike * size_x / size_v
+        left = np.sqrt(max(1.0 - alike**2, 0.0))
+        error = left / max(abs(alike), 1e-9) / np.sqrt(len(x) / span)
+        hidden = alike > -_ALIKE and left * size_x < _HEARD * np.hypot(noise_x, gain * noise_v)
+        one = _Ratio(gain, max(GAIN, _SURE * float(error)), alike, bool(hidden))
+        if best is None or abs(one.alike) > abs(best.alike):
+            best = one
+    return best
 
 
 def odd_ones(traces: Sequence[Trace]) -> list[LeftOut]:

@@ -20,6 +20,9 @@ _REPEATED = (Purpose.LOOPS, Purpose.RAMPS, Purpose.CLOSE, Purpose.AIR)
 """Records whose repeats show the same motion; bounces need not."""
 _GROUND = (Purpose.RAMPS, Purpose.LOOPS, Purpose.BOUNCES)
 _SLOW = (Purpose.RAMPS, Purpose.LOOPS)
+_FAR = 100.0
+"""Gaps that no foot of these devices moves, or hundredth of one that ramps which should reach the ground do not exceed:
+between a device that jumps ten gaps high and units that are wrong by a thousand."""
 _APART = 0.02
 _SURE = 8.0
 """Share of the contact level, and standard errors, by which purposes may show the ground at different places."""
@@ -72,8 +75,33 @@ class Evidence:
         files = {one.file for one in wrong}
         return [trace for trace in traces if trace.file not in files]
 
+    def _check_sizes(self) -> None:
+        """Leave out all records where the foot moves a thousand times too far, or too little, for the device's gap.
+
+        Displacement and velocity of each record may agree when the unit of both is wrong; only the gap tells then.
+        """
+        foot, own = self.opened.model.foot_point, self.opened.model.gap
+        ramps = self.traces.get(Purpose.RAMPS, [])
+        near = [t for purpose in _GROUND for t in self.traces.get(purpose, []) if (t.gap or own) < _FAR * own]
+        if not near:
+            return
+        size = float(np.median([np.ptp(t.x[t.point(foot)]) for t in near]))
+        least = float(np.max([np.ptp(t.x[t.point(foot)]) for t in ramps])) if ramps else own
+        if size <= _FAR * own and least >= own / _FAR:
+            return
+        shown = size if size > _FAR * own else least
+        said = (
+            f"the foot moves {shown:.3g} m near a ground that the device has {own:.3g} m away, {shown / own:.3g} times "
+            "as much: are its displacements and velocities in mm stated as m, or in um as mm, or the other way round?"
+        )
+        count = sum(len(found) for found in self.traces.values())
+        self.remarks.append(f"all {count} records of displacement are left out: {said}")
+        self.left_out += [LeftOut(t.file, foot, said) for found in self.traces.values() for t in found]
+        self.traces = {purpose: [] for purpose in self.traces}
+
     def find_ground(self) -> None:
         """The contact level of all records, and the records whose foot is not where it says."""
+        self._check_sizes()
         foot = self.opened.model.foot_point
         near = {p: [t for t in self.traces.get(p, []) if t.gap is None] for p in _GROUND}
         levels = {p: contact_level(near[p], foot, p in _SLOW) for p in _GROUND}

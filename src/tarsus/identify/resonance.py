@@ -201,6 +201,12 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     return ModalFit(whole, tuple(modes), {n: np.concatenate(one) for n, one in poles.items()}, synthesis)
 
 
+def static_response(found: Resonances, foot: str) -> float:
+    """Displacement of a foot's point per volt [m/V] that the modes add up to at rest."""
+    omega = np.abs([mode.pole for mode in found.fit.modes])
+    return float(_parts(found.model, found.fit)[:, found.model.points.index(foot)] @ omega**-2.0)
+
+
 def _drawn(number: Interval, random: np.random.Generator) -> Floats:
     """Draws of a number with its interval: normal, widened to Student's 95 %."""
     wide = float(t.ppf(0.975, max(number.n - 1.0, 0.6))) / 1.959964
@@ -238,6 +244,13 @@ def _check_shapes(model: FootModel, fit: ModalFit, records: Sequence[Measurement
                 f"{files}: channels '{names[a]}' and '{names[b]}' look swapped: the modes have the shapes "
                 "of the structure "
                 "only the other way round"
+            )
+    for k, name in enumerate(names):
+        turned = np.where(np.arange(len(names)) == k, -1.0, 1.0)
+        if _mismatch(seen * turned, known) < _SWAPPED * plain:
+            raise InputError(
+                f"{files}: the sign of channel '{name}' looks flipped: the modes have the shapes of the structure only "
+                "with the other one"
             )
     if plain > _WORST_SHAPE:
         raise InputError(

@@ -17,10 +17,13 @@ from tarsus.identify.verdict import Assessment
 from tarsus.scene import Provenance, Scene, Source
 from tarsus.spec import FrozenDict, float_paths, with_values
 
-__all__ = ["TAKEN", "identified_device", "summary_of", "write_identification"]
+__all__ = ["RESULT_FILES", "TAKEN", "identified_device", "summary_of", "write_identification"]
 
 TAKEN = "not told, taken"
 """Verdict on a number that no record tells."""
+
+RESULT_FILES = ("identified.toml", "identification.json", "draws.npz", "report.html")
+"""Everything that an identification leaves in its folder, with its report."""
 
 _NOTES = {
     "resonances": "sweeps in the air",

@@ -149,12 +149,37 @@ class StepResult:
         return self.samples[:, self.paths.index(path)]
 
     def interval(self, path: str) -> tuple[float, float]:
-        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws, or where the data do not tell it."""
+        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws, with one that is not finite, or
+        where the data do not tell it."""
         drawn = self.draws(path)
-        if not len(drawn) or path in self.taken:
+        if not len(drawn) or path in self.taken or not np.isfinite(drawn).all():
             return np.nan, np.nan
         low, high = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
         return float(low), float(high)
+
+    def unsound(self) -> list[str]:
+        """Sentences on numbers that are none: not finite, without an interval, or outside of their own.
+
+        A draw that ran away does all three: the fit does not settle, and nothing of it is an identified number.
+        """
+        told: list[str] = []
+        for path, value in zip(self.paths, self.values.tolist(), strict=True):
+            if path in self.taken:
+                continue
+            low, high = self.interval(path)
+            slack = 1e-9 * abs(value)  # rounding
+            if not np.isfinite(value):
+                told.append(f"its {path} comes out as {value:g}: the data do not settle the fit")
+            elif not np.isfinite([low, high]).all():
+                told.append(
+                    f"its {path} of {value:.3g} has no finite interval: the data do not settle the fit"
+                )
+            elif not low - slack <= value <= high + slack:
+                told.append(
+                    f"its {path} of {value:.3g} lies outside of its own interval, {low:.3g} to {high:.3g}: the data do "
+                    "not settle the fit"
+                )
+        return told
 
     @property
     def std(self) -> Floats:

@@ -27,7 +27,7 @@ __all__ = ["ImpactLaw", "LatchLaw", "Law", "ResistiveLaw", "SmoothLaw"]
 
 
 class Law(Description):
-    """Base of every ground law; its fields are float quantities, nothing else."""
+    """Base of every ground law; its fields are float quantities, and the literal ``kind`` of a choice of laws."""
 
     function_name: ClassVar[str | None] = None
     """Name of the law's function; None for laws that are only parameters."""
@@ -37,7 +37,8 @@ class Law(Description):
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
-        for name, field in cls.model_fields.items():
+        for name in cls.names():
+            field = cls.model_fields[name]
             extra = field.json_schema_extra
             if field.annotation is not float or not isinstance(extra, dict) or "unit" not in extra:
                 raise TypeError(
@@ -61,13 +62,18 @@ class Law(Description):
         """The law's plain Python function, or None for a law that is only parameters."""
         return getattr(cls, cls.function_name, None) if cls.function_name else None
 
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the parameters: of all fields but ``kind``, in field order."""
+        return tuple(name for name in cls.model_fields if name != "kind")
+
     def parameters(self) -> tuple[float, ...]:
         """Values of the fields, in field order, as the law's function takes them."""
-        return tuple(getattr(self, name) for name in type(self).model_fields)
+        return tuple(getattr(self, name) for name in self.names())
 
 
 def _check_arguments(cls: type[Law], function: Callable[..., float]) -> None:
-    expected = (*cls.leading, *cls.model_fields)
+    expected = (*cls.leading, *cls.names())
     taken = list(inspect.signature(function).parameters)
     if len(taken) != len(expected):
         raise TypeError(

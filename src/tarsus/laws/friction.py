@@ -1,11 +1,16 @@
-"""Friction along the ground: Coulomb's, borne by the ground's push and by adhesion alike."""
+"""Friction along the ground, as laws by kind: borne by push and adhesion alike, or by adhesion alone."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
 
 from tarsus.laws.base import Law
 from tarsus.spec import quantity
 
-__all__ = ["Friction"]
+__all__ = ["AdhesiveFriction", "AnyFriction", "Friction"]
 
 
 class Friction(Law):
@@ -18,11 +23,42 @@ class Friction(Law):
     """
 
     function_name = "bound"
-    leading = ("margin",)
+    leading = ("margin", "strength")
 
+    kind: Literal["coulomb"] = "coulomb"
     coefficient: float = quantity("1", "coefficient of friction mu", ge=0)
 
     @staticmethod
-    def bound(margin: float, coefficient: float) -> float:
-        """Largest friction force [N] at the margin ``N + f_a`` [N] by which the contact holds."""
-        return coefficient * max(margin, 0.0)
+    def bound(margin: float, strength: float, coefficient: float) -> float:
+        """Largest friction force [N] at the margin ``N + f_a >= 0`` [N] by which a contact of that strength holds."""
+        return coefficient * margin
+
+
+class AdhesiveFriction(Law):
+    r"""Friction by adhesion alone, :math:`|F_t| \le \mu_a\,f_a(t - t_c)`, on a foot in contact.
+
+    The narrow reading of "assumed to be related to adhesion force" (4.6): the strength :math:`f_a` [N] of (2.14) that
+    this contact has reached bounds friction, whatever the ground's push, until the foot is pulled off.  The bound is a
+    force, so an impact, which lasts no time, takes nothing from the motion along the ground.
+    """
+
+    function_name = "bound"
+    leading = ("margin", "strength")
+
+    kind: Literal["adhesive"] = "adhesive"
+    coefficient: float = quantity("1", "friction per adhesion strength mu_a", ge=0)
+
+    @staticmethod
+    def bound(margin: float, strength: float, coefficient: float) -> float:
+        """Largest friction force [N] of a contact of that adhesion strength ``f_a`` [N]."""
+        return coefficient * strength
+
+
+def _coulomb_unless_told(value: Any) -> Any:
+    return {"kind": "coulomb", **value} if isinstance(value, Mapping) else value
+
+
+AnyFriction = Annotated[
+    Friction | AdhesiveFriction, Field(discriminator="kind"), BeforeValidator(_coulomb_unless_told)
+]
+"""A law of friction by its ``kind``; Coulomb's where none is told."""

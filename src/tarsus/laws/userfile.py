@@ -95,10 +95,10 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
         return [f"{file}: law {law.__name__} must be derived from one of {names}"]
     function = law.function()
     if function is None:
-        wanted = ", ".join((*law.leading, *law.model_fields))
+        wanted = ", ".join((*law.leading, *law.names()))
         return [f"{file}: law {law.__name__} defines no function {law.function_name}({wanted})"]
     trial = [_TRIAL[name] for name in law.leading]
-    values = [_trial_value(law, name) for name in law.model_fields]
+    values = [_trial_value(law, name) for name in law.names()]
     try:
         result = function(*trial, *values)
     except Exception as error:

@@ -1,6 +1,6 @@
 """What a run is judged by: one definition of every measure, used by every table."""
 
-from tarsus.measure.history import DWELL, RESOLUTION, Counting, FootHistory, foot_history
+from tarsus.measure.history import COUNTED, DWELL, RESOLUTION, Counting, FootHistory, foot_history
 from tarsus.measure.measure import Caution, CautionKind, Measure, Measures, Scope
 from tarsus.measure.periods import (
     by_window,
@@ -14,6 +14,7 @@ from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics
 from tarsus.measure.whole import whole_run_statistics
 
 __all__ = [
+    "COUNTED",
     "DWELL",
     "RESOLUTION",
     "STANDSTILL",

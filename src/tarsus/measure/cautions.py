@@ -57,9 +57,11 @@ def cautions(
 def _of_foot(history: FootHistory, edges: Floats, counting: Counting) -> tuple[Floats, np.ndarray]:
     """Apexes [m] of the flights from the ground that begin between the edges, and which of them are bounces."""
     hops = history.hops(counting.height)
+    counted = np.zeros(len(history.apex), dtype=bool)
+    counted[history.bounces(counting)] = True
     begun = history.flight_start[hops]
     hops = hops[(begun >= edges[0]) & (begun <= edges[-1])]
-    return history.apex[hops], np.isin(hops, history.bounces(counting))
+    return history.apex[hops], counted[hops]
 
 
 def _uncounted(apex: Floats, counted: np.ndarray) -> str:

@@ -18,11 +18,16 @@ last 40 to 70 us, and an instrument sees in them one blow; contacts that a drive
 lies ten times above the first, and a tenth of the period five times below the second."""
 DWELL_SHARE = 0.1
 """The same as a part of the drive period, where that is shorter."""
+COUNTED = (
+    f"flights above {RESOLUTION * 1e6:g} µm, after contacts shorter than {DWELL * 1e3:g} ms or a tenth of the drive "
+    "period"
+)
+"""What is counted as a bounce unless height and dwell are given, for a table of several drive periods."""
 
 # Kinds of events, as in ``tarsus.core.arrays``.
 BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
 IMPACTS = (BOUNCE, CAPTURE, REST)
-"""Kinds of events that are blows."""
+"""Kinds of events that are impacts."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +153,8 @@ def foot_history(events: np.ndarray, foot: int, end: float) -> FootHistory:
     own = events[events["foot"] == foot]
     kind, time = own["kind"], own["time"]
     starts = (kind == BOUNCE) | (kind == RELEASE)
-    contact = np.isin(kind, (*IMPACTS, CONTACT_AT_START))
+    impact = (kind == BOUNCE) | (kind == CAPTURE) | (kind == REST)
+    contact = impact | (kind == CONTACT_AT_START)
     touching = np.flatnonzero(contact | (kind == RELEASE))
     airborne = not (len(touching) and kind[touching[0]] in (CONTACT_AT_START, RELEASE))
     # the flight an event looks back on: the number of flights begun before it
@@ -166,7 +172,6 @@ def foot_history(events: np.ndarray, foot: int, end: float) -> FootHistory:
     landed = contact & (number >= 0)
     flight_end[number[landed]] = time[landed]
     aloft = count > 0 and not (number[landed] == count - 1).any()
-    impact = np.isin(kind, IMPACTS)
     up = own["apex"] > 0.0
     knot, integral = np.append(0.0, time), np.append(0.0, own["gap_integral"])
     if not aloft:  # on the ground since the last event

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.measure.history import Floats
 
@@ -94,8 +95,32 @@ def of_robot(row: Floats, unit: str, definition: str) -> Measure:
     return Measure(value, unit, spread, row.size, definition)
 
 
+@dataclass(frozen=True)
+class Moments:
+    """Of values by foot and period: how many there are of each foot, their mean and standard deviation (..., m)."""
+
+    count: NDArray[np.intp]
+    mean: Floats
+    spread: Floats
+
+    @classmethod
+    def of(cls, rows: Floats) -> Moments:
+        """Moments of rows (..., m, np), NaN where there is no value."""
+        known = np.isfinite(rows)
+        count = known.sum(axis=-1)
+        mean = np.full(count.shape, np.nan)
+        np.divide(np.where(known, rows, 0.0).sum(axis=-1), count, out=mean, where=count > 0)
+        square = (np.where(known, rows - mean[..., None], 0.0) ** 2).sum(axis=-1)
+        spread = np.full(count.shape, np.nan)
+        np.divide(square, count - 1, out=spread, where=count > 1)
+        return cls(count, mean, np.sqrt(spread))
+
+    def __getitem__(self, key: int) -> Moments:
+        return Moments(self.count[key], self.mean[key], self.spread[key])
+
+
 def of_feet(
-    rows: Floats,
+    rows: Floats | Moments,
     feet: Sequence[str],
     unit: str,
     definition: str,
@@ -104,31 +129,21 @@ def of_feet(
     height: float | None = None,
     dwell: float | None = None,
 ) -> Measure:
-    """A measure of the feet from their values (m, np) by foot and period, NaN where there is none.
+    """A measure of the feet from their values (m, np) by foot and period, NaN where there is none, or their moments.
 
     ``scope`` tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
-    known = np.isfinite(rows)
-    count = known.sum(axis=1)
-    mean = np.full(len(feet), np.nan)
-    np.divide(np.where(known, rows, 0.0).sum(axis=1), count, out=mean, where=count > 0)
-    square = (np.where(known, rows - mean[:, None], 0.0) ** 2).sum(axis=1)
-    spread = np.full(len(feet), np.nan)
-    np.sqrt(np.divide(square, count - 1, out=spread, where=count > 1), out=spread, where=count > 1)
-    met = np.flatnonzero(count > 0)
-    about = {"per_foot": dict(zip(feet, mean.tolist(), strict=True)), "height": height, "dwell": dwell}
+    found = rows if isinstance(rows, Moments) else Moments.of(rows)
+    count, mean, spread = found.count.tolist(), found.mean.tolist(), found.spread.tolist()
+    met = [i for i, many in enumerate(count) if many > 0]
+    value = deviation = math.nan
+    seen = 0
+    if met and scope is Scope.WORST:
+        worst = max(met, key=mean.__getitem__)
+        value, deviation, seen = mean[worst], spread[worst], count[worst]
+    elif met:
+        value, seen = math.fsum(mean[i] for i in met) / len(met), min(count)
+        deviation = max((one for one in spread if one == one), default=math.nan)
     whose = Scope.FOOT if len(feet) == 1 else scope
-    if not met.size:
-        return Measure(math.nan, unit, math.nan, 0, definition, scope=whose, **about)
-    if scope is Scope.WORST:
-        worst = int(met[np.argmax(mean[met])])
-        one = float(mean[worst]), unit, float(spread[worst]), int(count[worst])
-    else:
-        several = spread[np.isfinite(spread)]
-        one = (
-            float(mean[met].mean()),
-            unit,
-            float(several.max()) if several.size else math.nan,
-            int(count.min()),
-        )
-    return Measure(*one, definition, scope=whose, **about)
+    per_foot = dict(zip(feet, mean, strict=True))
+    return Measure(value, unit, deviation, seen, definition, per_foot, whose, height, dwell)

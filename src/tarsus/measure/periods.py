@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -12,7 +12,7 @@ import numpy as np
 from tarsus.errors import InputError
 from tarsus.measure.cautions import cautions
 from tarsus.measure.history import RESOLUTION, Counting, Floats, FootHistory, foot_history
-from tarsus.measure.measure import Measures, Scope, of_feet
+from tarsus.measure.measure import Measures, Moments, Scope, of_feet
 
 
 class Judged(Protocol):
@@ -123,24 +123,31 @@ def window_statistics(
     return Measures(found, cautions(histories, edges, counting, found, periods=False))
 
 
-def by_window(histories: Mapping[str, FootHistory], edges: Floats, counting: Counting) -> dict[str, Floats]:
-    """Every measure of the feet (m, np) in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none."""
+def by_window(
+    histories: Mapping[str, FootHistory],
+    edges: Floats,
+    counting: Counting,
+    names: Iterable[str] | None = None,
+) -> dict[str, Floats]:
+    """Measures of the feet (m, np) in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none: all
+    that `period_statistics` has, or those in ``names``."""
     feet = [_Seen(history, edges, counting) for history in histories.values()]
     shape = len(feet), max(len(edges) - 1, 0)
-    return {
-        name: np.array([one.of(foot) for foot in feet]).reshape(shape) for name, one in _DEFINITIONS.items()
-    }
+    wanted = _DEFINITIONS if names is None else names
+    return {name: np.array([_DEFINITIONS[name].of(foot) for foot in feet]).reshape(shape) for name in wanted}
 
 
 def _statistics(
     histories: Mapping[str, FootHistory], edges: Floats, counting: Counting, span: str
 ) -> Measures:
     words = {"span": span, **counting.words()}
+    found = by_window(histories, edges, counting)
+    moments = Moments.of(np.stack(list(found.values())))
     values = {}
-    for name, rows in by_window(histories, edges, counting).items():
+    for number, name in enumerate(found):
         one = _DEFINITIONS[name]
         values[name] = of_feet(
-            rows, tuple(histories), one.unit, one.words.format(**words), one.scope,
+            moments[number], tuple(histories), one.unit, one.words.format(**words), one.scope,
             height=counting.height if "{height}" in one.words else None,
             dwell=counting.dwell if "{dwell}" in one.words else None,
         )  # fmt: skip
@@ -155,19 +162,18 @@ class _Seen:
     edges: Floats
     counting: Counting
 
-    def count(self, times: Floats) -> Floats:
-        """How many of the times are in each window."""
-        return self.total(times, np.ones(len(times)))
-
-    def total(self, times: Floats, values: Floats) -> Floats:
-        """Sum of the values at times in each window."""
-        if len(self.edges) < 2:
-            return np.zeros(0)
-        return np.histogram(times, bins=self.edges, weights=values)[0]
+    def total(self, times: Floats, values: Floats | None = None) -> Floats:
+        """Sum of the values at times in each window, or how many times there are; one at the last edge is inside."""
+        windows = len(self.edges) - 1
+        index = np.searchsorted(self.edges, times, side="right") - 1
+        index[times == self.edges[-1]] = windows - 1
+        inside = (index >= 0) & (index < windows)
+        weights = None if values is None else values[inside]
+        return np.bincount(index[inside], weights, minlength=windows).astype(float)
 
     def mean(self, times: Floats, values: Floats) -> Floats:
         """Mean of the values at times in each window, NaN where there is none."""
-        count = self.count(times)
+        count = self.total(times)
         return np.where(count > 0, self.total(times, values) / np.maximum(count, 1.0), np.nan)
 
     def largest(self, times: Floats, values: Floats) -> Floats:
@@ -179,6 +185,10 @@ class _Seen:
         return np.where(np.isfinite(out), out, np.nan)
 
     @cached_property
+    def bounces(self) -> Floats:
+        return self.total(self.history.flight_start[self.history.bounces(self.counting)])
+
+    @cached_property
     def contact(self) -> Floats:
         return np.diff(self.history.contact_until(self.edges, self.counting.height))
 
@@ -188,15 +198,15 @@ class _Seen:
 
 
 def _bounces(foot: _Seen) -> Floats:
-    return foot.count(foot.history.flight_start[foot.history.bounces(foot.counting)])
+    return foot.bounces
 
 
 def _bounces_per_second(foot: _Seen) -> Floats:
-    return _bounces(foot) / foot.lengths
+    return foot.bounces / foot.lengths
 
 
 def _rebounds(foot: _Seen) -> Floats:
-    return foot.count(foot.history.flight_start[foot.history.rebounds(foot.counting.height)])
+    return foot.total(foot.history.flight_start[foot.history.rebounds(foot.counting.height)])
 
 
 def _contact(foot: _Seen) -> Floats:
@@ -223,7 +233,7 @@ def _mean_height(foot: _Seen) -> Floats:
 
 
 def _impacts(foot: _Seen) -> Floats:
-    return foot.count(foot.history.impact_time)
+    return foot.total(foot.history.impact_time)
 
 
 def _mean_impact(foot: _Seen) -> Floats:

@@ -23,12 +23,12 @@ __all__ = ["charging_energy", "rise_squares"]
 
 @dataclass(frozen=True)
 class _Rises:
-    """Rises of a voltage: when each ends [s], from t = 0 or in one period (period [s], else infinite), and its square
-    [V^2]."""
+    """Rises of a voltage: when each ends [s] first, after which time it comes again [s], infinite if never, and its
+    square [V^2]."""
 
     time: Floats
     square: Floats
-    period: float
+    period: Floats
 
 
 def charging_energy(drive: Drive, signal: Signal, edges: Floats) -> Floats:
@@ -46,27 +46,35 @@ def charging_energy(drive: Drive, signal: Signal, edges: Floats) -> Floats:
 def rise_squares(signal: Signal, edges: Floats) -> Floats:
     """Sum (np,) [V^2] of the squares of the rises that end between instants ``edges`` (np + 1,) [s].
 
-    A rise at an instant counts after it. A voltage that repeats counts as if it always had; any other starts at 0 V.
+    A rise at an instant counts after it. A voltage that repeats from t = 0 on counts as if it always had; any other
+    starts at 0 V.
     """
     rises = _rises(signal)  # pyright: ignore[reportArgumentType]  # frozen, so that it has a hash
     if not len(rises.time):
         return np.zeros(len(edges) - 1)
     before = np.asarray(edges)[:, None] - rises.time
-    if math.isfinite(rises.period):
-        seen = np.ceil(before / rises.period - 1e-9)
-    else:
-        seen = before > 1e-9 * (edges[-1] - edges[0])
+    again = np.isfinite(rises.period)
+    seen = np.where(
+        again,
+        np.ceil(before / np.where(again, rises.period, 1.0) - 1e-9),
+        before > 1e-9 * (edges[-1] - edges[0]),
+    )
     return np.diff(np.maximum(seen, 0.0) @ rises.square)
 
 
 @lru_cache(maxsize=1024)
 def _rises(signal: Signal) -> _Rises:
     track = signal.track()
+    settles = track.periodic and track.loop > 0
+    if (
+        settles
+    ):  # through what comes once, then the first of what repeats, a period of it, and how that goes on
+        track = track.twice().twice()
     volts = np.column_stack([track.first, track.last]).ravel()
     times = np.column_stack([track.start[:-1], track.start[1:]]).ravel()
     if not track.periodic:
         volts, times = np.append(0.0, volts), np.append(0.0, times)
-    else:  # from a lowest voltage on, once around
+    elif not settles:  # from a lowest voltage on, once around
         first = int(np.argmin(volts))
         volts = np.concatenate([volts[first:], volts[: first + 1]])
         times = np.concatenate([times[first:], times[: first + 1] + track.start[-1]])
@@ -75,6 +83,14 @@ def _rises(signal: Signal) -> _Rises:
     rising = np.append(np.diff(volts) > 0.0, False)
     starts = np.flatnonzero(rising & ~np.append(False, rising[:-1]))
     ends = np.flatnonzero(~rising & np.append(False, rising[:-1]))
-    period = float(track.start[-1]) if track.periodic else math.inf
-    when = times[ends] % period if track.periodic else times[ends]
-    return _Rises(when, (volts[ends] - volts[starts]) ** 2, period)
+    when, square = times[ends], (volts[ends] - volts[starts]) ** 2
+    if settles:
+        end, slack = track.start[track.loop], 1e-12 * track.start[-1]
+        whole = when <= end + slack
+        when, square = when[whole], square[whole]
+        period = np.where(when > end - track.period + slack, track.period, math.inf)
+    elif track.periodic:
+        when, period = when % track.period, np.full(len(when), track.period)
+    else:
+        period = np.full(len(when), math.inf)
+    return _Rises(when, square, period)

@@ -153,10 +153,9 @@ def _cost(run: Walked, way: _Way, walker: Walker) -> Iterator[tuple[str, Measure
     scene, count = run.scene, len(way.stride)
     energy = np.zeros(count)
     if count:
-        signals = scene.waveforms
+        signals = scene.actuator_volts
         for name, drive in scene.robot.drives.items():
-            if name in signals:
-                energy += charging_energy(drive, signals[name], way.edges)
+            energy += charging_energy(drive, signals[name], way.edges)
     known = energy[np.isfinite(energy)]
     drawn = of_robot(
         known if len(known) == count else np.zeros(0), "J",

@@ -50,6 +50,10 @@ def whole_run_statistics(
                 [float(len(one.rebounds(height))) for one in feet], "1", Scope.MEAN,
                 "flights in the whole run that begin by restitution and clear {height}",
             ),
+            "all_rebounds": measure(
+                [float(len(one.rebounds(0.0))) for one in feet], "1", Scope.MEAN,
+                "flights in the whole run that begin by restitution, however low: a simulation has no resolution",
+            ),
             "longest_contact": measure(
                 [float((end - start).max(initial=0.0)) for start, end in stays], "s", Scope.WORST,
                 "longest contact in the whole run, flights below {height} included",

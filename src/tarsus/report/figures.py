@@ -82,6 +82,8 @@ def motion(series: Series, window: Window) -> Plate:
         _contact_rows(panels[-1], series, window, clock)
     _finish(panels[-1], window, clock)
     caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
+    if "command" in series.values:
+        caption += " (dotted: what the amplifier is told to give)"
     if several or shaded:
         caption += f"; {'the bars below mark' if several else 'shading marks'} contact"
     if series.feet:
@@ -257,6 +259,9 @@ def _voltage(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
     scale = scale_of("V", series["volts"][:, part])
     for index, name in enumerate(series.drives):
         color = INK if len(series.drives) == 1 else CYCLE[index % len(CYCLE)]
+        if "command" in series.values:
+            dots: dict[str, object] = {"color": color, "lw": 0.7, "ls": (0, (1, 2)), "zorder": 1.5}
+            _line(axes, series, window, clock, series["command"][index], scale, **dots)
         _line(axes, series, window, clock, series["volts"][index], scale, color=color, lw=1.0, label=name)
     axes.set_ylabel(f"drive ({scale.label})")
     axes.margins(y=0.12)

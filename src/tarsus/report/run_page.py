@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -70,37 +70,27 @@ LEDGER_LINES = (
 )
 
 
-def write_report(
-    run: RunLike,
-    path: str | Path,
-    companion: RunLike | None = None,
-    validation: Sequence[Mapping[str, Any]] | None = None,
-) -> Path:
+def write_report(run: RunLike, path: str | Path, companion: RunLike | None = None) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
-    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12);
-    `validation` are rows of a validation table to add at the end. Raises InputError if `path` cannot be
-    written.
+    `companion` is a run of the same scene with adhesion off, for the energy comparison (Fig. 2.12). Raises
+    InputError if `path` cannot be written.
     """
     target = Path(path)
-    write_text(target, report_html(run, companion, validation))
+    write_text(target, report_html(run, companion))
     return target
 
 
-def report_html(
-    run: RunLike, companion: RunLike | None = None, validation: Sequence[Mapping[str, Any]] | None = None
-) -> str:
+def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
     with figure_style():
-        body = "".join(_sections(run, series, other, validation))
+        body = "".join(_sections(run, series, other))
     return page(f"{run.scene.name} – run report", body)
 
 
-def _sections(
-    run: RunLike, series: Series, other: Series | None, validation: Sequence[Mapping[str, Any]] | None
-) -> Iterator[str]:
+def _sections(run: RunLike, series: Series, other: Series | None) -> Iterator[str]:
     numbers = count(1)
     detail = series.last_periods(CLOSE_UP)
     yield _head(run, series)
@@ -117,12 +107,6 @@ def _sections(
 
     yield "<h2>Events</h2>\n"
     yield _events(run)
-
-    if validation:
-        from tarsus.report.validation_page import rows_section
-
-        yield "<h2>Validation</h2>\n"
-        yield rows_section(validation, numbers)
 
     yield "<h2>Values of this run</h2>\n"
     yield _values(run)
@@ -155,18 +139,30 @@ def _head(run: RunLike, series: Series) -> str:
     scene = run.scene
     gait = {} if scene.gait is None else {"gait": scene.gait}
     signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items())
+    for name, drive in scene.robot.drives.items():
+        signals += "" if drive.amplifier.ideal else f"; {name}'s {_signal(drive.amplifier).lower()}"
     kind = "verdict" if run.ok else "verdict failed"
     wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) else ""
     lines = [
         f"<h1>{escape(scene.name)}</h1>\n",
         f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
         f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
+        _landing(scene),
         warning(creation_warning(scene)),
         *(warning(remark) for remark in getattr(run, "remarks", ())),
         f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
         f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
     ]
     return "".join(lines) + _key_figures(run)
+
+
+def _landing(scene: Any) -> str:
+    """The landing rule where the scene gives one."""
+    rule = scene.ground.landing
+    if rule is None:
+        return ""
+    values = "".join(f", {path} {amount(info.value, info.unit)}" for path, info in float_paths(rule).items())
+    return f'<p class="lede">A foot that lands: {escape(rule.title + values)}.</p>\n'
 
 
 def _signal(signal: Any) -> str:
@@ -176,6 +172,8 @@ def _signal(signal: Any) -> str:
     for path, info in float_paths(signal).items():
         if "." not in path and (info.value != 0.0 or path == "amplitude"):
             parts.append(f"{path.replace('_', ' ')} {amount(info.value, info.unit)}")
+    if getattr(signal, "clip", None):
+        parts.append(f"clip {amount(signal.clip[0], 'V')} to {amount(signal.clip[1], 'V')}")
     return f"{name}, {', '.join(parts)}" if parts else name
 
 

@@ -170,7 +170,7 @@ def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]
 def drive_period(scene: Any) -> float | None:
     """Period of the slowest periodic signal of the scene [s]; None if none repeats."""
     tracks = [signal.track() for signal in scene.waveforms.values()]
-    return max((float(track.start[-1]) for track in tracks if track.periodic), default=None)
+    return max((track.period for track in tracks if track.periodic), default=None)
 
 
 def ever(values: np.ndarray) -> bool:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,11 +21,13 @@ from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, RawRuns
 from tarsus.solve.engines import Engine, Shared, engine_for
 from tarsus.solve.march import RawWalks
-from tarsus.solve.simulate import check_duration
+from tarsus.solve.simulate import check_duration, simulate
 from tarsus.solve.walkrun import structured_marks
 from tarsus.spec import with_values
 from tarsus.structure.walker import Walker
 from tarsus.units import format_quantity
+
+T = TypeVar("T")
 
 _CHUNK = 256  # runs handed to the kernel at a time
 
@@ -64,7 +66,7 @@ class BatchRun:
 
     @property
     def ok(self) -> bool:
-        """True when the run reached its end."""
+        """True when the run reached its end (and its energy account closed, where the batch keeps accounts)."""
         return self.code is ResultCode.DONE
 
 
@@ -72,7 +74,8 @@ class BatchRun:
 class Batch:
     """Results of `simulate_batch`: nr runs in the order of the varied values.
 
-    vary: the varied values (nr,) by path; periods (nr,) [s]: drive period of the statistics.
+    vary: the varied values (nr,) by path; periods (nr,) [s]: drive period of the statistics; unclosed: numbers of the
+    runs whose energy account is open, None where the batch kept none.
     """
 
     scene: Scene
@@ -80,14 +83,20 @@ class Batch:
     duration: float
     periods: NDArray[np.float64]
     _parts: Sequence[tuple[RawRuns | RawWalks, int]]
+    unclosed: frozenset[int] | None = None
 
     def __len__(self) -> int:
         return len(self.periods)
 
     @property
     def codes(self) -> list[ResultCode]:
-        """How every run ended."""
-        return [self._code(raw, k) for raw, k in self._parts]
+        """How every run ended.
+
+        A batch keeps no steps and so no energy account: `ResultCode.DONE` says here that the end was reached, and
+        `ResultCode.LEDGER_OPEN` occurs only with ``simulate_batch(..., ledger=True)``. One run's account is that of
+        ``simulate(batch.run(i).scene, batch.duration)``.
+        """
+        return [self._code(i) for i in range(len(self))]
 
     def run(self, i: int) -> BatchRun:
         """Run number ``i``."""
@@ -100,11 +109,14 @@ class Batch:
             marks = structured_marks(raw.marks_of(k), walker.body_size, len(feet))
         values = {path: float(column[i]) for path, column in self.vary.items()}
         return BatchRun(
-            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(raw, k), self.scene,
+            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(i), self.scene,
             values, marks, float(raw.finish[k, 0]),
         )  # fmt: skip
 
-    def _code(self, raw: RawRuns | RawWalks, k: int) -> ResultCode:
+    def _code(self, i: int) -> ResultCode:
+        if self.unclosed is not None and i in self.unclosed:
+            return ResultCode.LEDGER_OPEN
+        raw, k = self._parts[i]
         return ResultCode.of(int(raw.codes[k]), makes_energy=self.scene.ground.makes_energy)
 
     def events(self, i: int) -> np.ndarray:
@@ -112,7 +124,7 @@ class Batch:
         return self.run(i).events
 
     def measures(self, i: int, **options: Any) -> Measures:
-        """Measures of run number ``i``; options as for `tarsus.measure.period_statistics`."""
+        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
         return measures_of(self.run(i), **options)
 
     def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
@@ -134,6 +146,7 @@ def simulate_batch(
     accuracy: Accuracy | None = None,
     track: bool = True,
     shared: Shared | None = None,
+    ledger: bool = False,
 ) -> Batch:
     """Simulate a scene for many values of any of its floats.
 
@@ -151,9 +164,12 @@ def simulate_batch(
     accuracy
         Tolerances of the engine.
     track
-        Find the highest gap of every flight (needed for peaks and for telling bounces from chatter).
+        Find the highest gap of every flight and the mean height (needed for telling bounces from chatter, too).
     shared
         What the engine makes for a structure, kept from one batch to the next where both are given the same one.
+    ledger
+        Make every run as `simulate` does, at its accuracy unless another is given and with its energy account, so that
+        no run whose account is open counts as done. That takes several times as long.
 
     Raises
     ------
@@ -206,15 +222,47 @@ def simulate_batch(
         for first in range(0, len(members), _CHUNK):
             part = slice(first, first + _CHUNK)
             jobs.append((engine, parameters[part], initial[part], period, members[part]))
+    if ledger:
+        return _with_accounts(scene, values, seconds, periods, accuracy, threads)
+    _spread(work, jobs, threads)
+    return Batch(scene, values, seconds, periods, [r for r in results if r is not None])
+
+
+def _spread(work: Callable[[T], None], jobs: Sequence[T], threads: int | None) -> None:
+    """Do jobs on threads; the first alone, which compiles the engine once."""
     workers = threads or os.cpu_count() or 1
     if workers == 1 or len(jobs) == 1:
         for job in jobs:
             work(job)
-    else:
-        work(jobs[0])  # compiles once, before the threads start
-        with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(work, jobs[1:]))
-    return Batch(scene, values, seconds, periods, [r for r in results if r is not None])
+        return
+    work(jobs[0])
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(work, jobs[1:]))
+
+
+def _with_accounts(
+    scene: Scene,
+    values: Mapping[str, np.ndarray],
+    seconds: float,
+    periods: NDArray[np.float64],
+    accuracy: Accuracy | None,
+    threads: int | None,
+) -> Batch:
+    """The batch made of single runs, each with its energy account."""
+    parts: dict[int, tuple[RawRuns | RawWalks, int]] = {}
+    unclosed: set[int] = set()
+
+    def work(i: int) -> None:
+        run = simulate(
+            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy
+        )
+        if run.code is ResultCode.LEDGER_OPEN:
+            unclosed.add(i)
+        raw = run.raw
+        parts[i] = (raw if isinstance(raw, RawWalks) else replace(raw, trace=raw.trace[:0].copy()), 0)
+
+    _spread(work, range(len(periods)), threads)
+    return Batch(scene, values, seconds, periods, [parts[i] for i in range(len(periods))], frozenset(unclosed))
 
 
 def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:

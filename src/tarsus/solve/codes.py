@@ -25,6 +25,10 @@ class ResultCode(Enum):
         "The run stopped: the motion grew without bound; its impact map creates energy "
         "(ground.impact.passive is false)."
     )
+    LEDGER_OPEN = (
+        "The run reached its end, but its energy account is open by more than 1e-8 of its largest term: "
+        "its numbers are not to be trusted; a finer Accuracy may close it."
+    )
 
     def __str__(self) -> str:
         return self.value
@@ -35,6 +39,10 @@ class ResultCode(Enum):
         result = _CODES[code]
         return cls.DIVERGED if makes_energy and result in (cls.STALLED, cls.NOT_FINITE) else result
 
+
+CLOSED = 1e-8
+"""Largest closure of an energy account that counts as closed: at the accuracy of a single run rounding leaves 1e-12 and
+truncation, through the stiffest films, some 1e-9; what is above is energy made or lost."""
 
 _CODES = {
     a.DONE: ResultCode.DONE,

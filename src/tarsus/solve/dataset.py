@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.files.series import Variable
+from tarsus.solve.series import command_volts
 
 if TYPE_CHECKING:
     from tarsus.solve.run import Run
@@ -28,6 +29,9 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
         variables[name] = Variable(dims, values, {"units": units, "long_name": long_name})
 
     add("volts", ("drive", "time"), series.volts, "V", "drive voltage")
+    command = command_volts(scene, series.time)
+    if command is not None:
+        add("command", ("drive", "time"), command, "V", "voltage the amplifier is told to give")
     add("drive_force", ("drive", "time"), series.force, "N", "drive force")
     add("displacement", ("point", "time"), rows @ state.x, "m", "displacement of a point along +z")
     add("velocity", ("point", "time"), rows @ state.v, "m/s", "velocity of a point along +z")

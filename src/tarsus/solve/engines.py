@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from tarsus.core.walk.arrays import Tables
+from tarsus.laws import PullAsPrinted
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute
@@ -123,6 +124,7 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
         return ByLegs(walker, duration, shared.get(legs, lambda: tables_of(walker, duration)))
     ground = scene.ground
     loads = tuple(drive.load for drive in scene.robot.drives.values())
-    structure = (duration, scene.robot.structure, scene.robot.feet, ground.gravity, ground.impact, loads)
+    as_printed = isinstance(ground.landing, PullAsPrinted)  # the other rules are in the law parameters
+    structure = (duration, scene.robot.structure, scene.robot.feet, ground.gravity, ground.impact, as_printed, loads)
     plan = lower_scene(scene)
     return ByModes(plan, duration, shared.get(structure, lambda: SharedBook(plan, duration)))

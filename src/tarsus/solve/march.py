@@ -16,6 +16,7 @@ from tarsus.core.stack import step_lengths
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.march import make_march
 from tarsus.core.walk.motion import TERMS
+from tarsus.core.walk.scan import CANDIDATES
 from tarsus.core.walk.tables import step_tables
 from tarsus.plan import source_hash
 from tarsus.solve.engine import Accuracy
@@ -172,8 +173,9 @@ def _new_work(plan: WalkPlan) -> a.Work:
     return a.Work(
         drive=rows(nd), volts=rows(m), bx=rows(nb), bv=rows(nb), nx=rows(nb), push=rows(nb), drag=rows(nb),
         momentum=rows(nb), place=rows(nb), q=rows(nl, 2), u=rows(nl, 2), w=rows(nl, 2), load=rows(nl, 2),
-        smooth=rows(m), film=rows(m), filmed=np.zeros(nl, dtype=np.int64), gap=rows(m), rate=rows(m), margin=rows(m),
-        bound=rows(m), along=rows(m), solver=rows(nb, 2 * N), key=np.full((nb, 2), -1.0), foot=np.zeros((nl, 2, 2)),
-        body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(4), matrix=rows(N),
-        newton=np.zeros((N, N + 1)), line=np.zeros(N), when=np.zeros((max(m, 1), 3)),
+        smooth=rows(m), strength=rows(m), film=rows(m), filmed=np.zeros(nl, dtype=np.int64), gap=rows(m), rate=rows(m),
+        margin=rows(m), bound=rows(m), along=rows(m), solver=rows(nb, 2 * N), key=np.full((nb, 2), -1.0),
+        foot=np.zeros((nl, 2, 2)), body=np.zeros((2, nb)), series=np.zeros((2, TERMS)), column=rows(2), row=rows(4),
+        matrix=rows(N),
+        newton=np.zeros((N, N + 1)), line=np.zeros(N), when=np.zeros((max(m, 1), CANDIDATES, 3)),
     )  # fmt: skip

@@ -14,7 +14,7 @@ from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
-from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.codes import CLOSED, ResultCode, structured_events
 from tarsus.solve.engine import RawRuns
 
 if TYPE_CHECKING:
@@ -74,14 +74,17 @@ class Run:
     period: float
     wall_s: float
 
-    @property
+    @cached_property
     def code(self) -> ResultCode:
-        """How the run ended; its value is a sentence."""
-        return ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
+        """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
+        by contact modes that takes one to four times as long as the run, of a walker nothing."""
+        code = ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
+        open_ = code is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
+        return ResultCode.LEDGER_OPEN if open_ else code
 
     @property
     def ok(self) -> bool:
-        """True when the run reached its end."""
+        """True when the run reached its end with its energy account closed."""
         return self.code is ResultCode.DONE
 
     @property

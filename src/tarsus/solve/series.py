@@ -16,6 +16,7 @@ from tarsus.laws.base import LatchLaw, ResistiveLaw, SmoothLaw
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
+    from tarsus.scene import Scene
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -93,13 +94,17 @@ def quadratic(matrix: Floats, z: Floats) -> Floats:
 
 
 def drive_volts(run: Run, time: Floats) -> Floats:
-    names, waveforms = list(run.scene.robot.drives), run.scene.waveforms
-    volts = np.zeros((len(names), len(time)))
-    for d, name in enumerate(names):
-        waveform = waveforms.get(name)
-        if waveform is not None:
-            volts[d] = waveform.volts(time)
-    return volts
+    """Volts (nd, nt) at every drive's actuator."""
+    signals = run.scene.actuator_volts.values()
+    return np.array([signal.volts(time) for signal in signals]).reshape(len(signals), len(time))
+
+
+def command_volts(scene: Scene, time: Floats) -> Floats | None:
+    """Volts (nd, nt) that every drive's amplifier is told to give; None where all are ideal."""
+    drives, commands = scene.robot.drives, scene.waveforms
+    if all(drive.amplifier.ideal for drive in drives.values()):
+        return None
+    return np.array([commands[d].volts(time) if d in commands else np.zeros(len(time)) for d in drives])
 
 
 def foot_volts(run: Run, time: Floats) -> Floats:
@@ -216,7 +221,7 @@ def film_momentum(run: Run, gap: float) -> float:
     """Momentum potential [N s] of the resistive laws at a gap [m]."""
     ground = run.scene.ground.acting
     laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
-    return sum(type(law).momentum(gap, *law.parameters()) for law in laws)
+    return sum(type(law).momentum(max(gap, 0.0), *law.parameters()) for law in laws)
 
 
 def ledger(run: Run) -> Ledger:

@@ -42,8 +42,8 @@ def structured_marks(rows: np.ndarray, body: int, feet: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class WalkRun(Run):
-    """A finished simulation of a walker. Series and energies are taken by marching through the run again: the engine
-    samples itself, so that nothing is interpolated."""
+    """A finished simulation of a walker. Series are taken by marching through the run again: the engine samples itself,
+    so that nothing is interpolated."""
 
     raw: RawWalks  # type: ignore[assignment]
     walk: WalkPlan
@@ -77,17 +77,9 @@ class WalkRun(Run):
         )
 
     @cached_property
-    def _sampled(self) -> tuple[np.ndarray, RawWalks]:
-        times = grid(self)
-        return times, self._again(times)
-
-    @cached_property
     def series(self) -> WalkSeries:  # type: ignore[override]
         """States and forces on an even time grid."""
-        from tarsus.solve.walkseries import series_of
-
-        times, raw = self._sampled
-        return series_of(self, raw, times)
+        return self.at(grid(self))
 
     @property
     def energies(self) -> Integrals:
@@ -99,7 +91,7 @@ class WalkRun(Run):
         """Energy ledger of the whole run."""
         from tarsus.solve.walkseries import ledger_of
 
-        return ledger_of(self, self._sampled[1])
+        return ledger_of(self)
 
     def at(self, times: np.ndarray) -> WalkSeries:  # type: ignore[override]
         """Series at the given times [s], increasing: the engine's own solution, not an interpolation.
@@ -133,5 +125,5 @@ def run_walker(scene: Scene, seconds: float, accuracy: Accuracy) -> WalkRun:
     plan = lower_walker(scene)
     period = scene_period(scene, seconds)
     start = time.perf_counter()
-    raw = walk(plan, seconds, accuracy=accuracy, period=period)
+    raw = walk(plan, seconds, accuracy=accuracy, period=period, account=True)
     return WalkRun(scene, plan.plan, raw, seconds, period, time.perf_counter() - start, plan, accuracy)

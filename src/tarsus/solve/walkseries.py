@@ -12,7 +12,6 @@ from tarsus.core.replay import Sampled
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 from tarsus.drive.pieces import evaluate
-from tarsus.laws.friction import Friction
 from tarsus.solve import series as of_any
 from tarsus.solve.run import Ledger
 from tarsus.solve.series import Series
@@ -67,8 +66,9 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     friction = np.where(contact == STUCK, -along, 0.0)
     sliding = contact == SLIPPING
     if law is not None and sliding.any():
-        bound = np.vectorize(Friction.bound, otypes=[float])
-        friction[sliding] = -sense[sliding] * bound((strength - pull - smooth)[sliding], *law.parameters())
+        margin = np.maximum(strength - pull - smooth, 0.0)  # below 0 by rounding where a foot has just let go
+        bound = np.vectorize(type(law).bound, otypes=[float])
+        friction[sliding] = -sense[sliding] * bound(margin[sliding], strength[sliding], *law.parameters())
     state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
     return WalkSeries(
         time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
@@ -92,8 +92,9 @@ def _smooth(
         film = np.where(held, 0.0, -c * rate / (gap + thickness) ** 3)
     user = np.zeros_like(gap)
     volts = of_any.foot_volts(run, times)
+    above = np.maximum(gap, 0.0)  # a foot on the ground may be below it by rounding, where a law need not be defined
     for law in of_any.smooth_laws(run):
-        user += np.vectorize(type(law).force, otypes=[float])(gap, rate, volts, times, *law.parameters())
+        user += np.vectorize(type(law).force, otypes=[float])(above, rate, volts, times, *law.parameters())
     return electrostatic, film, np.where(held, 0.0, user), electrostatic + user
 
 
@@ -112,11 +113,11 @@ def _terms(run: WalkRun, energy: Floats) -> dict[str, Floats]:
     }
 
 
-def ledger_of(run: WalkRun, raw: RawWalks) -> Ledger:
+def ledger_of(run: WalkRun) -> Ledger:
     """Where the energy of a whole run went."""
     system, body = run.walk.plan.system, run.walk.body
     n = len(system.mass)
-    place, feet, contact, energy = raw.end
+    place, feet, contact, energy = run.raw.end
     last = np.concatenate([place[0], feet[:, ::-1, 0].ravel(), place[1], feet[:, ::-1, 1].ravel()])
     for i in body.leg[contact == AIR]:
         at = n + len(body.body_mass) + 2 * i + 1

@@ -134,6 +134,11 @@ class Lumped(Structure):
         """Names of the coordinates, then of the extra points."""
         return (*self.coordinates, *self.weights)
 
+    @property
+    def lumped_points(self) -> tuple[str, ...]:
+        """The coordinates."""
+        return self.coordinates
+
     def matrices(self) -> Matrices:
         """The given matrices, each (n, n); no damping when none is given."""
         mass, stiffness = np.array(self.mass), np.array(self.stiffness)

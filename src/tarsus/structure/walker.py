@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from tarsus.errors import InputError
 from tarsus.explain import PathErrors
 from tarsus.spec import Description, Named, quantity
 from tarsus.structure.base import Array, Matrices, Structure
@@ -167,6 +168,12 @@ class Walker(Structure):
         else:
             row[: self.body_size] = self.hip_row_z(leg) if point == f"{leg}_hip" else self.hip_row_x(leg)
         return row
+
+    def alone(self, point: str) -> Array:
+        """The row of a foot's or the body's point: it is a coordinate; `InputError` for a hip."""
+        if point not in ("body", "body_x", *self.foot_points):
+            raise InputError(f"the displacement of '{point}' is no coordinate of a walker")
+        return self.row(point)
 
     def vertical(self) -> Array:
         """Ones for heave and the heights of the feet, zeros elsewhere."""

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata, resources
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -204,11 +205,12 @@ def run_bench(progress: Progress | None = None, repeats: int = 25) -> dict[str, 
     dict
         flat. `p1_n2_ms`, `p1_n6_ms`, `p1_n32_ms`: CPU milliseconds per simulated second, with `*_wrong` of
         `*_impacts` and `*_setup_ms` for lowering the scene and its first run; `p2_runs_per_s` on one thread,
-        `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of the device
-        `cantilever`, and their ratio; `hexapod_us_per_impact`: the bouncing hexapod with its own impact map,
-        `hexapod_ratio`: that against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random initial states of
-        1 s each with their statistics, wall clock on all cores; `compile_cold_s`: first run in a fresh process
-        without machine code on disk, `compile_warm_s`: with it, `start_warm_s`: that whole process; versions.
+        `p2_wrong` of `p2_runs`; `hysteresis_square_ms` and `hysteresis_sine_ms` per simulated second of a beam
+        behind a hysteretic actuator, and their ratio; `hexapod_us_per_impact`: a bouncing hexapod of six modes with
+        its own impact map, `hexapod_ratio`: that against an impact of P1 with 6 masses, `hexapod_seeds_per_s`: random
+        initial states of 1 s each with their statistics, wall clock on all cores; `compile_cold_s`: first
+        run in a fresh process without machine code on disk, `compile_warm_s`: with it, `start_warm_s`: that whole
+        process; versions.
     """
     tell = progress or (lambda done, total, what: None)
     stages = len(SIZES) + 4
@@ -266,7 +268,7 @@ def _hysteresis_figures(repeats: int, duration: float = 1.0) -> dict[str, Any]:
 
     best = {}
     for wave in ("square", "sine"):
-        plan = lower_scene(load_scene("cantilever", volts=8.0, hz=50.0, wave=wave))
+        plan = lower_scene(load_scene(_scene_file("hysteresis"), volts=8.0, hz=50.0, wave=wave))
         book = SharedBook(plan, duration)
         execute(plan, duration, book=book, accuracy=ACCURACY)
         seconds = []
@@ -286,7 +288,7 @@ def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) ->
     from tarsus.files.library import load_scene
     from tarsus.study.seeds import foot_statistics
 
-    scene = load_scene("hexapod")
+    scene = load_scene(_scene_file("hexapod"))
     plan, duration = lower_scene(scene), 1.0
     book = SharedBook(plan, duration)
     raw = execute(plan, duration, book=book)
@@ -307,10 +309,11 @@ def _robot_figures(repeats: int, chain_ms_per_impact: float, seeds: int = 64) ->
 
 
 _FIRST_RUN = """
+import sys
 import time
 import tarsus
 from tarsus.solve.engine import advance
-scene = tarsus.load_scene("cantilever")
+scene = tarsus.load_scene(sys.argv[1])
 start = time.perf_counter()
 run = tarsus.simulate(scene)
 print(time.perf_counter() - start)
@@ -332,13 +335,17 @@ def _first_run(folder: str) -> tuple[float, float]:
     """Seconds of the first run in a fresh process whose machine code is kept in a folder, and of that process."""
     start = time.perf_counter()
     done = subprocess.run(
-        [sys.executable, "-c", _FIRST_RUN],
+        [sys.executable, "-c", _FIRST_RUN, str(_scene_file("hysteresis"))],
         env={**os.environ, "NUMBA_CACHE_DIR": folder},
         capture_output=True,
         text=True,
         check=True,
     )
     return float(done.stdout), time.perf_counter() - start
+
+
+def _scene_file(name: str) -> Path:
+    return Path(str(_data() / f"{name}.toml"))
 
 
 def _data() -> Any:

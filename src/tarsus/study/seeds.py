@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import RESOLUTION, period_statistics, scene_period
+from tarsus.measure import RESOLUTION, Counting, by_window, histories_of, period_statistics, scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, Run
@@ -33,7 +33,8 @@ ACCURACY = Accuracy(gap=1e-8)
 class Statistics:
     """Height statistics of one foot over ns seeds, after the transient.
 
-    The measures of `tarsus.measure` by drive period after the transient: bounces (ns,) [1/s]; peak (ns,) [m];
+    The measures of `tarsus.measure` by drive period after the transient, or of every window of every seed, then with
+    (ns nw,) values each: bounces (ns,) [1/s]; peak (ns,) [m];
     mean (ns,) [m] mean height, the gap averaged over time; apex (ns,) [m] mean apex of the flights, NaN without any;
     failed: sentences of the runs that did not reach their end (those are left out).
     """
@@ -67,6 +68,7 @@ def foot_statistics(
     settle: float,
     foot: str | None = None,
     resolution: float = RESOLUTION,
+    window: float | None = None,
     threads: int | None = None,
     on_done: Callable[[], None] | None = None,
 ) -> Statistics:
@@ -84,6 +86,9 @@ def foot_statistics(
         Its name; the first foot by default.
     resolution
         Height [m] that a flight must clear to count.
+    window
+        Length [s] of the windows that the observed time is cut into, as an instrument reads it; without it a seed has
+        one value, the mean over its drive periods.
     threads
         Worker threads; all cores by default.
     on_done
@@ -95,27 +100,36 @@ def foot_statistics(
     book = SharedBook(plan, whole)
     period = scene_period(scene, whole)
 
-    def one(seed: int) -> tuple[float, ...] | str:
+    def one(seed: int) -> Floats | str:
         own = replace(
             plan,
             initial=np.concatenate([np.zeros(len(plan.system.mass)), random_velocities(scene, name, seed)]),
         )
         raw = execute(own, whole, book=book, accuracy=ACCURACY, period=period)
         run = Run(scene, own, raw, whole, period, math.nan)
-        result = _judge(run, name, settle, resolution) if run.ok else run.code.value
+        result = _judge(run, name, settle, resolution, window) if run.ok else run.code.value
         if on_done is not None:
             on_done()
         return result
 
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         results = [one(0), *pool.map(one, range(1, seeds))]  # the first compiles before the threads start
-    rows = np.array([row for row in results if not isinstance(row, str)]).reshape(-1, 4)
-    return Statistics(*rows.T, failed=tuple(row for row in results if isinstance(row, str)))
+    rows = [row for row in results if not isinstance(row, str)]
+    columns = np.concatenate(rows, axis=1) if rows else np.zeros((4, 0))
+    return Statistics(*columns, failed=tuple(row for row in results if isinstance(row, str)))
 
 
-def _judge(run: Run, foot: str, settle: float, resolution: float) -> tuple[float, ...]:
-    dropped = math.ceil(settle / run.period * (1.0 - 1e-9))
-    found = period_statistics(run, skip=dropped, height=resolution)
-    return tuple(
-        found[name].per_foot[foot] for name in ("bounces_per_second", "peak", "mean_height", "mean_apex")
-    )
+_MEASURES = ("bounces_per_second", "peak", "mean_height", "mean_apex")
+
+
+def _judge(run: Run, foot: str, settle: float, resolution: float, window: float | None) -> Floats:
+    """The measures (4, nw) of a foot by window, or (4, 1) by drive period."""
+    if window is None:
+        dropped = math.ceil(settle / run.period * (1.0 - 1e-9))
+        found = period_statistics(run, skip=dropped, height=resolution)
+        return np.array([[found[name].per_foot[foot]] for name in _MEASURES])
+    count = max(math.floor((run.duration - settle) / window * (1.0 + 1e-9)), 1)
+    edges = np.array([settle + window * k for k in range(count + 1)], dtype=np.float64)
+    history = {foot: histories_of(run)[foot]}
+    rows = by_window(history, edges, Counting.of(run.period, resolution))
+    return np.array([rows[name][0] for name in _MEASURES])

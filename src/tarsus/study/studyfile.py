@@ -1,16 +1,15 @@
-"""Studies in TOML, and those of the package by name."""
+"""Studies in TOML, and those of installed packages by name."""
 
 from __future__ import annotations
 
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
 from tarsus.laws import Law
 from tarsus.scene import Scene, override
@@ -20,6 +19,7 @@ from tarsus.study.sweep import Sweep
 __all__ = [
     "SCENE_FILE",
     "STUDY_FILE",
+    "calibration_names",
     "flat_values",
     "frozen_texts",
     "load_sweep",
@@ -37,14 +37,19 @@ _SHORT = ("volts", "hz", "wave")
 _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
 
 
-def _packaged() -> dict[str, Path]:
-    folder = Path(str(resources.files("tarsus") / "studies"))
-    return {file.stem: file for file in sorted(folder.glob("*.toml"))}
-
-
 def study_names() -> list[str]:
-    """Names of the packaged studies."""
-    return list(_packaged())
+    """Names of the sweeps among the studies of installed packages."""
+    return [name for name in file_names(STUDIES) if not _calibrates(read_table(study_path(name)))]
+
+
+def calibration_names() -> list[str]:
+    """Names of the calibrations among the studies of installed packages."""
+    return [name for name in file_names(STUDIES) if _calibrates(read_table(study_path(name)))]
+
+
+def _calibrates(table: Mapping[str, Any]) -> bool:
+    """Whether a study's raw table is that of a calibration: it names a table of measures."""
+    return "table" in table
 
 
 def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
@@ -66,17 +71,12 @@ def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
 
 
 def study_path(name: str | os.PathLike[str]) -> Path:
-    """File of a packaged study by name, or the path itself; `InputError` for an unknown name."""
+    """File of an installed study by name, or the path itself; `InputError` for an unknown name."""
     text = os.fspath(name)
-    packaged = _packaged()
-    if text in packaged:
-        return packaged[text]
     if text.endswith(".toml") or os.sep in text:
         return Path(text)
-    hint = nearest(text, packaged)
-    raise InputError(
-        f"no study is called '{text}'{hint} (a study file is given by its path, ending in .toml)"
-    )
+    return named_file(STUDIES, text, "study")
+
 
 
 def read_table(file: Path) -> dict[str, Any]:
@@ -110,6 +110,8 @@ def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = Path(path)
     table = read_table(file)
+    if _calibrates(table):
+        raise InputError(f"{file}: names a table of measures: it is a calibration, not a sweep")
     table["scene"] = scene_of_study(table.get("scene"), table.pop("set", {}), file.parent, laws)
     if isinstance(table.get("vary"), Mapping):
         table["vary"] = dict(flat_values(table["vary"]))

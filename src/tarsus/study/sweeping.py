@@ -69,7 +69,7 @@ def run_sweep(
     sweep
         What to run.
     folder
-        Where; new or empty unless `resume`.
+        Where; without a sweep in it unless `resume`.
     resume
         Continue the sweep that the folder holds.
     threads
@@ -80,7 +80,7 @@ def run_sweep(
     Raises
     ------
     InputError
-        If the folder holds anything and is not to be continued, or holds another sweep.
+        If the folder holds a sweep that is not to be continued, or another one.
     KeyboardInterrupt
         When interrupted, after the units under way are kept.
     """
@@ -195,7 +195,7 @@ def collected_variables(
     )
     for j, name in enumerate(sweep.measures):
         about = definitions[name]
-        notes = {"units": about.unit, **where}
+        notes = {"units": about.unit, "scope": str(about.scope), **where}
         out[name] = Variable(
             dims, arrays["value"][:, j].reshape(shape), {"long_name": about.definition, **notes}
         )

@@ -8,9 +8,9 @@ import pytest
 import tarsus as ts
 from tarsus.design import design_links, landscape, step_lift
 from tarsus.errors import InputError
-from tarsus.files.legs import millipede_leg
 from tarsus.structure.leg import SingleMode
 from tarsus.structure.leg_motion import equilibrium, standing_load, step_response
+from tarsus_reproduce.legs import millipede_leg
 
 BOUNDS = (100e-6, 500e-6)
 

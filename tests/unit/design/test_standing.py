@@ -7,12 +7,12 @@ import pytest
 
 import tarsus as ts
 from tarsus.design import standing
-from tarsus.design.millipede import millipede_parameters
-from tarsus.design.walkers import many_legs
 from tarsus.errors import InputError
-from tarsus.files.legs import millipede_leg
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.structure import Walker
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import many_legs
 
 G, K, WEIGHT = 9.81, 1.25, 9.81e-6
 LEG = {"mass": "1 ug", "stiffness_v": K, "damping_v": 0.0, "stiffness_l": 0.5, "damping_l": 0.0}
@@ -130,3 +130,29 @@ def test_an_unbalanced_push_along_the_way():
 def test_only_walkers_stand():
     said = ["only a walker stands on its feet; this structure is of kind 'beam'"]
     assert refusals(ts.load_scene("cantilever")) == said
+
+
+def test_a_scene_that_starts_standing_does_so_for_every_payload():
+    it = scene(PAIR)
+    starts = ts.with_values(it, {"initial.standing": {"driven": False}})
+    for mass in (0.5e-6, 2e-6):
+        own = ts.with_values(starts, {"robot.structure.body.mass": mass})
+        run = ts.simulate(own, 1e-3)
+        sag = mass * G / (2 * K)
+        assert run.states(np.array([0.0, 1e-3])).x[1] == pytest.approx([-sag] * 2, rel=1e-12)
+        assert run.measures["vertical_amplitude"].value == pytest.approx(0.0, abs=1e-15)
+    batch = ts.simulate_batch(starts, {"robot.structure.body.mass": [0.5e-6, 2e-6]}, 1e-3)
+    heaves = [batch.run(i).marks["body"][0, 1] for i in range(2)]
+    assert heaves == pytest.approx([-mass * G / (2 * K) for mass in (0.5e-6, 2e-6)], rel=1e-12)
+
+
+def test_what_cannot_start_standing_is_told():
+    it = scene(PAIR)
+    with pytest.raises(InputError, match="give one of the two"):
+        ts.with_values(
+            it, {"initial": {"standing": {}, "displacement": [0.0] * it.robot.structure.size}}
+        )
+    with pytest.raises(InputError, match="only a walker stands on its feet"):
+        ts.with_values(ts.load_scene("cantilever"), {"initial": {"standing": {}}})
+    round_trip = parse_scene(scene_text(ts.with_values(it, {"initial.standing": {"driven": True}})))
+    assert round_trip.initial.standing.driven

@@ -72,6 +72,44 @@ def test_a_vibrometer_pair_aligns_to_its_noise():
     assert residual_gate(found).accepted
 
 
+def started(shift: float, grows: float, count: int = 6000) -> np.ndarray:
+    """A periodic drive of 330 samples from rest, ``shift`` samples late: what it moves grows over so many samples."""
+    late = np.maximum(np.arange(count) - shift, 0.0)
+    return (1.0 - np.exp(-late / grows)) * np.sin(2.0 * np.pi * late / 330.0) + 0.3 * np.exp(
+        -late / (2.0 * grows)
+    ) * np.sin(0.31 * late)
+
+
+@pytest.mark.parametrize("grows", [300.0, 1000.0, 4000.0])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_false_period_of_the_drive_is_not_taken(grows, noise):
+    """Three periods later the motion that has grown is alike, and where it is weak it does not count: -973 samples at
+    2 % residual was taken for 17 at nothing."""
+    random = np.random.default_rng(1)
+    record, reference = (
+        measurement(started(shift, grows) + noise * random.standard_normal(6000)) for shift in (200.0, 183.0)
+    )
+    found = align(record, reference, ["a"], before=1.0)
+    assert found.delay / record.step == pytest.approx(-17.0, abs=0.03)
+    assert found.other is None and residual_gate(found).accepted
+
+
+def test_a_second_delay_that_fits_as_well_is_refused_with_both():
+    """A sine without a beginning: any period will do, the smallest delay is taken, and the gate says so."""
+    n = np.arange(6000.0)
+    noise = 0.01 * np.random.default_rng(0).standard_normal(6000)
+    record, reference = (
+        measurement(np.sin(2.0 * np.pi * (n + late) / 330.0) + noise) for late in (0.0, 17.0)
+    )
+    found = align(record, reference, ["a"], before=1.0)
+    assert found.delay / record.step == pytest.approx(-17.0, abs=0.1)
+    verdict = residual_gate(found)
+    assert not verdict.accepted and len(verdict.reasons) == 1 and found.other is not None
+    assert f"by {1e3 * found.other:.4g} ms as by {1e3 * found.delay:.4g} ms" in verdict.reasons[0]
+    narrow = align(record, reference, ["a"], before=1.0, search=100e-5)
+    assert narrow.other is None and residual_gate(narrow).accepted
+
+
 def shock(which: str):
     hit, free = (
         read_measurement(SHOCK / f"shock_{kind}_{which}.lvm", channels=CHANNELS, axis="time")

@@ -22,6 +22,7 @@ from tarsus.identify.campaign import drive_problems, read_campaign, read_records
 from tarsus.identify.chain import Chain
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
+from tarsus.identify.traces import trace_of
 from tarsus.measurement import Channel, Measurement, Quantity
 from tarsus.structure import Beam
 
@@ -117,6 +118,29 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
         InputError, match=r"sweep-1.uff.*channels 'center' and 'tip' look swapped|'tip' and 'center'"
     ):
         identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+
+
+@pytest.mark.parametrize(
+    "flipped", [(), ("tip velocity",), ("center velocity",), ("tip velocity", "center velocity")]
+)
+def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
+    chain, records = sweeps()
+    for name in flipped:
+        records = [row(record, name, -1.0) for record in records]
+    if len(flipped) == 1:
+        with pytest.raises(InputError, match=r"the sign of channel '(tip|center)' looks flipped"):
+            identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+        return
+    chain.resonances = identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
+    points = chain.opened.model.points
+    loops = [
+        trace_of(one.record, points, "loops", "pzt volts", 0.1)
+        for one in read_records(chain.opened, "loops")
+        if one.record
+    ]
+    chain._compare_signs(loops)
+    told = [said for said in chain.evidence.remarks if "moves the other way with the voltage" in said]
+    assert len(told) == bool(flipped)
 
 
 def test_too_few_bounces_are_counted(tmp_path):

@@ -56,10 +56,11 @@ def test_five_overlapping_modes() -> None:
     np.testing.assert_allclose(mode.residues[:, 0], shapes[3] * shapes[3, 0] / (2.0j * turning), rtol=2e-3)
 
 
-def test_intervals_cover() -> None:
+@pytest.mark.parametrize(("draws", "least"), [(2, 0.75), pytest.param(12, 0.88, marks=pytest.mark.slow)])
+def test_intervals_cover(draws: int, least: float) -> None:
     structure = quadruped()
     inside = []
-    for seed in range(12):
+    for seed in range(draws):
         frf, shapes = responses(0.01, 5, seed=100 + seed)
         fit = fit_known_shapes(frf, shapes)
         inside += [
@@ -67,7 +68,7 @@ def test_intervals_cover() -> None:
             for mode, f, ratio in zip(fit.modes, structure.frequencies, structure.damping_ratios, strict=True)
             for one, wanted in ((mode.frequency, f), (mode.damping, ratio))
         ]
-    assert np.mean(inside) > 0.88
+    assert np.mean(inside) > least
 
 
 def test_the_order_of_the_shapes_is_that_of_the_modes() -> None:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from tarsus.core import hooks
 from tarsus.core.hooks import HAS_FORCE
 from tarsus.core.jit import inner, rare
 from tarsus.core.nodes import DERIVATIVE, MONOMIAL, TAIL, TAU, N
@@ -49,8 +50,32 @@ def seen(row, work, part):
 
 
 @inner
+def slope(work, q):
+    """Derivative of work.row[q] with respect to the scaled time."""
+    out = load(work.row, (q,)) * 0.0
+    for j in range(N):
+        out += load(_slope, (j,)) * work.row[q, j]
+    return out
+
+
+@inner
 def integral(row):
     return total(row * load(_weights, ()))
+
+
+@inner
+def by_film(work, rate, mass, low, high):
+    """Integral of rate dP, with w in work.row[1] and the film's momentum P in work.row[2], ``low`` and ``high`` at the ends.
+
+    A film much thinner than the way of the foot changes P where the nodes do not see it. Then by parts, with p = P - high:
+    p^2/2m - rate p at the start, and - int p dw, for w hardly changes in so short a time.
+    """
+    film = load(work.row, (2,))
+    missed = abs(total(film * load(_tail, ()))) + abs(work.row[2, 0] - low) + abs(work.row[2, N - 1] - high)
+    if missed <= 1e-9 * highest(magnitude(film - high)):
+        return integral(slope(work, 2) * rate)
+    first = low - high
+    return first * (0.5 * first / mass - work.row[1, 0] - low / mass) - integral((film - high) * slope(work, 1))
 
 
 @inner
@@ -59,20 +84,23 @@ def of_free(body, tables, laws, state, work, i, d, nb, h, start, width, energy):
     f = body.foot[i]
     part = start > 0.0 or width < 1.0
     w = load(work.w, (i, d))
+    low, high = work.u[i, d, 0], work.u[i, d, N - 1]
     if part:
         for n in range(N):
-            _u, speed = leg_at(body, tables, state, work, i, d, h, start + _tau[n] * width)
+            high, speed = leg_at(body, tables, state, work, i, d, h, start + _tau[n] * width)
             work.row[1, n] = speed
+            if n == 0:
+                low = high
         w = load(work.row, (1,))
     rate = w
     span = h * width
     if d == 0 and work.filmed[i] != 0:
+        store(work.row, (1,), w)
         store(work.row, (2,), seen(load(work.film, (f,)), work, part))
         rate = w + load(work.row, (2,)) * (1.0 / body.mass[i])
-        change = w * 0.0
-        for j in range(N):
-            change += load(_slope, (j,)) * work.row[2, j]
-        energy[a.FILM] -= integral(change * rate)
+        low = hooks.momentum(laws.parameters, laws.pointer, f, low + body.gap[i])
+        high = hooks.momentum(laws.parameters, laws.pointer, f, high + body.gap[i])
+        energy[a.FILM] -= by_film(work, rate, body.mass[i], low, high)
     across = rate - seen(hip(body, i, d, work.bv, nb), work, part)
     energy[a.DAMPING] += body.damping[i, d] * integral(across * across) * span
     energy[a.WORK] += integral(seen(load(work.load, (i, d)), work, part) * rate) * span

@@ -32,7 +32,7 @@ State = namedtuple(
 Output = namedtuple("Output", "events marks times samples")
 Work = namedtuple(
     "Work",
-    "drive volts bx bv nx push drag momentum place q u w load smooth film filmed gap rate margin bound along solver key "
+    "drive volts bx bv nx push drag momentum place q u w load smooth strength film filmed gap rate margin bound along solver key "
     "foot body series column row matrix newton line when",
 )
 

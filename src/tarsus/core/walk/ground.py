@@ -9,8 +9,9 @@ from __future__ import annotations
 from tarsus.core import hooks
 from tarsus.core.arrays import BOUNCE, CAPTURE, CONTACT_AT_START, RELEASE, REST
 from tarsus.core.contact import log
-from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM
+from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, PULL_AS_PRINTED
 from tarsus.core.jit import rare
+from tarsus.core.landing import landing, rest_time
 from tarsus.core.signals import value
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.scan import PULL_OFF, STOP, TOUCH
@@ -65,7 +66,7 @@ def hold(body, laws, state, i, f, t):
     state.apex[f, 1] = t
     state.order[f] = 0
     along = state.foot[i, 1, 1]
-    if hooks.friction(laws.parameters, laws.pointer, f, 1.0) == 0.0:
+    if hooks.friction(laws.parameters, laws.pointer, f, 1.0, 1.0) == 0.0:
         state.contact[f] = SLIPPING
         state.sense[f] = 0.0
     elif along == 0.0:
@@ -79,9 +80,10 @@ def hold(body, laws, state, i, f, t):
 @rare
 def rub(body, laws, state, i, f, change):
     """Coulomb friction of a blow that changed the normal velocity by ``change``: it brakes the motion along the ground
-    by mu times as much at most. Returns the kinetic energy that takes [J]."""
+    by mu times as much at most. What adhesion adds is a force, which brakes nothing in no time. Returns the kinetic energy
+    that takes [J]."""
     before = state.foot[i, 1, 1]
-    most = hooks.friction(laws.parameters, laws.pointer, f, change)
+    most = hooks.friction(laws.parameters, laws.pointer, f, change, 0.0)
     after = max(before - most, 0.0) if before > 0.0 else min(before + most, 0.0)
     state.foot[i, 1, 1] = after
     return 0.5 * body.mass[i] * (before * before - after * after)
@@ -111,21 +113,17 @@ def touch(body, signals, laws, state, events, f, nb):
     after = hooks.rebound(laws.parameters, laws.pointer, f, speed)
     lost = 0.5 * mass * (speed * speed - after * after)
     kept = 0.5 * mass * after * after
-    if latch and pull <= strength:
+    printed = 0.0
+    if laws.flags[f] & PULL_AS_PRINTED:
+        printed = pull - 2.0 * body.stiffness[i, 0] * body.gap[i] + body.damping[i, 0] * after
+    kind = landing(laws, f, after, pull, strength, printed, 1.0 / mass, state.real[a.REST_HEIGHT])
+    if kind != BOUNCE:
+        over = rest_time(t, speed, after, pull, 1.0 / mass) if kind == REST else t
+        taken = kept if latch and kind == CAPTURE else 0.0
         lost += rub(body, laws, state, i, f, speed)
-        log(events, count, t, f, CAPTURE, speed, 0.0, pull, strength, lost + kept, kept, state.apex)
+        log(events, count, over, f, kind, speed, 0.0, pull, strength, lost + kept, taken, state.apex)
         hold(body, laws, state, i, f, t)
         return
-    if not latch and pull < 0.0:
-        press = -pull / mass
-        if after * after < 2.0 * press * state.real[a.REST_HEIGHT]:
-            ratio = min(after / speed, 0.999999)
-            over = t + 2.0 * after / press / (1.0 - ratio)
-            lost += rub(body, laws, state, i, f, speed)
-            kind = REST if after > 0.0 else CAPTURE
-            log(events, count, over, f, kind, speed, 0.0, pull, 0.0, lost + kept, 0.0, state.apex)
-            hold(body, laws, state, i, f, t)
-            return
     lost += rub(body, laws, state, i, f, speed + after)
     log(events, count, t, f, BOUNCE, speed, after, pull, strength, lost, 0.0, state.apex)
     state.foot[i, 0, 1] = after - film / mass
@@ -155,7 +153,7 @@ def happen(body, signals, laws, state, work, events, f, kind, nb):
         state.apex[f, 1] = t
         return
     along = structure_force(body, signals, state, i, 1, state.foot[i, 1, 0], nb, t)
-    bound = hooks.friction(laws.parameters, laws.pointer, f, strength - pull)
+    bound = hooks.friction(laws.parameters, laws.pointer, f, strength - pull, strength)
     state.foot[i, 1, 1] = 0.0
     if kind == STOP and abs(along) <= bound + state.real[a.EPS_FORCE]:
         log(events, state.count, t, f, BEGIN_STICK, 0.0, 0.0, along, bound, 0.0, 0.0, state.apex)

@@ -15,9 +15,9 @@ from tarsus.core.walk import arrays as a
 from tarsus.core.walk.account import account
 from tarsus.core.walk.ground import film_momentum, happen
 from tarsus.core.walk.motion import motion_at, shift
-from tarsus.core.walk.scan import HIGH, KIND, brackets, first_events
+from tarsus.core.walk.scan import FIRST, HIGH, KIND, brackets, first_events
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
-from tarsus.core.walk.step import attempt
+from tarsus.core.walk.step import UNDEFINED, attempt
 
 _tau, _monomial = TAU, MONOMIAL
 
@@ -32,8 +32,8 @@ def begin(body, signals, laws, batch, state, work, nb):
     for b in range(nb):
         state.body[0, b] = batch.initial[run, b]
         state.body[1, b] = batch.initial[run, n + b]
-        for n in range(a.AHEAD):
-            state.ahead[b, n] = 0.0
+        for power in range(a.AHEAD):
+            state.ahead[b, power] = 0.0
         state.ahead[b, 0] = state.body[1, b]
         work.key[b, 0] = -1.0
     for f in range(body.leg.shape[0]):
@@ -62,7 +62,7 @@ def begin(body, signals, laws, batch, state, work, nb):
         state.energy[e] = 0.0
     state.heave[0] = math.inf
     state.heave[1] = -math.inf
-    for c in (a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS, a.SAMPLE, a.LAUNCH):
+    for c in (a.STEPS, a.STALLED, a.REJECTED, a.FRESH, a.MARKS, a.SAMPLE, a.LAUNCH, a.LAUNCHING):
         count[c] = 0
     count[a.CLASS] = count[a.FIRST_CLASS]
     real[a.TIME] = 0.0
@@ -229,9 +229,10 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
     wanted = k
     while k + 1 < nk and tables.lengths[k + 1] >= left:
         k += 1
+    error = 0.0
     while True:
         if k >= nk:
-            return STEP_TOO_SMALL
+            return NOT_FINITE if error == UNDEFINED else STEP_TOO_SMALL
         h = tables.lengths[k]
         if h > left and h > reach:
             k += 1
@@ -262,8 +263,8 @@ def step(body, tables, signals, laws, state, work, output, nb, nd, nc, nk):
             state.order[f] = 0
     if first <= limit:
         for f in range(body.leg.shape[0]):
-            if work.when[f, KIND] != 0.0 and work.when[f, HIGH] <= first * (1.0 + 1e-13):
-                happen(body, signals, laws, state, work, output.events, f, work.when[f, KIND], nb)
+            if work.when[f, FIRST, KIND] != 0.0 and work.when[f, FIRST, HIGH] <= first * (1.0 + 1e-13):
+                happen(body, signals, laws, state, work, output.events, f, work.when[f, FIRST, KIND], nb)
     if count[a.LAUNCHING] != 0:
         count[a.LAUNCH] = k - 1 if error < 1e-3 else k
     count[a.LAUNCHING] = 1 if fraction < 1.0 or first <= limit else 0

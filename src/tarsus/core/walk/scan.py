@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.core import hooks
 from tarsus.core.jit import inner, rare
 from tarsus.core.nodes import TAU, N, interpolation
 from tarsus.core.row import highest, load, lowest, store
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.motion import leg_at, polynomial_at
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
+from tarsus.core.walk.step import bounds
 
 TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP = 1, 2, 3, 4, 5
-# columns of Work.when: bracket of the first event (low, high), its kind (0: none)
+# rows of Work.when: a foot's candidates for its first event, in the end that event itself
+CANDIDATES = 3
+FIRST, SECOND, THIRD = range(CANDIDATES)
+# its columns: bracket of an event (low, high), its kind (0: none)
 LOW, HIGH, KIND = range(3)
 _tau = TAU
 # rows: values of the polynomial through nodal values at three places between neighbouring nodes, padded to rows of N
@@ -25,19 +28,19 @@ LINES = len(_places) // N
 
 
 @inner
-def note(work, f, low, high, kind, limit):
-    """Keep the earlier of two brackets of a foot."""
-    if low < limit and (work.when[f, KIND] == 0 or high < work.when[f, HIGH]):
-        work.when[f, LOW] = low
-        work.when[f, HIGH] = high
-        work.when[f, KIND] = kind
+def note(work, f, candidate, low, high, kind, limit):
+    """Keep a bracket as one of a foot's candidates."""
+    if low < limit:
+        work.when[f, candidate, LOW] = low
+        work.when[f, candidate, HIGH] = high
+        work.when[f, candidate, KIND] = kind
 
 
 @inner
-def falls_below(values, f, level, limit, kind, work):
+def falls_below(values, f, level, limit, candidate, kind, work):
     """Note where the polynomial through values[f] first falls below ``level``."""
     if values[f, 0] < level:
-        note(work, f, 0.0, 0.0, kind, 1.0)
+        note(work, f, candidate, 0.0, 0.0, kind, 1.0)
         return
     row = load(values, (f,))
     least, most = lowest(row), highest(row)
@@ -65,7 +68,7 @@ def falls_below(values, f, level, limit, kind, work):
                     if begin < _tau[j] < s:
                         begin = _tau[j]
     if end < 2.0:
-        note(work, f, begin, end, kind, limit)
+        note(work, f, candidate, begin, end, kind, limit)
 
 
 @inner
@@ -102,13 +105,13 @@ def touches(body, tables, laws, state, work, i, f, h, limit):
     gaps, rates = work.gap, work.rate
     fresh = state.order[f] != 0
     if not fresh and gaps[f, 0] <= real[a.EPS_GAP] and rates[f, 0] <= real[a.EPS_SPEED]:
-        note(work, f, 0.0, 0.0, TOUCH, 1.0)
+        note(work, f, FIRST, 0.0, 0.0, TOUCH, 1.0)
         return
     for j in range(1, N):
         if _tau[j - 1] >= limit:
             return
         if gaps[f, j] < -real[a.EPS_GAP]:
-            note(work, f, _tau[j - 1], _tau[j], TOUCH, limit)
+            note(work, f, FIRST, _tau[j - 1], _tau[j], TOUCH, limit)
             return
         if rates[f, j - 1] < 0.0 < rates[f, j]:
             # the parabola of the two rates tells how far below its ends the flight may dip
@@ -117,7 +120,7 @@ def touches(body, tables, laws, state, work, i, f, h, limit):
             if min(gaps[f, j - 1], gaps[f, j]) < 2.0 * drop:
                 least, s = lowest_between(body, tables, laws, state, work, i, f, j, h)
                 if least < -real[a.EPS_GAP]:
-                    note(work, f, _tau[j - 1], s, TOUCH, limit)
+                    note(work, f, FIRST, _tau[j - 1], s, TOUCH, limit)
                     return
 
 
@@ -128,46 +131,46 @@ def stops(state, work, i, f, limit):
     if sense == 0.0:
         return
     if state.order[f] == 0 and sense * work.w[i, 1, 0] <= 0.0:
-        note(work, f, 0.0, 0.0, STOP, 1.0)
+        note(work, f, SECOND, 0.0, 0.0, STOP, 1.0)
         return
     for j in range(1, N):
         if _tau[j - 1] >= limit:
             return
         if sense * work.w[i, 1, j] < 0.0:
-            note(work, f, _tau[j - 1], _tau[j], STOP, limit)
+            note(work, f, SECOND, _tau[j - 1], _tau[j], STOP, limit)
             return
 
 
 @inner
 def brackets(body, tables, laws, state, work, h, limit):
-    """First event of every foot as a bracket in work.when."""
+    """What can be the first event of every foot, as brackets in work.when."""
     level = -state.real[a.EPS_FORCE]
     for f in range(body.leg.shape[0]):
         i = body.leg[f]
-        work.when[f, KIND] = 0.0
+        for candidate in range(CANDIDATES):
+            work.when[f, candidate, KIND] = 0.0
         contact = state.contact[f]
         if contact == AIR:
             touches(body, tables, laws, state, work, i, f, h, limit)
             continue
-        falls_below(work.margin, f, level, limit, PULL_OFF, work)
+        falls_below(work.margin, f, level, limit, FIRST, PULL_OFF, work)
         if contact == SLIPPING:
             stops(state, work, i, f, limit)
         elif contact == STUCK:
-            for j in range(N):
-                bound = hooks.friction(laws.parameters, laws.pointer, f, work.margin[f, j])
-                along = work.along[f, j]
-                work.bound[f, j] = bound - along
-                work.along[f, j] = bound + along
-            falls_below(work.bound, f, level, limit, SLIP_UP, work)
-            falls_below(work.along, f, level, limit, SLIP_DOWN, work)
+            bounds(laws, work, f)
+            bound, along = load(work.bound, (f,)), load(work.along, (f,))
+            store(work.bound, (f,), bound - along)
+            store(work.along, (f,), bound + along)
+            falls_below(work.bound, f, level, limit, SECOND, SLIP_UP, work)
+            falls_below(work.along, f, level, limit, THIRD, SLIP_DOWN, work)
 
 
 @rare
-def refine(body, tables, laws, state, work, f, h):
-    """Scaled time of the event in a foot's bracket, to rounding."""
+def refine(body, tables, laws, state, work, f, candidate, h):
+    """Scaled time of the event in a candidate's bracket, to rounding."""
     i = body.leg[f]
-    kind = work.when[f, KIND]
-    low, high = work.when[f, LOW], work.when[f, HIGH]
+    kind = work.when[f, candidate, KIND]
+    low, high = work.when[f, candidate, LOW], work.when[f, candidate, HIGH]
     level = -state.real[a.EPS_FORCE]
     if high <= 0.0:
         return 0.0
@@ -221,17 +224,37 @@ def refine(body, tables, laws, state, work, f, h):
     return s
 
 
+@inner
+def nothing_along(state, work, f, s):
+    """Whether no force along the ground is there to slip by: the bound passes 0 because the foot is about to leave."""
+    along = 0.5 * (polynomial_at(work.along, f, s) - polynomial_at(work.bound, f, s))
+    return abs(along) <= state.real[a.EPS_FORCE]
+
+
+@rare
+def first_of_foot(body, tables, laws, state, work, f, h, limit):
+    """Put the earliest of a foot's candidates, at its own time, first."""
+    best = 2.0
+    kind = 0.0
+    for candidate in range(CANDIDATES):
+        its = work.when[f, candidate, KIND]
+        if its == 0.0 or work.when[f, candidate, LOW] > min(best, limit):
+            continue
+        s = refine(body, tables, laws, state, work, f, candidate, h)
+        if s > limit or s >= best or (its in (SLIP_UP, SLIP_DOWN) and nothing_along(state, work, f, s)):
+            continue
+        best = s
+        kind = its
+    work.when[f, FIRST, LOW] = best
+    work.when[f, FIRST, HIGH] = best
+    work.when[f, FIRST, KIND] = kind
+    return best
+
+
 @rare
 def first_events(body, tables, laws, state, work, h, limit):
-    """Scaled time of the first events (2: none); work.when[f, HIGH] of every foot with one is its own time."""
+    """Scaled time of the first events (2: none); work.when[f, FIRST] of every foot with one is its own."""
     first = 2.0
     for f in range(body.leg.shape[0]):
-        if work.when[f, KIND] != 0.0 and work.when[f, LOW] <= first:
-            s = refine(body, tables, laws, state, work, f, h)
-            if s > limit:
-                work.when[f, KIND] = 0.0
-                continue
-            work.when[f, HIGH] = s
-            work.when[f, LOW] = s
-            first = min(first, s)
+        first = min(first, first_of_foot(body, tables, laws, state, work, f, h, limit))
     return first

@@ -11,7 +11,7 @@ BEGIN_SLIP, BEGIN_STICK = 7, 8
 NAMES = {AIR: "in the air", STUCK: "stuck", SLIPPING: "slipping"}
 
 TRANSITIONS = (
-    (AIR, AIR, "bounce", "reaches the ground, and the structure would pull harder than f_a(0): v+ = e v-"),
+    (AIR, AIR, "bounce", "reaches the ground and departs by the landing rule (pull > f_a(0) unless another is given): v+ = e v-"),
     (AIR, STUCK, "capture", "reaches the ground and is held; friction stops what it has along the ground"),
     (
         AIR,

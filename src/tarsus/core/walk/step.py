@@ -25,6 +25,7 @@ from tarsus.core.walk.film import is_stiff, stiff_film
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 
 SWEEPS = 24
+UNDEFINED = -math.inf  # error of a step in which a number is infinite or undefined
 _tau = TAU
 _derivative = DERIVATIVE
 _powers = np.arange(1, N + 1)
@@ -103,7 +104,7 @@ def held_margin(body, state, work, i, f, nb):
 
 @inner
 def holds(laws, state, work, f, t, h):
-    """What the contact of a held foot holds at the nodes, f_a - smooth force, into work.smooth."""
+    """What the contact of a held foot holds at the nodes: f_a into work.strength, f_a - smooth force into work.smooth."""
     latch = laws.flags[f] & HAS_LATCH != 0
     smooth = laws.flags[f] & HAS_FORCE != 0
     for j in range(N):
@@ -112,7 +113,17 @@ def holds(laws, state, work, f, t, h):
         force = (
             hooks.force(laws.parameters, laws.pointer, f, 0.0, 0.0, work.volts[f, j], now) if smooth else 0.0
         )
+        work.strength[f, j] = strength
         work.smooth[f, j] = strength - force
+
+
+@inner
+def bounds(laws, work, f):
+    """Largest friction force on a held foot at the nodes, into work.bound."""
+    for j in range(N):
+        work.bound[f, j] = hooks.friction(
+            laws.parameters, laws.pointer, f, work.margin[f, j], work.strength[f, j]
+        )
 
 
 @fused
@@ -144,13 +155,16 @@ def add_film(tables, work, i, f, kind, k):
 
 @fused
 def laws_at_nodes(body, tables, laws, state, work, i, f, k, t, h):
-    """Gap, rate, film momentum and smooth force of a free foot at the nodes. Returns the largest change of the gap."""
+    """Gap, rate, film momentum and smooth force of a free foot at the nodes.
+
+    Returns the largest change of the gap: infinite where a stiff film does not settle, NaN where a number is undefined.
+    """
     before = load(work.gap, (f,))
     if work.filmed[i] != 0:
         kind = body.kind[i, 0]
         stiff = is_stiff(tables, laws, state, work, f, kind, k)
         if stiff and not stiff_film(body, tables, laws, state, work, i, f, kind, k):
-            return math.nan
+            return math.inf
         add_film(tables, work, i, f, kind, k)
         store(work.gap, (f,), load(work.u, (i, 0)) + body.gap[i])
         hooks.momenta(laws.parameters, laws.pointer, f, work.gap, work.film)
@@ -163,6 +177,10 @@ def laws_at_nodes(body, tables, laws, state, work, i, f, k, t, h):
             work.smooth[f, j] = hooks.force(
                 laws.parameters, laws.pointer, f, work.gap[f, j], work.rate[f, j], work.volts[f, j], t + _tau[j] * h
             )
+        if not math.isfinite(total(load(work.smooth, (f,)))):
+            return math.nan
+    if not math.isfinite(total(load(work.gap, (f,)))):  # the largest number of a row passes over NaN
+        return math.nan
     return highest(magnitude(load(work.gap, (f,)) - before))
 
 
@@ -219,6 +237,8 @@ def leg(body, tables, laws, state, work, i, k, nb, t, h):
         carry_free(body, state, work, i, 0, own, nb, h)
     else:
         held_margin(body, state, work, i, f, nb)
+        if not math.isfinite(total(load(work.margin, (f,)))):
+            return math.nan
         carry_held(body, state, work, i, 0, at, nb)
     at = hip(body, i, 1, work.bx, nb)
     pull = (
@@ -232,8 +252,7 @@ def leg(body, tables, laws, state, work, i, k, nb, t, h):
         return change
     own = load(work.load, (i, 1))
     if contact == SLIPPING:
-        for j in range(N):
-            work.bound[f, j] = hooks.friction(laws.parameters, laws.pointer, f, work.margin[f, j])
+        bounds(laws, work, f)
         friction = load(work.bound, (f,)) * -state.sense[f]
         own += friction
         pull += friction
@@ -394,7 +413,7 @@ def error_of(body, tables, signals, state, work, k, nb, nd, h):
 
 @inner
 def attempt(body, tables, signals, laws, state, work, k, nb, nd, t, h):
-    """Make one step's nodes. Returns its error over the tolerance (negative: did not settle) and the sweeps it took."""
+    """Make one step's nodes. Returns its error over the tolerance (-1: did not settle; UNDEFINED) and the sweeps it took."""
     drives(body, signals, laws, state, work, nd, t, h)
     guess(body, laws, state, work, nb, h)
     solvers(body, state, work, nb, h)
@@ -404,10 +423,13 @@ def attempt(body, tables, signals, laws, state, work, k, nb, nd, t, h):
         clear(body, work, nb, nd)
         change = 0.0
         for i in range(body.mass.shape[0]):
-            change = max(change, leg(body, tables, laws, state, work, i, k, nb, t, h))
+            moved = leg(body, tables, laws, state, work, i, k, nb, t, h)
+            if not math.isfinite(moved):
+                return UNDEFINED if math.isnan(moved) else -1.0, n
+            change = max(change, moved)
         moved = follow(body, state, work, nb, h)
-        if not math.isfinite(moved + change):
-            return -1.0, n
+        if not math.isfinite(moved):
+            return UNDEFINED, n
         change = max(change if n > 0 else math.inf, moved)
         if change <= tolerance:
             return error_of(body, tables, signals, state, work, k, nb, nd, h), n + 1

@@ -1,0 +1,158 @@
+"""The folder that a verb writes: one rule for all of them.
+
+A folder that exists and is not empty is refused. With ``overwrite`` the files that the same verb wrote there before
+are replaced, and no other: a folder remembers in `MANIFEST` which verb wrote which of its files, and a file that the
+verb would replace without having written it is a reason to refuse.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from tarsus.errors import InputError
+
+__all__ = ["MANIFEST", "OutputFolder"]
+
+MANIFEST = ".tarsus.json"
+"""Beside the files of a folder: which verb wrote which of them."""
+
+_NAMED = 3
+"""Files named at most in a refusal: enough to recognise a folder."""
+
+
+@dataclass(frozen=True)
+class OutputFolder:
+    """A folder, the verb that will write into it, and what that may write.
+
+    folder: where; verb: as typed after `tarsus`; files: names or glob patterns, relative to the folder, of everything
+    that the verb writes, such as ``("sweep.nc", "units/*.npz")``; overwrite: whether what it wrote there before goes;
+    resumable: whether the verb has a `--resume`.
+    """
+
+    folder: Path
+    verb: str
+    files: tuple[str, ...]
+    overwrite: bool = False
+    resumable: bool = False
+
+    def check(self, *, resume: bool = False) -> None:
+        """Refuse a folder that must not or cannot be written; called before any time is spent, changes nothing.
+
+        Parameters
+        ----------
+        resume
+            Whether the verb continues what it finds there, and judges that by itself.
+
+        Raises
+        ------
+        InputError
+            When the folder is a file, lies below a file or is not writable; when it holds anything and is not to be
+            overwritten; when it holds files that the verb would replace but did not write.
+        """
+        _check_writable(self.folder)
+        present = self._present()
+        if not present or (resume and not self.overwrite):
+            return
+        if not self.overwrite:
+            go_on = "continue there with --resume, " if self.resumable else ""
+            raise InputError(
+                f"'{self.folder}' is not empty; {go_on}give another folder with -o, or --overwrite to replace what "
+                f"`tarsus {self.verb}` wrote there before"
+            )
+        foreign = sorted(self._claimed() - self._own())
+        if foreign:
+            more = f" and {len(foreign) - _NAMED} more" if len(foreign) > _NAMED else ""
+            raise InputError(
+                f"'{self.folder}' holds {', '.join(foreign[:_NAMED])}{more}, and `tarsus {self.verb}` did not write "
+                "that there: --overwrite replaces only what it wrote before; give another folder with -o"
+            )
+
+    @contextlib.contextmanager
+    def writing(self, *, resume: bool = False) -> Iterator[Path]:
+        """The folder, made or cleared of what the verb wrote there before, for the length of the writing.
+
+        At the end, however it comes, the manifest lists what the verb has written; should the process be killed, all
+        files of its names are taken for its own. With `resume` nothing is cleared.
+
+        Raises
+        ------
+        InputError
+            As `check`, which is repeated: the folder may have changed since.
+        """
+        self.check(resume=resume)
+        continued = resume and not self.overwrite and bool(self._present())
+        if not continued:
+            self._clear()
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._remember(None)
+        try:
+            yield self.folder
+        except BaseException:
+            if not continued:
+                self._remember(sorted(self._claimed()))
+            raise
+        self._remember(sorted(self._claimed()))
+
+    def _present(self) -> list[str]:
+        """Names in the folder but that of the manifest."""
+        if not self.folder.is_dir():
+            return []
+        return sorted(path.name for path in self.folder.iterdir() if path.name != MANIFEST)
+
+    def _claimed(self) -> set[str]:
+        """Files in the folder that have names of this verb."""
+        if not self.folder.is_dir():
+            return set()
+        found = {path for pattern in self.files for path in self.folder.glob(pattern)}
+        return {path.relative_to(self.folder).as_posix() for path in found}
+
+    def _own(self) -> set[str]:
+        """Files in the folder that this verb wrote."""
+        if self.verb not in (known := self._manifest()):
+            return set()
+        listed = known[self.verb]
+        return self._claimed() if listed is None else self._claimed() & set(listed)
+
+    def _clear(self) -> None:
+        """Remove what the verb wrote before, and the folders that this leaves empty."""
+        if not self.overwrite:
+            return
+        own = [self.folder / name for name in self._own()]
+        for path in own:
+            if path.is_file() or path.is_symlink():
+                path.unlink()
+        for parent in {path.parent for path in own} - {self.folder}:
+            with contextlib.suppress(OSError):
+                parent.rmdir()
+
+    def _manifest(self) -> dict[str, list[str] | None]:
+        """What each verb wrote; None for one that did not come to its end."""
+        try:
+            read = json.loads((self.folder / MANIFEST).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return {
+            str(verb): [str(name) for name in files] if isinstance(files, list) else None
+            for verb, files in (read.items() if isinstance(read, dict) else ())
+        }
+
+    def _remember(self, files: list[str] | None) -> None:
+        from tarsus.files.store import write_text
+
+        known = self._manifest() | {self.verb: files}
+        write_text(self.folder / MANIFEST, json.dumps(known, indent=1, sort_keys=True) + "\n")
+
+
+def _check_writable(folder: Path) -> None:
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        raise InputError(f"cannot write into '{folder}': '{nearest}' is a file, a folder is needed")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError(f"cannot write into '{folder}': '{nearest}' is not writable")

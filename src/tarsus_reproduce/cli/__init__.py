@@ -1,0 +1,1 @@
+"""The verb `reproduce` of the command line."""

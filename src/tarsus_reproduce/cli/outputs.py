@@ -1,0 +1,36 @@
+"""The three files of a reproduction, the same for every experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+FILES = ("reproduction.csv", "reproduction.json", "reproduction.html", "readings-*.jsonl")
+"""What a reproduction writes, as names or patterns."""
+
+
+def write(
+    folder: Path,
+    table: str,
+    result: Mapping[str, Any],
+    write_page: Callable[[Path], object],
+    *,
+    quiet: bool,
+) -> None:
+    """Write reproduction.csv (`table`), reproduction.json (`result`) and reproduction.html (`write_page(path)`)."""
+    import json
+
+    from tarsus.cli import console
+    from tarsus.files.store import write_text
+
+    write_text(folder / "reproduction.csv", table)
+    write_text(
+        folder / "reproduction.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
+    )
+    with console.spinner("writing the report"):
+        write_page(folder / "reproduction.html")
+    if not quiet:
+        print()
+        for name in FILES[:3]:
+            print(f"wrote {folder / name}")

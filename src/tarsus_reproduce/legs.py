@@ -1,0 +1,28 @@
+"""The packaged leg: Table 4.1 of the source, every number with its provenance."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from typing import Annotated
+
+from pydantic import AfterValidator
+
+from tarsus.scene import Provenance
+from tarsus.spec import Description, FrozenDict, validate
+from tarsus.structure.leg import Leg
+
+__all__ = ["KnownLeg", "millipede_leg"]
+
+
+class KnownLeg(Description):
+    """A leg, and where each of its numbers comes from, by path inside the leg."""
+
+    leg: Leg
+    provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)]
+
+
+def millipede_leg() -> KnownLeg:
+    """The leg of the millipede prototype (Table 4.1), with what the source does not print as assumptions."""
+    text = files("tarsus_reproduce").joinpath("data", "millipede_leg.toml").read_text(encoding="utf-8")
+    return validate(KnownLeg, tomllib.loads(text))

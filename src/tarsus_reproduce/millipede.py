@@ -1,0 +1,455 @@
+"""The walking millipede against what the dissertation says of its simulations (section 4.4.1, Figs. 4.7-4.11).
+
+Each trend is judged on the measure that the figure shows and on the others that its words could mean, over the packaged
+study of the figure, by the rules of `tarsus_reproduce.trends`; replicates are the restitutions of Table 4.2. The named
+variants are packaged devices, each one reading of what is not printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tarsus.design import standing
+from tarsus.errors import InputError
+from tarsus.files.library import device_names, load_scene
+from tarsus.measure import STANDSTILL, Measure
+from tarsus.scene import Initial, Scene
+from tarsus.solve import Run, simulate
+from tarsus.spec import float_paths, with_values
+from tarsus.structure import Walker
+from tarsus.study.scores import offered
+from tarsus.study.studyfile import load_sweep
+from tarsus.study.sweep import Sweep
+from tarsus.study.sweeping import score_runs
+from tarsus.study.workunit import OUTCOMES
+from tarsus_reproduce.millipede_trends import (
+    EXAMPLE_CLAIM,
+    PAYLOAD,
+    TRENDS,
+    FilmReading,
+    Trend,
+    examples,
+    scored_trends,
+)
+from tarsus_reproduce.trends import CRITERION, RELEVANT, Curve, Finding, Verdict
+
+__all__ = [
+    "VARIANTS",
+    "Coarse",
+    "Comparison",
+    "Example",
+    "MillipedeReproduction",
+    "Outcome",
+    "Score",
+    "Swept",
+    "damping_ratio",
+    "judge_scene",
+    "reproduce_millipede",
+    "stands",
+]
+
+VARIANTS = ("millipede", "millipede-table", "millipede-printed")
+"""Devices that are judged when none is named, those that are installed."""
+
+MUCH = 2.0
+"""A ratio that counts as 'much greater'."""
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """Fewer runs of every figure's study: values of what varies, and restitutions."""
+
+    values: int
+    restitutions: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A figure's study run on one device.
+
+    path, unit, x (nx,): what varies; replicates (nr,): restitutions; values, spreads (nx, nr) by measure; about:
+    unit and definition of each measure; codes: how many runs ended how.
+    """
+
+    study: str
+    path: str
+    unit: str
+    x: np.ndarray
+    replicates: np.ndarray
+    values: dict[str, np.ndarray]
+    spreads: dict[str, np.ndarray]
+    about: dict[str, Measure]
+    codes: dict[str, int]
+
+    def curve(self, measure: str) -> Curve:
+        """One measure over what varies."""
+        return Curve(self.x, self.values[measure], self.spreads[measure])
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One trend, one measure, one verdict."""
+
+    trend: Trend
+    measure: str
+    unit: str
+    finding: Finding
+
+
+@dataclass(frozen=True)
+class Example:
+    """One run of Fig. 4.7."""
+
+    name: str
+    run: Run
+
+    @property
+    def amplitude(self) -> float:
+        """Vertical amplitude of the body after transients [m]."""
+        return self.run.measures["vertical_amplitude"].value
+
+    @property
+    def stride(self) -> float:
+        """Travel per drive period after transients [m]."""
+        return self.run.measures["stride"].value
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What is said of two runs of Fig. 4.7, and the ratio of the body's vertical amplitudes [1]."""
+
+    says: str
+    verdict: Verdict
+    ratio: float
+
+    @property
+    def words(self) -> str:
+        """The ratio in words."""
+        return f"{self.ratio:.3g} times" if np.isfinite(self.ratio) else "the other stands still"
+
+
+@dataclass(frozen=True)
+class Score:
+    """How many of the 16 (15 trends and Fig. 4.7) have each verdict, and of the directional ones how many agree."""
+
+    agree: int
+    contradict: int
+    insensitive: int
+    not_determined: int
+    directional_agree: int
+    directional_total: int
+
+    @classmethod
+    def of(cls, verdicts: Sequence[tuple[Verdict, bool]]) -> Score:
+        """From verdicts and whether each is of a directional trend."""
+        plain = [verdict for verdict, _ in verdicts]
+        return cls(
+            *(plain.count(one) for one in Verdict),
+            directional_agree=sum(verdict is Verdict.AGREES for verdict, way in verdicts if way),
+            directional_total=sum(way for _, way in verdicts),
+        )
+
+    @property
+    def total(self) -> int:
+        """Number of trends."""
+        return self.agree + self.contradict + self.insensitive + self.not_determined
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Everything of one device; trends: of all measures, and of the film's other reading, which is not scored."""
+
+    name: str
+    scene: Scene
+    reading: FilmReading
+    swept: tuple[Swept, ...]
+    trends: tuple[Judged, ...]
+    examples: tuple[Example, ...]
+    comparisons: tuple[Comparison, ...]
+
+    @property
+    def score(self) -> Score:
+        """By the measure of each figure; Fig. 4.9 in the device's own reading of the film's unit."""
+        scored = scored_trends(self.reading)
+        verdicts = [
+            (one.finding.verdict, one.trend.directional)
+            for one in self.trends
+            if one.measure == one.trend.measures[0] and one.trend in scored
+        ]
+        return Score.of([*verdicts, (self.comparisons[0].verdict, True)])
+
+    @property
+    def about(self) -> str:
+        """What the device is, in short."""
+        start = "standing" if stands(self.scene) else "with springs relaxed"
+        ratio = damping_ratio(self.scene)
+        return (
+            f"damping ratio of (4.3) {ratio:.2g}, film in the {self.reading.value} reading, started {start}"
+        )
+
+    @property
+    def problems(self) -> list[str]:
+        """Sentences about runs that did not reach their end."""
+        bad = [
+            f"{self.name}, {swept.study}: {count} runs: {OUTCOMES[name]}"
+            for swept in self.swept
+            for name, count in swept.codes.items()
+            if name != "DONE"
+        ]
+        return bad + [
+            f"{self.name}, Fig. 4.7({one.name}): {one.run.code}" for one in self.examples if not one.run.ok
+        ]
+
+
+@dataclass(frozen=True)
+class MillipedeReproduction:
+    """All variants of the millipede."""
+
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def problems(self) -> list[str]:
+        """Sentences about runs that did not reach their end."""
+        return [problem for outcome in self.outcomes for problem in outcome.problems]
+
+    @property
+    def ok(self) -> bool:
+        """True when every run reached its end; contradictions are no failure."""
+        return not self.problems
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data in SI."""
+        return {
+            "experiment": "millipede",
+            "ok": self.ok,
+            "criterion": CRITERION,
+            "variants": {outcome.name: _plain(outcome) for outcome in self.outcomes},
+        }
+
+
+def damping_ratio(scene: Scene) -> float:
+    """Damping ratio of (4.3): the body's share of two legs on one leg.
+
+    Raises
+    ------
+    InputError
+        If the scene has no walker.
+    """
+    walker = _walker(scene)
+    leg = next(iter(walker.legs.values()))
+    mass = 2.0 * walker.body.mass / len(walker.legs)
+    return leg.damping_v / (2.0 * np.sqrt(leg.stiffness_v * mass))
+
+
+def stands(scene: Scene) -> bool:
+    """Whether the walker starts displaced: in equilibrium on its feet, not with springs relaxed."""
+    return bool(np.any(scene.initial.displacement or 0.0))
+
+
+def reproduce_millipede(
+    devices: str | Sequence[str] = VARIANTS,
+    *,
+    duration: float | None = None,
+    coarse: Coarse | None = None,
+    progress: Progress | None = None,
+) -> MillipedeReproduction:
+    """Run every figure's study and the two grounds of Fig. 4.7 on devices, and judge them.
+
+    Parameters
+    ----------
+    devices
+        Names or files of walkers whose ground has film, electrostatics, adhesion and restitution; by default the
+        variants of `VARIANTS` that are installed.
+    duration
+        Model time of every run [s]; that of the studies when absent.
+    coarse
+        Fewer values than the studies have.
+    progress
+        Called as ``progress(done, total, what)``.
+
+    Raises
+    ------
+    InputError
+        For an unknown device, one that is no walker, and one without a law that varies.
+    """
+    names = (devices,) if isinstance(devices, str) else tuple(devices)
+    if devices is VARIANTS:
+        names = tuple(name for name in names if name in device_names())
+    scenes = {name: load_scene(name) for name in names}
+    done = []
+    for number, (name, scene) in enumerate(scenes.items()):
+        say = None if progress is None else _told(progress, number, len(scenes), name)
+        done.append(judge_scene(name, scene, duration=duration, coarse=coarse, say=say))
+    return MillipedeReproduction(tuple(done))
+
+
+def _told(progress: Progress, number: int, count: int, name: str) -> Callable[[int, int, str], None]:
+    return lambda k, of, study: progress(number * of + k, count * of, f"{study}, {name}")
+
+
+def judge_scene(
+    name: str,
+    scene: Scene,
+    *,
+    duration: float | None = None,
+    coarse: Coarse | None = None,
+    say: Progress | None = None,
+) -> Outcome:
+    """Run and judge all figures on one scene; arguments and errors as for `reproduce_millipede`."""
+    _walker(scene)
+    reading = FilmReading.of(scene)
+    sweeps = _sweeps(scene, duration, coarse)
+    swept: dict[str, Swept] = {}
+    for number, (study, sweep) in enumerate(sweeps.items()):
+        if say is not None:
+            say(number, len(sweeps), study)
+        swept[study] = _swept(study, sweep)
+    trends = tuple(
+        _judged(trend, measure, swept[trend.study]) for trend in TRENDS for measure in trend.measures
+    )
+    runs, comparisons = _fig_4_7(scene, reading, duration)
+    return Outcome(name, scene, reading, tuple(swept.values()), trends, runs, comparisons)
+
+
+def _judged(trend: Trend, measure: str, swept: Swept) -> Judged:
+    return Judged(trend, measure, swept.about[measure].unit, trend.claim.judge(swept.curve(measure)))
+
+
+def _walker(scene: Scene) -> Walker:
+    walker = scene.robot.structure
+    if not isinstance(walker, Walker):
+        raise InputError(f"{scene.name}: a millipede is a walker; this structure is of kind '{walker.kind}'")
+    return walker
+
+
+def _sweeps(scene: Scene, duration: float | None, coarse: Coarse | None) -> dict[str, Sweep]:
+    """The packaged studies on a scene, by name."""
+    sweeps: dict[str, Sweep] = {}
+    problems: list[str] = []
+    for study in dict.fromkeys(trend.study for trend in TRENDS):
+        packaged = load_sweep(study)
+        table = {name: getattr(packaged, name) for name in type(packaged).model_fields}
+        own: dict[str, Any] = {"scene": scene, "duration": duration or packaged.duration}
+        if coarse is not None:
+            path, restitution = packaged.vary
+            axis = packaged.vary[path].model_copy(update={"count": coarse.values})
+            own["vary"] = {path: axis, restitution: list(coarse.restitutions)}
+        try:
+            sweeps[study] = Sweep(**{**table, **own})
+        except InputError as error:
+            problems += [f"{study}: {text.removeprefix('Sweep.vary.')}" for text in error.problems]
+    if problems:
+        raise InputError(list(dict.fromkeys(problems)))
+    return sweeps
+
+
+def _swept(study: str, sweep: Sweep) -> Swept:
+    path, other = sweep.vary
+    x, replicates = (sweep.vary[name].values_on_grid() for name in (path, other))
+    arrays = _each_standing(sweep) if study == PAYLOAD and stands(sweep.scene) else score_runs(sweep)
+    shape = (len(x), len(replicates))
+    counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
+    about = offered(sweep.scene, sweep.seconds)
+    return Swept(
+        study, path, float_paths(sweep.scene)[path].unit, x, replicates,
+        {name: arrays["value"][:, j].reshape(shape) for j, name in enumerate(sweep.measures)},
+        {name: arrays["spread"][:, j].reshape(shape) for j, name in enumerate(sweep.measures)},
+        {name: about[name] for name in sweep.measures},
+        {name: count for name, count in zip(OUTCOMES, counts, strict=True) if count},
+    )  # fmt: skip
+
+
+def _each_standing(sweep: Sweep) -> Mapping[str, np.ndarray]:
+    """A payload's study where every payload starts in its own equilibrium."""
+    path, other = sweep.vary
+    table = {name: getattr(sweep, name) for name in type(sweep).model_fields}
+    parts = []
+    for value in sweep.vary[path].values_on_grid().tolist():
+        scene = standing(with_values(sweep.scene, {path: value, "initial": Initial()}))
+        alone = {**table, "scene": scene, "vary": {path: [value], other: sweep.vary[other]}}
+        parts.append(score_runs(Sweep(**alone)))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _fig_4_7(
+    scene: Scene, reading: FilmReading, duration: float | None
+) -> tuple[tuple[Example, ...], tuple[Comparison, ...]]:
+    """The runs on both grounds of Fig. 4.7, and what is said of them: the second claim (E15) is not scored."""
+    grounds = examples(reading)
+
+    def example(name: str, ground: Mapping[str, float]) -> Example:
+        return Example(name, simulate(with_values(scene, dict(ground)), duration))
+
+    first, second = (example(name, ground) for name, ground in grounds.items())
+    coefficient = "ground.electrostatic.coefficient"
+    only = {**grounds["a"], coefficient: grounds["b"][coefficient]}
+    weaker = example("a with the electrostatics of b", only)
+    return (first, second), (
+        _compare(EXAMPLE_CLAIM, first, second),
+        _compare("that is because of electrostatics: (a) against (a) with those of (b)", first, weaker),
+    )
+
+
+def _compare(says: str, one: Example, other: Example) -> Comparison:
+    moves = [example.amplitude > STANDSTILL for example in (one, other)]
+    ratio = one.amplitude / other.amplitude if moves[1] else np.inf
+    if not any(moves) or abs(ratio - 1.0) <= RELEVANT:
+        verdict = Verdict.INSENSITIVE
+    elif not moves[0] or ratio < 1.0:
+        verdict = Verdict.CONTRADICTS
+    else:
+        verdict = Verdict.AGREES if ratio >= MUCH else Verdict.NOT_DETERMINED
+    return Comparison(says, verdict, float(ratio))
+
+
+def _plain(outcome: Outcome) -> dict[str, Any]:
+    grounds = examples(outcome.reading)
+    return {
+        **vars(outcome.score),
+        "about": outcome.about,
+        "film_reading": outcome.reading.value,
+        "trends": [
+            {
+                "figure": one.trend.figure,
+                "quantity": one.trend.quantity,
+                "says": one.trend.says,
+                "directional": one.trend.directional,
+                "scored": one.measure == one.trend.measures[0]
+                and one.trend in scored_trends(outcome.reading),
+                "measure": one.measure,
+                "unit": one.unit,
+                **one.finding.to_dict(),
+            }
+            for one in outcome.trends
+        ],
+        "examples": [
+            {
+                "name": one.name,
+                **grounds[one.name],
+                "vertical_amplitude_m": one.amplitude,
+                "stride_m": one.stride,
+            }
+            for one in outcome.examples
+        ],
+        "comparisons": [
+            {"says": one.says, "verdict": one.verdict.value, "ratio": one.ratio}
+            for one in outcome.comparisons
+        ],
+        "curves": {one.study: _plain_curves(one) for one in outcome.swept},
+    }
+
+
+def _plain_curves(swept: Swept) -> dict[str, Any]:
+    return {
+        "path": swept.path,
+        "unit": swept.unit,
+        "x": swept.x.tolist(),
+        "restitution": swept.replicates.tolist(),
+        "measures": {name: values.tolist() for name, values in swept.values.items()},
+    }

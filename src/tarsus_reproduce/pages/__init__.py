@@ -1,0 +1,1 @@
+"""Pages of the reproduction: one self-contained HTML file an experiment."""

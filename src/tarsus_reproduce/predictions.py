@@ -1,0 +1,123 @@
+"""What a device, or a mixture of devices, predicts for a number of a table: median and 80 % interval.
+
+A number of a table was read from some drive periods or a short window, and a bouncing foot does something else in each.
+A prediction is therefore a distribution: over the periods or windows of a run, over random initial states, and over the
+devices that fit, each with its weight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.errors import InputError
+from tarsus.files.library import load_scene
+from tarsus.scene import Scene, Source
+
+__all__ = ["INTERVAL", "Member", "Prediction", "Samples", "members_of", "predict", "role_of"]
+
+Floats = NDArray[np.float64]
+
+INTERVAL = 0.8
+"""Probability that the interval holds."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One device of a mixture: scene as described, weight [1] relative to the others'."""
+
+    scene: Scene
+    weight: float = 1.0
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether any of its numbers was calibrated."""
+        return any(origin.source is Source.CALIBRATED for origin in self.scene.provenance.values())
+
+
+def members_of(device: str | Sequence[Member]) -> tuple[Member, ...]:
+    """A device by name or file as a mixture of one, or the members of a mixture with weights that sum to 1.
+
+    Raises
+    ------
+    InputError
+        For an unknown device, an empty mixture and a weight that is not above 0.
+    """
+    members = [Member(load_scene(device))] if isinstance(device, str) else list(device)
+    if not members:
+        raise InputError("a mixture of devices needs at least one")
+    problems = [
+        f"{one.scene.name}: the weight of a device in a mixture is above 0, got {one.weight:g}"
+        for one in members
+        if not (one.weight > 0.0 and math.isfinite(one.weight))
+    ]
+    if problems:
+        raise InputError(problems)
+    total = math.fsum(one.weight for one in members)
+    return tuple(Member(one.scene, one.weight / total) for one in members)
+
+
+def role_of(members: Sequence[Member], origin: str, measured: bool) -> str:
+    """Whether a row was calibrated on or is predicted: packaged rows with a measurement are what devices with
+    calibrated numbers were fitted to; rows of a file never are."""
+    fitted = origin == "packaged" and measured and any(one.calibrated for one in members)
+    return "calibrated on" if fitted else "predicted"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Values (n,) of one number by period or window, with the weight (n,) of each; NaN where it has none."""
+
+    values: Floats
+    weights: Floats
+
+    @classmethod
+    def joined(cls, parts: Sequence[tuple[float, Floats]]) -> Samples:
+        """Of several members: weight of each, spread evenly over its values."""
+        return cls(
+            np.concatenate([values for _, values in parts]),
+            np.concatenate([np.full(len(values), weight / max(len(values), 1)) for weight, values in parts]),
+        )
+
+    def share(self, least: float) -> float | None:
+        """Share of the weight with a value of at least so much; None without values."""
+        known = np.isfinite(self.values)
+        total = float(self.weights[known].sum())
+        return float(self.weights[known & (self.values >= least)].sum() / total) if total > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Median and ends of the 80 % interval; NaN where nothing is predicted."""
+
+    median: float
+    low: float
+    high: float
+
+    def scaled(self, factor: float) -> Prediction:
+        """In another unit."""
+        return Prediction(self.median * factor, self.low * factor, self.high * factor)
+
+    def to_dict(self) -> dict[str, float | None]:
+        """Plain data; None for NaN."""
+        return {
+            name: value if math.isfinite(value := getattr(self, name)) else None
+            for name in ("median", "low", "high")
+        }
+
+
+def predict(samples: Samples) -> Prediction:
+    """Median and 80 % interval of weighted values, by linear interpolation between the middles of their weights."""
+    known = np.isfinite(samples.values) & (samples.weights > 0.0)
+    if not known.any():
+        return Prediction(math.nan, math.nan, math.nan)
+    order = np.argsort(samples.values[known], kind="stable")
+    values, weights = samples.values[known][order], samples.weights[known][order]
+    middle = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
+    tail = 0.5 * (1.0 - INTERVAL)
+    low, median, high = np.interp([tail, 0.5, 1.0 - tail], middle, values).tolist()
+    return Prediction(median, low, high)

@@ -1,0 +1,245 @@
+"""Single runs behind the pictures of a robot's reproduction: over the ground, and high in the air."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.drive.waveforms import Square
+from tarsus.errors import InputError
+from tarsus.files.library import load_scene
+from tarsus.scene import Scene
+from tarsus.solve import Run, simulate
+from tarsus.spec import with_values
+from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
+from tarsus_reproduce.robots import OBSERVED, SETTLE, Progress, describe, drive_frequency, scenario_scene
+from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios
+
+Floats = NDArray[np.float64]
+
+PERIODS = 4
+"""Drive periods a run over the ground has at least after its transient."""
+AIR_PERIODS = 2
+"""Steady drive periods kept of a run in the air."""
+SAMPLES = 2400
+"""Samples of a drive period in the air."""
+AIR_GAP = 0.03
+"""Gap of every foot [m] in the air: the source's "greater than 3 cm"."""
+STEADY, LONGEST = 1e-3, 10.0
+"""A motion is steady when its start has decayed to this part, or after this long [s]."""
+
+AIR_DRIVES = {"hexapod": ((15.0, 20.0, 25.0, 30.0), None), "quadruped": ((8.0,), 15.0)}
+"""Volts of the square waves of Figs 3.10 and 3.9, and their frequency [Hz] where the source prints it."""
+
+
+@dataclass(frozen=True)
+class Near:
+    """A run over the ground; points: those whose motion the source shows."""
+
+    title: str
+    run: Run
+    points: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class InAir:
+    """Steady motion of np points under a square wave, with no ground in reach, over `AIR_PERIODS` drive periods.
+
+    volt_v [V]; freq_hz [Hz]; time (nt,) [s]; volts (nt,) [V]; displacement (np, nt) [m].
+    """
+
+    volt_v: float
+    freq_hz: float
+    points: tuple[str, ...]
+    time: Floats
+    volts: Floats
+    displacement: Floats
+    problem: str | None
+    """Why the run ended early; None when it did not."""
+
+    @property
+    def peak_to_peak(self) -> Floats:
+        """Highest minus lowest displacement of every point (np,) [m]."""
+        return np.ptp(self.displacement, axis=1)
+
+
+@dataclass(frozen=True)
+class RobotRuns:
+    """Runs as in Figs 3.19 to 3.22 and 3.9 or 3.10; energies: what the impact maps would do in the run `struck`."""
+
+    near: tuple[Near, ...]
+    air: tuple[InAir, ...]
+    struck: Near
+    energies: ImpactEnergies
+
+    @cached_property
+    def problems(self) -> list[str]:
+        """Sentences of the runs that did not reach their end."""
+        return [f"{near.title}: {near.run.code.value}" for near in self.near if not near.run.ok] + [
+            f"in the air at {air.volt_v:g} V: {air.problem}" for air in self.air if air.problem
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data: `in_air` (peak to peak in um, by point) and `impact_energies` (in J, of the run `run`)."""
+        return {
+            "in_air": [
+                {
+                    "wave": "square",
+                    "volt_v": air.volt_v,
+                    "freq_hz": air.freq_hz,
+                    "peak_to_peak_um": dict(zip(air.points, (air.peak_to_peak * 1e6).tolist(), strict=True)),
+                }
+                for air in self.air
+            ],
+            "impact_energies": {
+                "run": self.struck.title,
+                "impacts": len(self.energies.time),
+                "own_sum_j": float(self.energies.actual.sum()),
+                "by_map": {
+                    name: {
+                        "sum_j": float(made.sum()),
+                        "most_made_j": float(made.max(initial=0.0)),
+                        "share_made": share_made(made),
+                    }
+                    for name, made in self.energies.by_map.items()
+                },
+            },
+        }
+
+
+def share_made(energies: Floats) -> float | None:
+    """Share of impacts that create energy, beyond rounding (1e-9 of the largest); None without impacts."""
+    if not len(energies):
+        return None
+    return float(np.mean(energies > 1e-9 * np.abs(energies).max()))
+
+
+def robot_runs(robot: str, device: str | None = None, *, progress: Progress | None = None) -> RobotRuns:
+    """Run what the figures of a robot show.
+
+    Over the ground: the packaged scenarios of Table 3.2 and the bouncing foot, or, for a robot without a table, the
+    device's own gap and amplitude as a square wave and all points. In the air: the square waves of `AIR_DRIVES`.
+
+    Parameters
+    ----------
+    robot
+        ``"hexapod"`` or ``"quadruped"``.
+    device
+        Name or file of the device; the packaged one of that name by default.
+    progress
+        Called as `progress(done, total, what)`.
+
+    Raises
+    ------
+    InputError
+        For an unknown device, or one without drive or foot.
+    """
+    name = device or robot
+    check_device(load_scene(name), name)
+    jobs = _over_ground(robot, name)
+    volts, printed = AIR_DRIVES[robot]
+    freq_hz = printed or drive_frequency(robot, load_scene(name), "square")
+    total = len(jobs) + len(volts)
+    near: list[Near] = []
+    air: list[InAir] = []
+    for job in jobs:
+        if progress is not None:
+            progress(len(near), total, job.title)
+        near.append(
+            Near(job.title, simulate(job.scene, SETTLE + max(OBSERVED, PERIODS / job.freq_hz)), job.points)
+        )
+    for volt in volts:
+        if progress is not None:
+            progress(len(near) + len(air), total, f"in the air, {volt:g} V")
+        air.append(_in_air(robot, name, volt, freq_hz))
+    struck = near[min(1, len(near) - 1)]  # the second scenario, a square wave
+    return RobotRuns(tuple(near), tuple(air), struck, impact_energies(struck.run, robot))
+
+
+def check_device(scene: Scene, name: str) -> None:
+    """Refuse a device that cannot bounce under a wave.
+
+    Raises
+    ------
+    InputError
+        Where it has no foot, no drive signal, or one that does not repeat.
+    """
+    problems = []
+    if not scene.robot.feet:
+        problems.append(f"device '{name}' has no foot that could bounce")
+    if not scene.signals:
+        problems.append(f"device '{name}' has no drive signal; give it one, such as a square wave")
+    elif next(iter(scene.signals.values())).period is None:
+        problems.append(f"the drive signal of device '{name}' does not repeat; a square or sine wave does")
+    if problems:
+        raise InputError(problems)
+
+
+@dataclass(frozen=True)
+class _Job:
+    title: str
+    scene: Scene
+    freq_hz: float
+    points: tuple[str, ...]
+
+
+def _over_ground(robot: str, device: str) -> list[_Job]:
+    own = load_scene(device)
+    foot = next(iter(own.robot.feet.values()))
+    jobs = []
+    for scenario in packaged_scenarios(robot):
+        freq_hz = scenario.freq_hz or drive_frequency(robot, own, scenario.wave)
+        scene = scenario_scene(own, scenario, freq_hz)
+        jobs.append(_Job(f"{describe(scenario)}, {freq_hz:.4g} Hz", scene, freq_hz, (foot.point,)))
+    if not jobs:
+        freq_hz = drive_frequency(robot, own, "square")
+        scene = load_scene(device, wave="square", hz=freq_hz)
+        signal = next(iter(scene.signals.values()))
+        assert isinstance(signal, Square)
+        highest = abs(signal.amplitude) + abs(signal.offset)
+        title = f"{highest:g} V square, gap {foot.gap * 1e6:g} µm, {freq_hz:.4g} Hz"
+        jobs.append(_Job(title, scene, freq_hz, own.robot.structure.points))
+    return jobs
+
+
+def _in_air(robot: str, device: str, volts: float, freq_hz: float) -> InAir:
+    own = load_scene(device)
+    gaps = {f"robot.feet.{foot}.gap": AIR_GAP for foot in own.robot.feet}
+    drive = Scenario("square", volts, 1e6 * AIR_GAP, freq_hz, Heights(), Heights(), "in the air")
+    scene = with_values(scenario_scene(own, drive, freq_hz), gaps)
+    start = math.ceil(settling_time(scene) * freq_hz)
+    run = simulate(scene, (start + AIR_PERIODS) / freq_hz)
+    whole = np.linspace(start, start + AIR_PERIODS, AIR_PERIODS * SAMPLES + 1) / freq_hz
+    time = whole[whole <= run.end_time]
+    points = own.robot.structure.points if robot == "quadruped" else (_first_point(own),)
+    rows = np.array([scene.robot.structure.row(point) for point in points])
+    signal = next(iter(scene.signals.values()))
+    return InAir(
+        volts,
+        freq_hz,
+        points,
+        time,
+        signal.volts(time),
+        rows @ run.states(time).x if len(time) else np.zeros((len(points), 0)),
+        None if run.ok else run.code.value,
+    )
+
+
+def _first_point(scene: Scene) -> str:
+    return next(iter(scene.robot.feet.values())).point
+
+
+def settling_time(scene: Scene) -> float:
+    """Time [s] in which the slowest free motion of the structure decays to `STEADY`, at most `LONGEST`."""
+    m = scene.robot.structure.matrices()
+    n = len(m.mass)
+    state = np.zeros((2 * n, 2 * n))
+    state[:n, n:] = np.eye(n)
+    state[n:] = -np.linalg.solve(m.mass, np.hstack([m.stiffness, m.damping]))
+    slowest = float(-np.linalg.eigvals(state).real.max())
+    return min(-math.log(STEADY) / slowest, LONGEST) if slowest > 0.0 else LONGEST

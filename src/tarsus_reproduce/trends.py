@@ -1,0 +1,294 @@
+"""Whether a curve over a parameter does what is said of it: rises, falls, peaks inside, has extrema; by fixed rules.
+
+A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. What is
+said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the
+device rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
+determined** else.
+
+A replicate *changes* if its range exceeds `RELEVANT` of its largest magnitude and twice its median spread (standard
+deviation from period to period). It *rises* or *falls* if it changes and its rank correlation with the parameter
+(Spearman's rho) has that sign with a two-sided p below `SIGNIFICANT`. It *peaks inside* if its largest value exceeds
+both ends by as much as a change needs. A *local extremum* stands out by `PROMINENT` of the range.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+from scipy.stats import spearmanr
+
+__all__ = [
+    "CRITERION",
+    "PROMINENT",
+    "RELEVANT",
+    "SIGNIFICANT",
+    "Claim",
+    "Curve",
+    "Direction",
+    "Falls",
+    "Finding",
+    "HasExtrema",
+    "HasMaximum",
+    "Rises",
+    "Verdict",
+]
+
+Floats = NDArray[np.float64]
+
+RELEVANT, SIGNIFICANT, PROMINENT = 0.01, 0.01, 0.05
+
+CRITERION = (
+    "A trend agrees if every replicate shows it, is insensitive if no replicate changes, is contradicted if every "
+    "replicate that changes shows the opposite, and is not determined else. A replicate changes if its range exceeds "
+    f"{100 * RELEVANT:g} % of its largest magnitude and twice its median spread from period to period; it rises or "
+    f"falls if its rank correlation (Spearman's rho) has that sign with p < {SIGNIFICANT:g}; it is largest at a "
+    "critical value if it exceeds both ends of the range by as much as a change needs; a local extremum stands out by "
+    f"{100 * PROMINENT:g} % of the range."
+)
+"""The rules of this module in a few sentences."""
+
+
+class Verdict(Enum):
+    """What a simulation says of a claim."""
+
+    AGREES = "agrees"
+    CONTRADICTS = "contradicts"
+    INSENSITIVE = "insensitive"
+    NOT_DETERMINED = "not determined"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A measure over a parameter.
+
+    x (nx,), increasing; y (nx, nr) values of nr replicates, SI; spread (nx, nr) their standard deviation from period to
+    period, NaN where a measure has none. Values that are not finite are left out.
+    """
+
+    x: Floats
+    y: Floats
+    spread: Floats
+
+    def beyond(self, least: float) -> Curve:
+        """The part from ``least`` on."""
+        inside = self.x >= least * (1.0 - 1e-9)
+        return Curve(self.x[inside], self.y[inside], self.spread[inside])
+
+    @property
+    def replicates(self) -> list[Replicate]:
+        """One curve for each replicate."""
+        return [Replicate.of(self.x, y, spread) for y, spread in zip(self.y.T, self.spread.T, strict=True)]
+
+
+@dataclass(frozen=True)
+class Replicate:
+    """One replicate of a curve: x (n,), y (n,) where they are finite; least: a difference that counts."""
+
+    x: Floats
+    y: Floats
+    least: float
+
+    @classmethod
+    def of(cls, x: Floats, y: Floats, spread: Floats) -> Replicate:
+        """From values (nx,) and their spread (nx,)."""
+        known = np.isfinite(y)
+        noise = spread[known & np.isfinite(spread)]
+        twice = 2.0 * float(np.median(noise)) if noise.size else 0.0
+        size = float(np.abs(y[known]).max(initial=0.0))
+        return cls(x[known], y[known], max(RELEVANT * size, twice))
+
+    @property
+    def changes(self) -> bool:
+        """Whether its range counts."""
+        return len(self.y) > 2 and float(np.ptp(self.y)) > self.least
+
+    @property
+    def known(self) -> bool:
+        """Whether it has enough values to tell a change."""
+        return len(self.y) > 2
+
+    def rank(self) -> tuple[float, float]:
+        """Spearman's rho and its two-sided p; 0 and 1 where it does not change."""
+        if not self.changes:
+            return 0.0, 1.0
+        found = spearmanr(self.x, self.y)
+        return float(found.statistic), float(found.pvalue)  # pyright: ignore[reportAttributeAccessIssue]
+
+    def inside(self) -> float | None:
+        """The x of the largest value, if it exceeds both ends by what counts."""
+        if not self.changes:
+            return None
+        top = int(np.argmax(self.y))
+        return float(self.x[top]) if self.y[top] - max(self.y[0], self.y[-1]) > self.least else None
+
+    def extrema(self) -> tuple[list[float], list[float]]:
+        """The x of local maxima and of local minima."""
+        if not self.changes:
+            return [], []
+        stands_out = max(PROMINENT * float(np.ptp(self.y)), self.least)
+        high, low = (find_peaks(sign * self.y, prominence=stands_out)[0] for sign in (1.0, -1.0))
+        return self.x[high].tolist(), self.x[low].tolist()
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A verdict with the numbers behind it.
+
+    first, last: mean over replicates at the ends; rho: of each replicate; at: where something is, such as the maximum
+    of each replicate; words: the reason in short.
+    """
+
+    verdict: Verdict
+    words: str
+    first: float
+    last: float
+    rho: tuple[float, ...]
+    at: tuple[float, ...] = field(default=())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "verdict": self.verdict.value,
+            "words": self.words,
+            "first": self.first,
+            "last": self.last,
+            "rho": list(self.rho),
+            "at": list(self.at),
+        }
+
+
+class Claim(ABC):
+    """Something said of a curve."""
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """What is said, as a verb: 'falls'."""
+
+    @abstractmethod
+    def judge(self, curve: Curve) -> Finding:
+        """What the curve says of it."""
+
+
+@dataclass(frozen=True)
+class Direction(Claim):
+    """The curve goes one way, over its whole range or from `beyond` on."""
+
+    beyond: float | None = None
+    sign = 0
+    verb = ""
+
+    @property
+    def words(self) -> str:
+        return self.verb
+
+    def judge(self, curve: Curve) -> Finding:
+        part = curve if self.beyond is None else curve.beyond(self.beyond)
+        replicates = part.replicates
+        ranks = [one.rank() for one in replicates]
+        right = [self.sign * rho > 0.0 and p < SIGNIFICANT for rho, p in ranks]
+        wrong = [self.sign * rho < 0.0 and p < SIGNIFICANT for rho, p in ranks]
+        words = f"rho {_range([rho for rho, _ in ranks])}"
+        return _finding(part, replicates, right, wrong, words)
+
+
+@dataclass(frozen=True)
+class Rises(Direction):
+    """It rises."""
+
+    sign = 1
+    verb = "rises"
+
+
+@dataclass(frozen=True)
+class Falls(Direction):
+    """It falls."""
+
+    sign = -1
+    verb = "falls"
+
+
+@dataclass(frozen=True)
+class HasMaximum(Claim):
+    """It is largest at a critical value strictly inside the range."""
+
+    @property
+    def words(self) -> str:
+        return "is largest at a critical value"
+
+    def judge(self, curve: Curve) -> Finding:
+        replicates = curve.replicates
+        places = [one.inside() for one in replicates]
+        found = [place for place in places if place is not None]
+        right = [place is not None for place in places]
+        if found:
+            words = f"largest at {_range(found)}"
+        else:
+            words = "largest at an end"
+        return _finding(curve, replicates, right, [not one for one in right], words, found)
+
+
+@dataclass(frozen=True)
+class HasExtrema(Claim):
+    """It has both a local maximum and a local minimum strictly inside the range."""
+
+    @property
+    def words(self) -> str:
+        return "has a local maximum and minimum"
+
+    def judge(self, curve: Curve) -> Finding:
+        replicates = curve.replicates
+        places = [one.extrema() for one in replicates]
+        found = sorted({x for high, low in places for x in (*high, *low)})
+        right = [bool(high and low) for high, low in places]
+        wrong = [not high and not low for high, low in places]
+        if found:
+            kinds = [
+                name for k, name in enumerate(("maximum", "minimum")) if any(place[k] for place in places)
+            ]
+            words = f"local {' and '.join(kinds)} at {_range(found)}"
+        else:
+            words = "no local extremum"
+        return _finding(curve, replicates, right, wrong, words, found)
+
+
+def _finding(
+    curve: Curve,
+    replicates: Sequence[Replicate],
+    right: Sequence[bool],
+    wrong: Sequence[bool],
+    words: str,
+    at: Sequence[float] = (),
+) -> Finding:
+    """A finding from what every replicate shows: whether it is as said, and whether the opposite."""
+    opposite = [no for one, no in zip(replicates, wrong, strict=True) if one.changes]
+    if not all(one.known for one in replicates):
+        verdict, words = Verdict.NOT_DETERMINED, "too few runs reached their end"
+    elif not any(one.changes for one in replicates):
+        verdict = Verdict.INSENSITIVE
+        words = "does not change" if any(np.any(one.y) for one in replicates) else "0 throughout"
+    elif all(right):
+        verdict = Verdict.AGREES
+    elif all(opposite):
+        verdict = Verdict.CONTRADICTS
+    else:
+        verdict = Verdict.NOT_DETERMINED
+        words += f" ({sum(right)} of {len(right)} replicates as said)"
+    ends = [
+        float(np.mean(row[np.isfinite(row)])) if np.isfinite(row).any() else np.nan
+        for row in curve.y[[0, -1]]
+    ]
+    return Finding(verdict, words, ends[0], ends[1], tuple(one.rank()[0] for one in replicates), tuple(at))
+
+
+def _range(values: Sequence[float]) -> str:
+    """One number, or the smallest and the largest."""
+    low, high = (f"{one:.3g}" for one in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"

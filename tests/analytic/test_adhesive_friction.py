@@ -1,0 +1,120 @@
+"""Friction borne by adhesion alone: |F_t| <= mu_a f_a(t - t_c), whatever the push."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.errors import InputError
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.laws import AdhesiveFriction, Friction
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
+
+CAPTURE, RELEASE, SLIP, STICK = 2, 3, 7, 8
+MASS, MU_A = 1e-6, 0.4
+INITIAL, RATE = 2e-6, 3e-5
+PUSH = 4e-4  # [N/s] along the ground
+
+
+def held(gravity: float = GRAVITY, friction: AdhesiveFriction | Friction | None = None, **signals) -> ts.Scene:
+    ground = ts.Ground(
+        gravity=ts.Gravity(acceleration=gravity),
+        adhesion=ts.Adhesion(initial=INITIAL, rate=RATE),
+        friction=friction or AdhesiveFriction(coefficient=MU_A),
+    )
+    return block(ground=ground, signals=signals)
+
+
+@pytest.mark.parametrize("gravity", [0.1, GRAVITY])
+@pytest.mark.nojit
+def test_a_foot_pushed_ever_harder_slips_when_adhesion_carries_no_more(gravity: float) -> None:
+    """r t = mu_a (C_a0 + C_a t); from there on m v' = (r - mu_a C_a)(t - t_slip)."""
+    scene = held(gravity, along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))
+    onset = MU_A * INITIAL / (PUSH - MU_A * RATE)
+    run = ts.simulate(scene, duration=2.0 * onset)
+    slip = run.events[run.events["kind"] == SLIP]
+    assert slip["time"] == pytest.approx([onset], rel=1e-12)
+    assert slip["strength"] == pytest.approx([MU_A * (INITIAL + RATE * onset)], rel=1e-12)
+    path = (PUSH - MU_A * RATE) * onset**3 / (6.0 * MASS)
+    assert run.marks["slipped"][-1, 0] == pytest.approx(path, rel=1e-9)
+    times = np.linspace(onset, 2.0 * onset, 40001)
+    speed = (PUSH - MU_A * RATE) * (times - onset) ** 2 / (2.0 * MASS)
+    lost = np.trapezoid(MU_A * (INITIAL + RATE * times) * speed, times)
+    assert run.ledger.friction == pytest.approx(lost, rel=1e-7)
+    assert run.ledger.closure < 1e-12
+    series = run.at(np.array([0.5 * onset, 1.5 * onset]))
+    assert series.friction[0] == pytest.approx([-0.5 * PUSH * onset, -MU_A * (INITIAL + RATE * 1.5 * onset)])
+
+
+def test_adhesion_that_grows_stops_a_slide() -> None:
+    """m v' = -mu_a (C_a0 + C_a t) from v0: at rest where the impulse of friction is m v0."""
+    run = ts.simulate(moving(held(), block_x=0.02), duration=0.03)
+    stop = (-INITIAL + np.sqrt(INITIAL**2 + 2.0 * RATE * MASS * 0.02 / MU_A)) / RATE
+    assert run.events["time"][run.events["kind"] == STICK] == pytest.approx([stop], rel=1e-12)
+
+
+def test_a_blow_takes_nothing_along_the_ground() -> None:
+    scene = ts.with_values(moving(held(), block_x=0.5), {"robot.feet.block.gap": 1e-5})
+    run = ts.simulate(scene, duration=5e-3)
+    assert run.events["kind"].tolist() == [CAPTURE]
+    landed = run.events["time"][0]
+    speed = run.walker.row("block_x") @ run.at(np.array([landed, landed + 1e-3])).state.v
+    assert speed == pytest.approx([0.5, 0.5 - MU_A * (INITIAL + 0.5e-3 * RATE) * 1e-3 / MASS], rel=1e-10)
+
+
+@pytest.mark.parametrize("share", [0.5, 1.01])
+def test_friction_lasts_until_the_foot_is_pulled_off(share: float) -> None:
+    """The bound does not know how close the pull is to the strength."""
+    lift = ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)
+    scene = held(along=ts.Constant(level=share * MU_A * INITIAL), upward=lift)
+    run = ts.simulate(scene, duration=0.015)
+    off = (MASS * GRAVITY + INITIAL) / (MASS * GRAVITY / 0.01 - RATE)
+    later = run.events[run.events["time"] > 0.0]
+    assert later["time"][later["kind"] == RELEASE] == pytest.approx([off], rel=1e-10)
+    assert (SLIP in run.events["kind"]) == (share > 1.0)
+
+
+def test_legs_on_adhesive_friction_close_their_account() -> None:
+    friction = AdhesiveFriction(coefficient=0.8)
+    scene = trotter(ground=sticky(friction=friction, adhesion=ts.Adhesion(initial=2e-7, rate=1e-4)))
+    run = ts.simulate(scene, duration=0.01)
+    assert run.ok and run.ledger.friction > 0.0 and run.ledger.closure < 1e-10
+    slips = run.events[run.events["kind"] == SLIP]
+    assert len(slips) > 2
+    assert np.all(np.abs(slips["pull"]) >= slips["strength"] * (1.0 - 1e-6))
+
+
+def test_files_choose_the_law_by_kind_and_coulombs_by_default() -> None:
+    scene = trotter(ground=sticky(friction=AdhesiveFriction(coefficient=0.7)))
+    text = scene_text(scene)
+    assert 'kind = "adhesive"' in text
+    assert parse_scene(text) == scene
+    old = text.replace('kind = "adhesive"\n', "").replace('kind = "adhesive", ', "")
+    assert "adhesive" not in old
+    assert parse_scene(old).ground.friction == Friction(coefficient=0.7)
+    with pytest.raises(InputError, match=r"^ground\.friction.*'glue'"):
+        parse_scene(text.replace('"adhesive"', '"glue"'))
+    with pytest.raises(InputError, match=r"^ground\.friction\.coefficient: .*at least 0, got -1"):
+        ts.with_values(scene, {"ground.friction.coefficient": -1.0})
+
+
+def test_adhesive_friction_needs_adhesion() -> None:
+    scene = trotter(ground=sticky(friction=AdhesiveFriction(coefficient=0.7)))
+    with pytest.raises(InputError) as caught:
+        ts.with_values(scene, {"ground.adhesion": None})
+    assert caught.value.problems == [
+        "ground.friction: friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
+    ]
+    bare = scene.ground.without_adhesion
+    assert bare.adhesion is None and bare.friction is None
+    assert sticky().without_adhesion.friction == sticky().friction
+
+
+def test_its_coefficient_varies_in_batches() -> None:
+    scene = held(along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))
+    batch = ts.simulate_batch(scene, {"ground.friction.coefficient": [0.2, MU_A]}, 5e-3)
+    for i, coefficient in enumerate((0.2, MU_A)):
+        events = batch.events(i)
+        onset = coefficient * INITIAL / (PUSH - coefficient * RATE)
+        assert events["time"][events["kind"] == SLIP] == pytest.approx([onset], rel=1e-10)

@@ -1,0 +1,292 @@
+"""The three landing rules: closed forms, the same decisions in both engines, and runs that always end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.core.modes import contact_mode
+from tarsus.drive.laws import LinearForce
+from tarsus.experiment.force import point_matrices
+from tarsus.measure.history import PERIOD_MARK
+from tarsus.plan import lower_scene
+from tarsus.solve.codes import structured_events
+from tarsus.solve.engine import execute
+from tarsus.solve.simulate import RECORDED
+from walking_scenes import sticky, trotter
+
+BOUNCE, CAPTURE, RELEASE, REST, AT_START = 1, 2, 3, 4, 5
+MASS, STIFFNESS, GAP = 2e-9, 1.5, 1e-6
+PULL = STIFFNESS * GAP
+RULES = {
+    "capture": ts.CaptureUnlessPulled(),
+    "restitute": ts.RestituteFirst(speed=2e-3),
+    "restitute all": ts.RestituteFirst(speed=0.0),
+    "printed": ts.PullAsPrinted(),
+}
+
+
+def ground(rule, e=0.5, adhesion=None, **laws) -> ts.Ground:
+    """Restitution, adhesion [N] at first contact if any, and the rule."""
+    held = None if adhesion is None else ts.Adhesion(initial=adhesion, rate=1e-5)
+    return ts.Ground(restitution=ts.Restitution(coefficient=e), adhesion=held, landing=rule, **laws)
+
+
+def hung(structure: str, rules: ts.Ground, damping=2e-6, speed=0.0, force=None, duration=2e-3) -> ts.Scene:
+    """One mass on a spring above the ground, as a lumped coordinate or as a leg of a body too heavy to feel it.
+
+    speed [m/s]: downward at the start, from the spring's rest; force: waveform [N] upward on the mass.
+    """
+    if structure == "lumped":
+        body = ts.Lumped(coordinates=("foot",), mass=(MASS,), stiffness=(STIFFNESS,), damping=(damping,))
+    else:
+        leg = ts.WalkerLeg(
+            mass=MASS, stiffness_v=STIFFNESS, damping_v=damping, stiffness_l=STIFFNESS, damping_l=damping
+        )
+        body = ts.Walker(body=ts.WalkerBody(mass=1e4), legs={"foot": leg})
+    return ts.Scene(
+        name="hung",
+        robot=ts.Robot(
+            structure=body,
+            drives={"up": ts.Drive(load=ts.PointLoad(weights={"foot": 1.0}), law=LinearForce(gain=1.0))},
+            feet={"foot": ts.Foot(point="foot", gap=GAP)},
+        ),
+        ground=rules,
+        signals={} if force is None else {"up": force},
+        initial=ts.Initial(velocity=tuple(-speed * body.row("foot"))),
+        duration=duration,
+    )
+
+
+def landed(structure, rules, **how):
+    """The first event, and the run: 0.1 ms."""
+    run = ts.simulate(hung(structure, rules, **{"duration": 1e-4, **how}))
+    assert run.ok and run.ledger.closure < 1e-8
+    return run.events[0], run
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+@pytest.mark.parametrize(
+    ("adhesion", "kind"), [(1.001 * PULL, CAPTURE), (0.999 * PULL, BOUNCE), (None, BOUNCE)]
+)
+def test_held_unless_the_spring_pulls_harder_than_the_adhesion(structure, adhesion, kind):
+    event, _ = landed(structure, ground(None, adhesion=adhesion), speed=0.05)
+    assert event["kind"] == kind
+    assert event["pull"] == pytest.approx(PULL, rel=1e-9)
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+@pytest.mark.parametrize(
+    ("adhesion", "slow", "kind"),
+    [
+        (2.0 * PULL, 0.999, BOUNCE),  # faster than the speed: it departs whatever the adhesion
+        (2.0 * PULL, 1.001, CAPTURE),
+        (0.5 * PULL, 1.001, BOUNCE),  # slower, but the spring pulls it off: free at once
+        (None, 1.001, BOUNCE),
+    ],
+)
+def test_restitution_first_holds_what_departs_slowly(structure, adhesion, slow, kind):
+    # without damping energy tells the speed at the ground: v^2 = v0^2 - k g^2 / m
+    start, e = 0.05, 0.5
+    arrives = np.sqrt(start**2 - STIFFNESS * GAP**2 / MASS)
+    rule = ts.RestituteFirst(speed=slow * e * arrives)
+    event, run = landed(structure, ground(rule, e, adhesion), speed=start, damping=0.0)
+    assert event["kind"] == kind
+    assert event["speed_before"] == pytest.approx(arrives, rel=1e-9)
+    assert event["speed_after"] == pytest.approx(e * arrives if kind == BOUNCE else 0.0, rel=1e-9)
+    if kind == CAPTURE:  # what restitution would have kept is what adhesion took
+        assert run.ledger.adhesion == pytest.approx(0.5 * MASS * (e * arrives) ** 2, rel=1e-9)
+
+
+@pytest.mark.nojit
+@pytest.mark.bounds
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+def test_the_pull_as_printed_has_the_spring_press_and_the_damper_pull(structure):
+    """-k g + c e v against f_a(0), with the signs of (2.13) on K_pp and C_pp."""
+    e, damping = 0.5, 2e-4
+    event, _ = landed(structure, ground(None, e), speed=0.5, damping=damping)
+    printed = -PULL + damping * e * event["speed_before"]
+    assert printed > 10.0 * PULL
+    for factor, kind in ((0.999, BOUNCE), (1.001, CAPTURE)):
+        rules = ground(ts.PullAsPrinted(), e, factor * printed)
+        event, _ = landed(structure, rules, speed=0.5, damping=damping)
+        assert event["kind"] == kind
+        assert event["pull"] == pytest.approx(PULL, rel=1e-9)
+
+
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+@pytest.mark.parametrize(("adhesion", "kinds"), [(None, [2, 3]), (0.3 * PULL, [2, 3]), (2.0 * PULL, [2])])
+def test_what_the_printed_pull_holds_leaves_by_the_true_one(structure, adhesion, kinds):
+    """Where the printed pull is negative the foot is stopped, and let go at once if the spring really pulls it off."""
+    rules = ground(ts.PullAsPrinted(), 0.5, adhesion)
+    _, run = landed(structure, rules, speed=0.05, damping=0.0, duration=2e-4)
+    assert run.events["kind"][:2].tolist() == kinds
+    assert np.ptp(run.events["time"][:2]) < 1e-15
+    if RELEASE in kinds:  # it swings about the spring's rest from there
+        assert (run.scene.robot.structure.row("foot") @ run.series.state.x).max() == pytest.approx(
+            GAP, rel=1e-3
+        )
+
+
+@pytest.mark.parametrize(("normal", "phase"), [(1, 0.0), (-1, np.pi)])
+def test_the_printed_pull_of_a_beam_is_that_of_its_two_points(normal, phase):
+    """(2.13) from the matrices in the displacements of tip and centre; what happens at every landing is its sign."""
+    beam = ts.with_values(
+        ts.load_scene("cantilever"),
+        {
+            "robot.feet.tip": ts.Foot(point="tip", gap=1e-6, normal=normal),
+            "signals.pzt.phase": phase,
+            "ground.adhesion": None,
+            "ground.gravity": ts.Gravity(),
+            "ground.landing": ts.PullAsPrinted(),
+        },
+    )
+    run = ts.simulate(beam, duration=2e-3)
+    landings = run.events[np.isin(run.events["kind"], (BOUNCE, CAPTURE))]
+    assert {BOUNCE, CAPTURE} == set(landings["kind"].tolist())
+    series = run.at(landings["time"] * (1.0 - 1e-13))
+    structure, system = beam.robot.structure, run.plan.system
+    e, m = beam.ground.restitution.coefficient, point_matrices(structure, ["tip", "center"])
+    rows = normal * np.array([structure.row("tip"), structure.row("center")])
+    x, v = rows @ series.state.x, rows @ series.state.v
+    own = np.linalg.solve(rows.T, system.loads @ series.force + system.constant[:, None])[0]
+    k, c = m.stiffness[0], m.damping[0]
+    printed = -k[1] * x[1] - c[1] * v[1] + k[0] * x[0] + c[0] * -e * v[0] + own
+    np.testing.assert_array_equal(landings["kind"] == BOUNCE, printed > 0.0)
+    mode = contact_mode(system, 0)
+    state = np.concatenate([series.state.x, series.state.v])
+    y = np.linalg.solve(mode.to_physical, state - mode.offset[:, None])
+    told = mode.printed[0] @ y + mode.printed_feed[0, 2:] @ [*series.force, np.ones(len(landings))]
+    told += mode.printed_damping[0] * (1.0 - e) * v[0]
+    np.testing.assert_allclose(told, printed, rtol=0.0, atol=1e-9 * np.abs(k[0] * 1e-6))
+
+
+def events_of(rules: ts.Ground, structure: str, **how) -> np.ndarray:
+    run = ts.simulate(hung(structure, rules, **how))
+    assert run.ok and run.ledger.closure < 1e-8
+    return run.events
+
+
+@pytest.mark.parametrize("adhesion", [None, 0.2 * PULL, 3.0 * PULL])
+@pytest.mark.parametrize("rule", RULES)
+def test_a_mass_on_a_spring_lands_alike_in_both_engines(rule, adhesion):
+    drive = ts.Sine(amplitude=4.0 * PULL, frequency=1500.0)
+    rules = ground(RULES[rule], 0.6, adhesion, film=ts.Film(coefficient=1e-23, thickness=1e-6))
+    one, other = (
+        events_of(rules, structure, force=drive, duration=8e-3) for structure in ("lumped", "walker")
+    )
+    assert len(one) > 8
+    assert one["kind"].tolist() == other["kind"].tolist()
+    np.testing.assert_allclose(one["time"], other["time"], rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(one["speed_after"], other["speed_after"], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(one["pull"], other["pull"], rtol=1e-6, atol=1e-12)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_robot_on_three_legs_lands_alike_in_both_engines(rule):
+    """Feet that land one after the other, under electrostatics, on legs that press and pull each other."""
+    electrostatic = ts.Electrostatic(coefficient=1e-19, offset=1e-6)
+    walking = trotter(ground=sticky(friction=None, landing=RULES[rule], electrostatic=electrostatic))
+    run = ts.simulate(walking)
+    other = structured_events(execute(lower_scene(walking), walking.duration, accuracy=RECORDED).events)
+    other = other[other["kind"] != PERIOD_MARK]
+    assert run.ok and run.ledger.closure < 1e-8
+    assert run.events[["kind", "foot"]].tolist() == other[["kind", "foot"]].tolist()
+    np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["cantilever", "hexapod", "millipede"])
+def test_given_or_not_the_default_is_the_same(name):
+    device = ts.load_scene(name)
+    given = ts.with_values(device, {"ground.landing": ts.CaptureUnlessPulled()})
+    run, same = (ts.simulate(one, duration=0.04) for one in (device, given))
+    assert len(run.events) > 2
+    assert run.events.tobytes() == same.events.tobytes()
+
+
+@pytest.mark.parametrize("slow", [0.0, 1e-3])
+@pytest.mark.parametrize("adhesion", [None, 1e-3])
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.99])
+def test_bounces_that_accumulate_end_in_bounded_work(e, adhesion, slow):
+    """A ball that restitution alone would let bounce without end; the sum of its flights is a geometric series."""
+    over = np.sqrt(2.0 / 9.81) * (1.0 + e) / (1.0 - e)
+    held = None if adhesion is None else ts.Adhesion(initial=adhesion, rate=0.0)
+    ball = scene("ball", {"ground.restitution.coefficient": e, "ground.adhesion": held})
+    run = ts.simulate(
+        ts.with_values(ball, {"ground.landing": ts.RestituteFirst(speed=slow)}), duration=1.2 * over
+    )
+    assert run.ok and run.ledger.closure < 1e-8
+    last = run.events[-1]
+    assert len(run.events) <= 2 + (np.log(1e-15) / np.log(e) if e > 0.0 else 0.0)
+    assert last["kind"] == (REST if slow == 0.0 and e > 0.0 else CAPTURE)
+    flights = run.events[run.events["kind"] == BOUNCE]
+    if slow == 0.0:
+        assert last["time"] == pytest.approx(over, rel=1e-9)
+    else:  # the first that would depart at 1 mm/s or slower
+        assert np.all(flights["speed_after"] > slow)
+        assert e * last["speed_before"] <= slow
+    assert run.at(np.array([1.2 * over])).state.held.all()
+    assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(9.81, rel=1e-9)
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("e", [0.0, 0.5])
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+@pytest.mark.parametrize("adhesion", [None, 0.1 * PULL])
+def test_a_foot_pressed_by_a_constant_force_comes_to_rest(structure, rule, e, adhesion):
+    """Pressed to the ground it is held in the end, under every rule, and leaves when the force turns round."""
+    push = ts.Square(amplitude=4.0 * PULL, frequency=50.0, phase=np.pi)
+    run = ts.simulate(hung(structure, ground(RULES[rule], e, adhesion), force=push, duration=0.02))
+    assert run.ok and run.ledger.closure < 1e-8
+    assert len(run.events) < 200
+    assert run.at(np.array([9.9e-3])).state.held.all()
+    assert not run.at(np.array([19.9e-3])).state.held.any()
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("adhesion", [None, 1e-3])
+def test_two_feet_that_land_at_once_end_held(rule, adhesion):
+    """A rigid bar falls flat on its two feet: they land together, whatever the rule, and stay."""
+    bar = ts.Scene(
+        name="bar",
+        robot=ts.Robot(
+            structure=ts.Lumped(
+                coordinates=("left", "right"),
+                mass=((2.0, 1.0), (1.0, 2.0)),
+                stiffness=(0.0, 0.0),
+                damping=(0.0, 0.0),
+            ),
+            feet={name: ts.Foot(point=name, gap=0.01) for name in ("left", "right")},
+        ),
+        ground=ts.Ground(
+            gravity=ts.Gravity(),
+            restitution=ts.Restitution(coefficient=0.4),
+            adhesion=None if adhesion is None else ts.Adhesion(initial=adhesion, rate=0.0),
+            landing=RULES[rule],
+        ),
+        duration=1.0,
+    )
+    run = ts.simulate(bar)
+    assert run.ok and run.ledger.closure < 1e-8
+    assert len(run.events) < 400
+    assert run.at(np.array([1.0])).state.held.all()
+    assert run.at(np.linspace(0.0, 1.0, 2001)).state.gap.min() > -1e-12
+    assert np.all(run.events["energy"] >= -1e-12)
+
+
+def test_varied_speeds_run_as_if_given_one_by_one():
+    device = ts.with_values(ts.load_scene("cantilever"), {"ground.landing": ts.RestituteFirst(speed=0.1)})
+    speeds = [0.01, 0.05, 0.2, 5.0]
+    batch = ts.simulate_batch(device, {"ground.landing.speed": speeds}, duration=0.02)
+    counts = []
+    for k, speed in enumerate(speeds):
+        alone = ts.simulate(ts.with_values(device, {"ground.landing.speed": speed}), duration=0.02)
+        np.testing.assert_array_equal(alone.events["kind"], batch.events(k)["kind"])
+        counts.append(int(np.sum(alone.events["kind"] == BOUNCE)))
+    assert counts == sorted(counts, reverse=True) and counts[0] > counts[-1]

@@ -1,0 +1,181 @@
+"""Walkers: initial velocities, laws that end at the ground, where slip begins, runs in a batch."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.laws import Friction, SmoothLaw
+from tarsus.solve import batch as batches
+from tarsus.solve.codes import ResultCode
+from tarsus.structure import Walker
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
+
+RELEASE, SLIP, STICK = 3, 7, 8
+MASS, MU = 1e-6, 0.3
+
+
+class Rooted(SmoothLaw):
+    """Finite on the ground and above, as a law must be, and nothing below."""
+
+    uses_rate = False
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time):
+        return -1e-9 * math.sqrt(gap)
+
+
+class Logarithm(SmoothLaw):
+    """Infinite on the ground."""
+
+    uses_rate = False
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time):
+        return 1e-12 * math.log(gap / 1e-6)
+
+
+def landing(law: SmoothLaw) -> ts.Scene:
+    """A foot that falls from 1 um under a law of its own."""
+    scene = block(friction=None)
+    scene = ts.with_values(scene, {"robot.feet.block.gap": 1e-6, "ground.laws": {"own": law}})
+    return ts.with_values(scene, {"ground.adhesion": ts.Adhesion(initial=1e-5, rate=0.0)})
+
+
+def test_every_coordinate_starts_with_the_velocity_it_is_given() -> None:
+    scene = trotter(ground=ts.Ground())
+    scene = ts.with_values(scene, {f"robot.feet.{foot}.gap": 1.0 for foot in scene.robot.feet})
+    scene = scene.model_copy(update={"signals": {}})
+    walker = scene.robot.structure
+    assert isinstance(walker, Walker)
+    given = 0.01 * np.arange(1, walker.size + 1)
+    run = ts.simulate(ts.with_values(scene, {"initial.velocity": tuple(given)}), duration=1e-3)
+    start = run.at(np.array([0.0])).state
+    np.testing.assert_array_equal(start.v[:, 0], given)
+    assert run.ledger.closure < 1e-8
+    rising = tuple(walker.vertical())
+    run = ts.simulate(ts.with_values(scene, {"initial.velocity": rising}), duration=1e-3)
+    np.testing.assert_allclose(run.at(np.array([1e-3])).state.x[:, 0], 1e-3 * walker.vertical(), atol=1e-12)
+
+
+def test_a_law_that_ends_at_the_ground_lets_a_foot_land() -> None:
+    run = ts.simulate(landing(Rooted()), duration=1e-3)
+    assert run.ok and run.ledger.closure < 1e-10
+    assert [int(kind) for kind in run.events["kind"]] == [2]
+    fall = math.sqrt(2e-6 / GRAVITY)
+    assert run.events["time"][0] == pytest.approx(fall, rel=1e-6)  # the law adds 1e-7 of the weight
+    assert run.events["time"][0] < fall
+
+
+def test_a_law_that_is_infinite_on_the_ground_ends_the_run_in_its_sentence() -> None:
+    run = ts.simulate(landing(Logarithm()), duration=1e-3)
+    assert run.code is ResultCode.NOT_FINITE
+    assert run.end_time == pytest.approx(math.sqrt(2e-6 / GRAVITY), rel=1e-3)
+
+
+def test_a_leg_wide_electrostatic_law_below_its_electrode_changes_nothing() -> None:
+    """At 0 V its force is 0, also where a step's trial reaches below the electrode."""
+    law = ts.LegElectrostatic(coefficient=1e-20, offset=1e-12, rest=0.0)
+    scene = trotter(ground=sticky())
+    with_law = ts.with_values(
+        scene.model_copy(update={"signals": {}}),
+        {"ground.leg_electrostatic": law, **{f"robot.feet.{foot}.gap": 2e-6 for foot in scene.robot.feet}},
+    )
+    without = ts.with_values(with_law, {"ground.leg_electrostatic": None})
+    one, other = (ts.simulate(s, duration=5e-3) for s in (with_law, without))
+    assert one.ok and len(one.events) > 2
+    np.testing.assert_allclose(one.events["time"], other.events["time"], rtol=1e-9)
+    assert one.ledger.closure < 1e-10
+
+
+def lifted(push: float, friction: float = MU) -> ts.Run:
+    """A block pushed along and pulled up ever harder, off the ground after 10 ms."""
+    signals = {
+        "along": ts.Constant(level=push),
+        "upward": ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02),
+    }
+    return ts.simulate(block(friction=friction, signals=signals), duration=0.011)
+
+
+@pytest.mark.parametrize("share", [0.5, 1e-3, 1e-6])
+def test_a_slip_just_before_the_pull_off_is_found_and_stands_alone(share: float) -> None:
+    run = lifted(share * MU * MASS * GRAVITY)
+    events = run.events[run.events["time"] > 0.0]
+    assert events["kind"].tolist() == [SLIP, RELEASE]
+    assert events["time"] == pytest.approx([0.01 * (1.0 - share), 0.01], rel=1e-10)
+
+
+@pytest.mark.parametrize("friction", [0.3, 3.0])
+def test_a_foot_that_nothing_pushes_along_does_not_slip_before_it_leaves(friction: float) -> None:
+    run = lifted(0.0, friction)
+    assert run.events["kind"][run.events["time"] > 0.0].tolist() == [RELEASE]
+
+
+def excess_while_stuck(run: ts.Run, foot: int, mu: float) -> np.ndarray:
+    """|F_t| - mu (N + f_a) [N] of a foot, sampled in every stretch in which it sticks, to just before its end."""
+    own = run.events[run.events["foot"] == foot]
+    edges = np.concatenate([[0.0], own["time"], [run.duration]])
+    inside = np.linspace(1e-6, 1.0 - 1e-9, 200)
+    times = np.concatenate([a + (b - a) * inside for a, b in itertools.pairwise(edges) if b > a])
+    series = run.at(times)
+    stuck = series.state.held[foot] & ~series.slipping[foot]
+    bound = mu * (series.contact[foot] + series.strength[foot])
+    return (np.abs(series.friction[foot]) - bound)[stuck]
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_slip_begins_where_the_force_along_reaches_the_bound_and_not_before(friction: float) -> None:
+    """The event functions evaluated on the motion itself, not at the nodes of the engine's steps."""
+    ground = sticky(friction=Friction(coefficient=friction), adhesion=ts.Adhesion(initial=2e-7, rate=1e-4))
+    run = ts.simulate(trotter(legs=3, ground=ground), duration=0.01)
+    slips = run.events[run.events["kind"] == SLIP]
+    assert run.ok and len(slips) > 2
+    force = np.abs(slips["pull"])
+    assert np.all(force >= slips["strength"] * (1.0 - 1e-6) - 1e-15)
+    scale = 1e-9 * np.abs(run.series.friction).max()
+    for foot in range(3):
+        assert excess_while_stuck(run, foot, friction).max(initial=-1.0) < scale
+
+
+def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
+    """The first contact of the packaged millipede: its raised foot slips once, then lets go."""
+    run = ts.simulate(ts.load_scene("millipede"), duration=5e-7)
+    raised = run.events[(run.events["foot"] == 1) & (run.events["time"] > 0.0)]
+    assert raised["kind"].tolist() == [SLIP, RELEASE]
+    # 86.1000087 ns: the same contact as an equation of motion with 2 bodies held, by an implicit Runge-Kutta to 1e-12
+    assert raised["time"][0] == pytest.approx(8.61000087e-8, rel=1e-8)
+    assert raised["pull"][0] == pytest.approx(raised["strength"][0], rel=1e-6)
+
+
+def events_of(batch: ts.Batch, i: int) -> list[tuple[float, ...]]:
+    return [tuple(row) for row in batch.events(i).tolist()]
+
+
+def test_a_run_does_not_know_of_the_others_in_its_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Alone, first, last, in chunks of any size: the same events to the last bit."""
+    scene = ts.load_scene("millipede")
+    values = np.linspace(0.1, 0.6, 5)
+    wanted = [events_of(ts.simulate_batch(scene, {PATH: [value]}, 0.05), 0) for value in values]
+    assert all(len(events) > 10 for events in wanted)
+    for chunk in (256, 2):
+        monkeypatch.setattr(batches, "_CHUNK", chunk)
+        for order in (range(5), range(4, -1, -1)):
+            batch = ts.simulate_batch(scene, {PATH: values[list(order)]}, 0.05, threads=1)
+            assert [events_of(batch, n) for n in range(5)] == [wanted[i] for i in order]
+
+
+PATH = "ground.friction.coefficient"
+
+
+def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
+    run = ts.simulate(
+        moving(block(signals={"upward": ts.Ramp(stop=2.0 * MASS * GRAVITY, duration=0.02)}), block_x=0.1),
+        duration=0.011,
+    )
+    assert run.events["kind"][1:].tolist() == [RELEASE]
+    speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
+    assert run.at(np.array([0.01])).state.v[run.walker.row("block_x") != 0.0, 0] == pytest.approx(speed, rel=1e-9)
