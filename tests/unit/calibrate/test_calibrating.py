@@ -121,7 +121,7 @@ def test_threads_do_not_change_a_byte(finished, tmp_path):
 
 def test_a_folder_is_not_overwritten_and_not_mistaken(finished, tmp_path):
     _, folder, file = finished
-    with pytest.raises(InputError, match="continue the calibration there with --resume"):
+    with pytest.raises(InputError, match="holds a calibration; continue it there with --resume"):
         calibrate(file, folder)
     with pytest.raises(InputError, match="holds another calibration"):
         calibrate(file, folder, seed=7, resume=True)
