@@ -17,6 +17,7 @@ from tarsus.spec import with_values
 from tarsus.study.relative import relative_error
 from tarsus.study.seeds import Statistics, foot_statistics
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
+from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.predictions import Member, Prediction, Samples, members_of, predict, role_of
 from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios, read_scenarios
 
@@ -168,7 +169,7 @@ def reproduce_robot(
     rows: str | Path | None = None,
     *,
     seeds: int = SEEDS,
-    column: HeightColumn = HeightColumn.TIME_MEAN,
+    column: HeightColumn = HeightColumn.MEAN_APEX,
     progress: Progress | None = None,
 ) -> RobotReproduction:
     """Simulate every scenario of Table 3.2, and of a rows file, over many seeds of initial state.
@@ -178,12 +179,12 @@ def reproduce_robot(
     robot
         ``"hexapod"`` or ``"quadruped"``: whose table and printed matrices are compared.
     device
-        Name or file of the device, or a mixture of devices; the packaged one of that name by default. Modes and impact
-        maps are those of the first.
+        Name or file of the device, or a mixture of devices; by default the packaged mixture of the robot, or its device
+        where there is none. Modes and impact maps are those of the first.
     rows
         A file of further scenarios (see `tarsus_reproduce.scenarios.read_scenarios`).
     seeds
-        Initial states of every scenario.
+        Initial states of every scenario, shared out over the members of a mixture (two at least for each).
     column
         What the table's mean height is taken to be.
     progress
@@ -194,19 +195,25 @@ def reproduce_robot(
     InputError
         For an unknown device, a device without drive or foot, or a bad rows file.
     """
-    chosen = robot if device is None else device
-    members = members_of(chosen)
+    members = members_of((packaged_members(robot) or robot) if device is None else device)
+    own_seeds = seeds if len(members) == 1 else max(2, math.ceil(seeds / len(members)))
     scenarios = packaged_scenarios(robot) + (read_scenarios(rows) if rows is not None else [])
     done: list[Row] = []
     for number, scenario in enumerate(scenarios):
         if progress is not None:
             progress(number, len(scenarios), describe(scenario))
-        done.append(_row(members, scenario, robot, seeds, column))
-    name = chosen if isinstance(chosen, str) else " + ".join(one.scene.name for one in members)
+        done.append(_row(members, scenario, robot, own_seeds, column))
+    name = device if isinstance(device, str) else _named(robot, members, device is None)
     scene = members[0].scene
     return RobotReproduction(
         robot, name, scene, tuple(done), mode_rows(scene, robot), map_rows(scene, robot), column
     )
+
+
+def _named(robot: str, members: Sequence[Member], packaged: bool) -> str:
+    if packaged:
+        return robot if len(members) == 1 else f"{robot}, a mixture of {len(members)}"
+    return " + ".join(one.scene.name for one in members)
 
 
 def drive_frequency(robot: str, scene: Scene, wave: str) -> float:

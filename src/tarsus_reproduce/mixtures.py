@@ -1,0 +1,96 @@
+"""Packaged mixtures: the members of a calibration that fit a device's table, as small files.
+
+    python -m tarsus_reproduce.mixtures OUT > hexapod.json
+
+writes the file of the calibration whose result is in the folder OUT (`tarsus calibrate hexapod -o OUT`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from tarsus.calibrate import mixture as calibrated
+from tarsus.errors import InputError
+from tarsus.files.library import load_scene
+from tarsus.spec import with_values
+from tarsus_reproduce.predictions import Member
+
+__all__ = ["mixture_file", "packaged_members"]
+
+MOST = 12
+"""Members of a branch that are kept, those of most weight and the best: more change no median by a resolution."""
+
+_PACKAGED = {"hexapod": "hexapod_mixture.json"}
+
+
+def packaged_members(device: str) -> tuple[Member, ...]:
+    """The packaged mixture of a device, as scenes with weights; empty for a device without one."""
+    name = _PACKAGED.get(device)
+    if name is None:
+        return ()
+    table = json.loads(files("tarsus_reproduce").joinpath("data", name).read_text(encoding="utf-8"))
+    scene = load_scene(device)
+    return tuple(
+        Member(with_values(scene, {"name": f"{device}, {branch['name']}", **one["values"]}), one["weight"])
+        for branch in table["branches"]
+        for one in branch["members"]
+    )
+
+
+def mixture_file(folder: str | Path) -> dict[str, Any]:
+    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted.
+
+    Weights sum to 1 over all branches; a branch's members beyond `MOST` give theirs to those that are kept, in
+    proportion.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished calibration.
+    """
+    mixture = calibrated.load_mixture(folder)
+    study = mixture.lowered.study
+    unknowns = mixture.lowered.problem.unknowns
+    branches = []
+    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+        run = mixture.lowered.forward.branches[one.branch.run]
+        order = sorted(range(1, len(one.points)), key=lambda i: -one.weights[i])
+        kept = [0, *order[: MOST - 1]]
+        share = one.weights[kept] / one.weights[kept].sum()
+        members = []
+        for i, part in zip(kept, share, strict=True):
+            values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
+            driven = run.values(values, run.rows[0])
+            fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
+            members.append({"weight": float(f"{weight * part:.6g}"), "values": fitted})
+        branches.append(
+            {"name": one.branch.name, "weight": float(f"{weight:.6g}"), "members": members}
+        )
+    return {
+        "study": study.name,
+        "seed": study.search.seed,
+        "table_sha256": _digest(Path(folder) / "table.csv"),
+        "study_sha256": _digest(Path(folder) / "study.toml"),
+        "branches": branches,
+    }
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def main(words: list[str]) -> int:
+    """Print the file of a calibration's folder."""
+    if len(words) != 1:
+        raise InputError("expected the folder of a calibration")
+    print(json.dumps(mixture_file(words[0]), indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,119 @@
+"""The packaged calibrations: their studies, and the devices and the mixture that came out of them."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import tarsus as ts
+from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.studyfile import load_study
+from tarsus.measure import window_statistics
+from tarsus_reproduce.cantilever import reproduce_cantilever
+from tarsus_reproduce.mixtures import packaged_members
+from tarsus_reproduce.predictions import members_of
+from tarsus_reproduce.robots import scenario_scene
+from tarsus_reproduce.scenarios import packaged_scenarios
+
+# Equation (2.9) [uN/V^k], highest power first.
+RISING, FALLING = (0.0016, -0.0255, -0.7057, 1.4796), (0.0076, -0.6062, -0.6350)
+
+
+@pytest.mark.parametrize(
+    ("name", "trained", "options"),
+    [
+        ("cantilever", 12, {"landing": {"capture", "restitute", "printed"}}),
+        ("cantilever-1", 12, {"landing": {"capture", "restitute", "printed"}}),
+        ("hexapod", 2, {"polarity": {"pressing", "lifting", "both"}}),
+    ],
+)
+def test_packaged_studies_are_whole_and_their_devices_lie_within_their_bounds(name, trained, options):
+    described = load_study(name)
+    lowered = lower_study(described.study, described.table, threads=1)
+    assert len(lowered.trained) == trained
+    assert {key: set(one.options) for key, one in described.study.choices.items()} == options
+    device = ts.load_scene(name)
+    unknowns = lowered.problem.unknowns
+    for i, (key, one) in enumerate(described.study.unknowns.items()):
+        for path in one.paths:
+            assert unknowns.low[i] <= ts.get_value(device, path) <= unknowns.high[i], key
+            assert device.provenance[path].source.value == "calibrated", path
+
+
+def loop(amplitude: float, samples: int = 400):
+    """Voltages [V] of a closed loop from +amplitude down and up again, and whether each is on the rising branch."""
+    down = np.linspace(amplitude, -amplitude, samples)
+    return np.concatenate([down, down[::-1]]), np.repeat([False, True], samples)
+
+
+def columns(law: ts.PrandtlIshlinskii, amplitude: float):
+    """Force [N] of the monomials and of a unit play at each threshold along a loop (2 samples, 4 + plays)."""
+    volts, rising = loop(amplitude)
+    bare = {"constant": 0.0, "linear": 0.0, "quadratic": 0.0, "cubic": 0.0}
+    plays = []
+    for r in law.thresholds:
+        unit = law.model_copy(update={**bare, "thresholds": (r,), "weights": (1.0,)})
+        plays.append(unit.force(np.concatenate([[amplitude, -amplitude, amplitude], volts]))[3:])
+    return np.column_stack([np.ones_like(volts), volts, volts**2, volts**3, *plays]), volts, rising
+
+
+@pytest.mark.parametrize("place", [0, 7, 14])
+def test_the_loop_of_the_cantilevers_is_the_closed_operator_nearest_to_the_printed_branches(place):
+    law = ts.load_scene("cantilever").robot.drives["pzt"].law
+    wide, volts, rising = columns(law, 8.0)
+    narrow = columns(law, 6.0)[0]
+    target = np.where(rising, np.polyval(RISING, volts), np.polyval(FALLING, volts))
+    table = load_study("cantilever").study.along["swing"]
+    half_loop = 0.5 * (narrow[len(volts) // 2] - narrow[0])  # half the force swing of a 6 V loop, held hard
+    low = np.full(wide.shape[1], -np.inf)
+    high = np.concatenate([np.full(4, np.inf), np.zeros(len(law.thresholds))])
+    swing = float(table.at[place])
+    fitted = lsq_linear(
+        np.vstack([wide, 30.0 * half_loop]), np.append(target, 30.0 * swing), (low, high)
+    ).x
+    names = ["c0", "c1", "c2", "c3", *(f"w{p}" for p in range(len(law.thresholds)))]
+    assert [table.names[name][place] for name in names] == pytest.approx(fitted.tolist(), abs=2e-6)
+
+
+def test_the_model_s_column_is_repeated():
+    found = reproduce_cantilever("cantilever-1").summary()["ours_against_source"]
+    assert found["peak_within_15_percent"] >= 11
+    assert found["existence_right"] >= 10 and found["count_right"] >= 8
+    assert found["contact_within_30_percent_or_1_ms"] >= 10
+
+
+def test_the_hexapod_s_mixture_is_small_and_its_members_differ_in_what_was_fitted():
+    file = files("tarsus_reproduce").joinpath("data", "hexapod_mixture.json")
+    assert len(file.read_text(encoding="utf-8")) < 100_000
+    members = packaged_members("hexapod")
+    assert sum(one.weight for one in members) == pytest.approx(1.0, abs=1e-3)
+    assert all(one.calibrated for one in members) and len({one.scene.name for one in members}) >= 2
+    frequencies = [one.scene.signals["pzt"].frequency for one in members]
+    assert 55.0 <= min(frequencies) and max(frequencies) <= 135.0
+    assert packaged_members("quadruped") == ()
+
+
+def bouncing(scene: ts.Scene) -> np.ndarray:
+    """Bounces [1/s], peak and mean apex [um] over ten windows of 50 ms after 0.2 s: medians (3,)."""
+    run = ts.simulate(scene, 0.7, ts.Accuracy(gap=1e-7))
+    found = [window_statistics(run, 0.2 + 0.05 * n, 0.05) for n in range(10)]
+    names = (("bounces_per_second", 1.0), ("peak", 1e6), ("mean_apex", 1e6))
+    return np.array([np.nanmedian([one[name].value * unit for one in found]) for name, unit in names])
+
+
+def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_a_wide_gap():
+    (device,) = members_of("hexapod")
+    errors = []
+    for scenario in packaged_scenarios("hexapod")[:2]:
+        frequency = device.scene.signals["pzt"].frequency
+        scene = scenario_scene(device.scene, scenario, frequency)
+        seen = scenario.measured
+        goal = np.array([seen.bounces_per_s, seen.peak_um, seen.mean_um])
+        errors.append(np.abs(bouncing(scene) / goal - 1.0))
+        wide = ts.with_values(scene, {"robot.feet.foot1.gap": 20e-6})
+        late = window_statistics(ts.simulate(wide, 0.5, ts.Accuracy(gap=1e-7)), 0.2, 0.3)
+        assert late["impacts"].value == 0.0
+    assert np.mean(errors) < 0.20
