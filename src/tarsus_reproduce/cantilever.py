@@ -229,7 +229,7 @@ def simulate_case(members: Sequence[Member], case: Case) -> Row:
 
     dropped, seen = periods_of(case.freq_hz)
     period = 1.0 / case.freq_hz
-    edges = period * np.arange(dropped, dropped + seen + 1)
+    edges = np.array([period * k for k in range(dropped, dropped + seen + 1)], dtype=np.float64)
     parts: dict[str, list[tuple[float, Floats]]] = {name: [] for name in _UNITS}
     codes: list[str] = []
     for member in members:

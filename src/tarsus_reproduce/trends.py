@@ -1,8 +1,8 @@
 """Whether a curve over a parameter does what is said of it: rises, falls, peaks inside, has extrema; by fixed rules.
 
 A curve has a value at every value of the parameter for several replicates: the same sweep on other grounds. What is
-said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the device
-rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
+said of it **agrees** if every replicate shows it, is **insensitive** if no replicate changes, which points at the
+device rather than at what is said, is **contradicted** if every replicate that changes shows the opposite, and is **not
 determined** else.
 
 A replicate *changes* if its range exceeds `RELEVANT` of its largest magnitude and twice its median spread (standard

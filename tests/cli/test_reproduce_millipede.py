@@ -7,56 +7,61 @@ import json
 
 import pytest
 
-from reproduce.coarse_studies import few_runs
-from tarsus_reproduce import millipede
+from reproduce.coarse_studies import FEW, overdamped, ringing
+from tarsus_reproduce import millipede, readings
 from tarsus_reproduce.trends import Verdict
 
 
 @pytest.fixture(scope="module")
 def short_runs():
-    """A reproduction of one variant by shorter runs, which a command line takes in place of its own."""
-    variants = millipede.variants_of
-    with few_runs() as patch:
-        patch.setattr(millipede, "variants_of", lambda scene: variants(scene)[:1])
-        return millipede.reproduce_millipede(duration=0.04)
+    """Two devices judged by shorter runs, which a command line takes in place of its own."""
+    scenes = {"millipede": overdamped(), "other": ringing()}
+    return millipede.MillipedeReproduction(
+        tuple(millipede.judge_scene(name, one, coarse=FEW, duration=0.04) for name, one in scenes.items())
+    )
 
 
 @pytest.fixture
 def quick(monkeypatch, short_runs):
     devices = []
 
-    def validate(device, *, progress):
+    def reproduce(device, *, progress):
         progress(0, 1, "nothing")
         devices.append(device)
         return short_runs
 
-    monkeypatch.setattr(millipede, "reproduce_millipede", validate)
+    def draw(base, count, seed, *, file, progress):
+        score = short_runs.outcomes[0].score
+        return readings.Readings(seed, tuple(readings.Reading(n, {}, score) for n in range(count)))
+
+    monkeypatch.setattr(millipede, "reproduce_millipede", reproduce)
+    monkeypatch.setattr(readings, "random_readings", draw)
     return devices
 
 
 def test_json_and_files(tarsus, quick, tmp_path):
-    found = tarsus("reproduce", "millipede", "--json", "-o", tmp_path).json()
-    assert quick == ["millipede"]
+    found = tarsus(
+        "reproduce", "millipede", "--json", "-o", tmp_path, "--readings", "5", "--seed", "3"
+    ).json()
+    assert quick == [millipede.VARIANTS]
     assert found["experiment"] == "millipede" and found["ok"]
+    assert list(found["variants"]) == ["millipede", "other"]
+    assert (found["readings"]["count"], found["readings"]["seed"]) == (5, 3)
     assert json.loads((tmp_path / "reproduction.json").read_text(encoding="utf-8")) == found
     with (tmp_path / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert len(rows) == sum(len(variant["trends"]) for variant in found["variants"])
+    assert len(rows) == sum(len(variant["trends"]) for variant in found["variants"].values())
     assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}
-    assert float(rows[0]["first"]) == found["variants"][0]["trends"][0]["first"]
-    assert "<svg" in (tmp_path / "reproduction.html").read_text(encoding="utf-8")
+    assert float(rows[0]["first"]) == found["variants"]["millipede"]["trends"][0]["first"]
+    page = (tmp_path / "reproduction.html").read_text(encoding="utf-8")
+    assert "<svg" in page and "Random readings of what is not printed" in page
 
 
 def test_tables_for_people(tarsus, quick):
     result = tarsus("reproduce", "millipede", "--device", "millipede")
+    assert quick == ["millipede"]
     assert result.code == 0 and result.sentences == []
-    for words in (
-        "Spearman's rho",
-        "As described",
-        "Fig. 4.7(b)",
-        "4.11",
-        "not determined",
-    ):
+    for words in ("Spearman's rho", "damping ratio", "Fig. 4.7(b)", "4.11", "insensitive", " of 11"):
         assert words in result.out
     assert "wrote" not in result.out and "e-1" not in result.out.split("Fig. 4.7(a)")[1].splitlines()[0]
 
@@ -64,8 +69,10 @@ def test_tables_for_people(tarsus, quick):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--seeds", "3"), "--seeds: the millipede starts from rest"),
-        (("--rows", "rows.csv"), "--rows: the source prints no table for the millipede"),
+        (("--seeds", "3"), "--seeds: the millipede has one start"),
+        (("--rows", "rows.csv"), "--rows: no table is printed for the millipede"),
+        (("--readings", "-1"), "--readings, --scatter: expected numbers from 0 to"),
+        (("--seed", "3"), "--seed: is the seed of --readings and --scatter"),
         (("--device", "cantilever"), "cantilever: a millipede is a walker; this structure is of kind 'beam'"),
         (("--device", "milipede"), "no device is called 'milipede'"),
     ],
@@ -86,7 +93,7 @@ def test_a_millipede_without_a_law_that_varies_is_refused(tarsus, tmp_path):
     ts.write_scene(bare, tmp_path / "bare.toml")
     result = tarsus("reproduce", "millipede", "--device", tmp_path / "bare.toml")
     assert result.code == 2
-    assert len(result.sentences) == 5  # four studies vary the restitution, one of them the film
-    assert "millipede-film: ground.film.coefficient: 'ground.film' is not set here" in "".join(
+    assert len(result.sentences) == 7  # five studies vary the restitution, two of them the film
+    assert "millipede-film-nano: ground.film.coefficient: 'ground.film' is not set here" in "".join(
         result.sentences
     )

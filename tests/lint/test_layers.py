@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "src" / "tarsus"
+PACKAGE = ROOT / "src"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 
 

@@ -1,27 +1,30 @@
-"""The millipede's studies with few values each, for tests."""
+"""Millipedes for tests that do not change when the packaged devices do: Table 4.1 on the ground of Table 2.2."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+import tarsus as ts
+from tarsus.design import standing
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede import Coarse, damping_ratio
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.readings import PRINTED
+from tarsus_reproduce.walkers import millipede
 
-import pytest
-
-from tarsus.study.studyfile import load_sweep
-from tarsus.study.sweep import Sweep
-from tarsus_reproduce import millipede
-
-
-def coarse(name: str) -> Sweep:
-    """A packaged study with 9 values of what varies, at two restitutions."""
-    packaged = load_sweep(name)
-    path, restitution = packaged.vary
-    axis = packaged.vary[path].model_copy(update={"count": 9})
-    return packaged.model_copy(update={"vary": {path: axis, restitution: [0.1, 0.9]}})
+FEW = Coarse(9, (0.1, 0.9))
+"""Nine values of what varies, at two restitutions."""
 
 
-@contextmanager
-def few_runs():
-    """While it lasts, reproductions of the millipede take the coarse studies."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(millipede, "load_sweep", coarse)
-        yield patch
+def overdamped() -> ts.Scene:
+    """With the damping of Table 4.1 and springs relaxed at the start."""
+    film = {"ground.film.coefficient": 1.747e-21, "ground.film.thickness": 50e-6, "provenance": {}}
+    return ts.with_values(millipede(millipede_parameters(millipede_leg().leg)), {**PRINTED, **film})
+
+
+def ringing(ratio: float = 0.05) -> ts.Scene:
+    """With a damping ratio of (4.3) that rings, standing, the film thin and in the nN reading."""
+    scene = overdamped()
+    factor = ratio / damping_ratio(scene)
+    legs = scene.robot.structure.legs
+    changes = {f"robot.structure.legs.{name}.damping_v": factor * leg.damping_v for name, leg in legs.items()}
+    film = {"ground.film.coefficient": 1.747e-24, "ground.film.thickness": 0.2e-6}
+    return standing(ts.with_values(scene, {**changes, **film}))

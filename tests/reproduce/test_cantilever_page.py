@@ -52,7 +52,9 @@ def test_reproduction_page_has_rows_errors_and_summary(tmp_path: Path) -> None:
     first, second, third = re.findall(r"<tr><td>\d+ Hz.*?</tr>", source.replace("\u00a0", " "))
     assert '<td class="n">+1 %</td>' in first, "peak 152 against 150"
     assert '<td class="n off">−100 %</td>' in first, "contact 2.5 against 5"
-    assert second.endswith('<td class="n off">–</td><td class=n>25 %</td></tr>'), "contact 0 against 5 has no relative error"
+    assert second.endswith('<td class="n off">–</td><td class=n>25 %</td></tr>'), (
+        "contact 0 against 5 has no relative error"
+    )
     assert '<td class="n off">−1</td>' in second, "one bounce where none was seen"
     assert third.count("<td class=n>–</td>") == 6, "nothing measured"
 

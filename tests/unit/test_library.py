@@ -11,6 +11,7 @@ from tarsus.files.library import device_names, load_scene
 from tarsus.files.toml import write_scene
 from tarsus.scene import Source
 from tarsus.spec import float_paths, get_value
+from tarsus.study.studyfile import calibration_names, load_sweep, study_names
 
 
 def test_packaged_devices() -> None:
@@ -114,28 +115,63 @@ def test_a_file_by_path(tmp_path: Path) -> None:
     assert load_scene(str(file)) == load_scene("cantilever")
 
 
-def test_devices_of_other_packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "other.toml"
-    write_scene(load_scene("cantilever"), file)
+@pytest.fixture
+def their_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Another package with devices, a folder of studies and a verb, installed for the length of a test."""
+    write_scene(load_scene("cantilever"), tmp_path / "other.toml")
     package = tmp_path / "their_robots"
-    package.mkdir()
-    (package / "__init__.py").write_text(f"OTHER = {str(file)!r}\n")
+    (package / "studies").mkdir(parents=True)
+    study = 'scene = "other"\nmeasures = ["peak"]\n[vary]\nground.restitution.coefficient = [0.1, 0.2]\n'
+    (package / "studies" / "their-sweep.toml").write_text(study)
+    (package / "studies" / "their-fit.toml").write_text('device = "other"\ntable = "table.csv"\n')
+    (package / "__init__.py").write_text(
+        f"from pathlib import Path\nOTHER = {str(tmp_path / 'other.toml')!r}\n"
+        "STUDIES = Path(__file__).parent / 'studies'\n"
+        'def wave(*, times: int = 1) -> int:\n    """Wave."""\n    print("hello " * times)\n    return 0\n'
+    )
     info = tmp_path / "their_robots-1.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: their-robots\nVersion: 1\n")
     (info / "entry_points.txt").write_text(
         "[tarsus.devices]\nother = their_robots:OTHER\nbroken = their_robots:NONE\n"
+        "[tarsus.studies]\ntheirs = their_robots:STUDIES\n"
+        "[tarsus.commands]\nwave = their_robots:wave\nshow = their_robots:wave\nlost = their_robots:NONE\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
     installed._files.cache_clear()
-    try:
-        assert {"other", "broken"} <= set(device_names())
-        assert load_scene("other") == load_scene("cantilever")
-        with pytest.raises(InputError, match=r"device 'broken' of package .* cannot be loaded"):
-            load_scene("broken")
-    finally:
-        installed._files.cache_clear()
-        library._device.cache_clear()
+    yield
+    installed._files.cache_clear()
+    library._device.cache_clear()
+
+
+def test_devices_of_other_packages(their_robots: None) -> None:
+    assert {"other", "broken"} <= set(device_names())
+    assert load_scene("other") == load_scene("cantilever")
+    with pytest.raises(InputError, match=r"device 'broken' of package .* cannot be loaded"):
+        load_scene("broken")
+
+
+def test_a_folder_of_studies_of_another_package(their_robots: None) -> None:
+    assert "their-sweep" in study_names() and "their-sweep" not in calibration_names()
+    assert "their-fit" in calibration_names() and "their-fit" not in study_names()
+    assert load_sweep("their-sweep").runs == 2
+    with pytest.raises(InputError, match="it is a calibration, not a sweep"):
+        load_sweep("their-fit")
+    with pytest.raises(InputError, match="no study is called 'their-swep'; did you mean 'their-sweep'"):
+        load_sweep("their-swep")
+
+
+def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixture[str]) -> None:
+    from tarsus.cli import main
+
+    assert main(["wave", "--times", "2"]) == 0
+    said = capsys.readouterr()
+    assert said.out.strip() == "hello hello"
+    (taken, lost) = sorted(said.err.splitlines(), key=lambda line: "cannot" in line)
+    assert "the verb 'show' of their_robots:wave is left out" in taken
+    assert "the verb 'lost' of their_robots:NONE cannot be loaded" in lost
+    assert main(["show", "cantilever", "--json"]) == 0
+    assert capsys.readouterr().out.startswith("{")
 
 
 def test_importing_the_package_is_light() -> None:

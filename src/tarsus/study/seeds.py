@@ -129,7 +129,7 @@ def _judge(run: Run, foot: str, settle: float, resolution: float, window: float 
         found = period_statistics(run, skip=dropped, height=resolution)
         return np.array([[found[name].per_foot[foot]] for name in _MEASURES])
     count = max(math.floor((run.duration - settle) / window * (1.0 + 1e-9)), 1)
-    edges = settle + window * np.arange(count + 1)
+    edges = np.array([settle + window * k for k in range(count + 1)], dtype=np.float64)
     history = {foot: histories_of(run)[foot]}
     rows = by_window(history, edges, Counting.of(run.period, resolution))
     return np.array([rows[name][0] for name in _MEASURES])

@@ -16,7 +16,19 @@ from tarsus.scene import Scene, override
 from tarsus.spec import validate
 from tarsus.study.sweep import Sweep
 
-__all__ = ["SCENE_FILE", "STUDY_FILE", "frozen_texts", "load_sweep", "read_sweep", "study_names"]
+__all__ = [
+    "SCENE_FILE",
+    "STUDY_FILE",
+    "calibration_names",
+    "flat_values",
+    "frozen_texts",
+    "load_sweep",
+    "read_sweep",
+    "read_table",
+    "scene_of_study",
+    "study_names",
+    "study_path",
+]
 
 STUDY_FILE = "study.toml"
 SCENE_FILE = "scene.toml"
@@ -26,8 +38,18 @@ _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
 
 
 def study_names() -> list[str]:
-    """Names of the studies of installed packages."""
-    return file_names(STUDIES)
+    """Names of the sweeps among the studies of installed packages."""
+    return [name for name in file_names(STUDIES) if not _calibrates(read_table(study_path(name)))]
+
+
+def calibration_names() -> list[str]:
+    """Names of the calibrations among the studies of installed packages."""
+    return [name for name in file_names(STUDIES) if _calibrates(read_table(study_path(name)))]
+
+
+def _calibrates(table: Mapping[str, Any]) -> bool:
+    """Whether a study's raw table is that of a calibration: it names a table of measures."""
+    return "table" in table
 
 
 def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
@@ -45,9 +67,29 @@ def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     InputError
         For an unknown name, and with every problem of the file.
     """
+    return read_sweep(study_path(name), laws)
+
+
+def study_path(name: str | os.PathLike[str]) -> Path:
+    """File of an installed study by name, or the path itself; `InputError` for an unknown name."""
     text = os.fspath(name)
-    is_path = text.endswith(".toml") or os.sep in text
-    return read_sweep(text if is_path else named_file(STUDIES, text, "study"), laws)
+    if text.endswith(".toml") or os.sep in text:
+        return Path(text)
+    return named_file(STUDIES, text, "study")
+
+
+def read_table(file: Path) -> dict[str, Any]:
+    """The raw table of a study file; `InputError` where it cannot be read."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{file}: is no text file (UTF-8)") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: not valid TOML: {error}") from None
 
 
 def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
@@ -66,29 +108,23 @@ def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         With every problem of the file: path, what was expected, nearest valid name.
     """
     file = Path(path)
-    try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is no text file (UTF-8)") from None
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: not valid TOML: {error}") from None
-    table["scene"] = _scene(table.get("scene"), table.pop("set", {}), file.parent, laws)
+    table = read_table(file)
+    if _calibrates(table):
+        raise InputError(f"{file}: names a table of measures: it is a calibration, not a sweep")
+    table["scene"] = scene_of_study(table.get("scene"), table.pop("set", {}), file.parent, laws)
     if isinstance(table.get("vary"), Mapping):
-        table["vary"] = dict(_flat(table["vary"]))
+        table["vary"] = dict(flat_values(table["vary"]))
     return validate(Sweep, {"name": file.stem, **table})
 
 
-def _scene(named: Any, settings: Any, folder: Path, laws: Mapping[str, type[Law]] | None) -> Scene:
+def scene_of_study(named: Any, settings: Any, folder: Path, laws: Mapping[str, type[Law]] | None) -> Scene:
+    """The scene that a study names (a device, or a file from the study's folder) with its settings."""
     if not isinstance(named, str):
         raise InputError(f"scene: expected the name of a device or the path of a scene file, got {named!r}")
     if not isinstance(settings, Mapping):
         raise InputError(f"set: expected a table of paths and values, got {settings!r}")
     is_file = named.endswith(".toml") or os.sep in named
-    values = dict(_flat(settings))
+    values = dict(flat_values(settings))
     short = {key: values.pop(key) for key in _SHORT if key in values}
     try:
         scene = load_scene(folder / named if is_file else named, laws=laws, **short)
@@ -100,12 +136,12 @@ def _scene(named: Any, settings: Any, folder: Path, laws: Mapping[str, type[Law]
         raise InputError([f"set.{problem}" for problem in error.problems]) from None
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flat_values(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Values by path, whether its names were written as one quoted key or as nested tables."""
     for key, value in table.items():
         path = f"{prefix}{key}"
         if isinstance(value, Mapping) and value and "." not in key and not _AXIS_FIELDS & set(value):
-            yield from _flat(value, f"{path}.")
+            yield from flat_values(value, f"{path}.")
         else:
             yield path, value
 

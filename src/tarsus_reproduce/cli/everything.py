@@ -5,8 +5,10 @@ from __future__ import annotations
 import json as formats
 from pathlib import Path
 
+from tarsus_reproduce.cli.millipede import Asked
 
-def run(output: Path, seeds: int | None, readings: int, seed: int, *, json: bool) -> int:
+
+def run(output: Path, seeds: int | None, asked: Asked, *, json: bool) -> int:
     """Reproduce everything and write the index; the largest exit code of all."""
     from tarsus.cli import console
     from tarsus_reproduce.cli import cantilever, millipede, robot
@@ -23,7 +25,7 @@ def run(output: Path, seeds: int | None, readings: int, seed: int, *, json: bool
             assert one.device is not None
             code = robot.run(one.device, None, None, seeds, folder, json=False, quiet=True)
         else:
-            code = millipede.run(None, folder, readings, seed, json=False, quiet=True)
+            code = millipede.run(None, folder, asked, json=False, quiet=True)
         worst = max(worst, code)
         results[one.folder] = formats.loads((folder / "reproduction.json").read_text(encoding="utf-8"))
     write_index(results, output / "index.html")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,23 +12,34 @@ if TYPE_CHECKING:
     from tarsus_reproduce.millipede import MillipedeReproduction, Outcome
     from tarsus_reproduce.readings import Readings
 
+
+@dataclass(frozen=True)
+class Asked:
+    """How many random readings of the model, how many neighbours of every device, and the seed of both."""
+
+    readings: int = 0
+    scatter: int = 0
+    seed: int = 1
+
+
 READINGS_FILE = "readings-{seed}.jsonl"
 """Finished readings of a seed, in the output folder."""
 
 
-def run(
-    device: str | None, output: Path | None, readings: int, seed: int, *, json: bool, quiet: bool = False
-) -> int:
-    """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is a result, not a failure."""
+def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, quiet: bool = False) -> int:
+    """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is no failure."""
     from tarsus.cli import console
     from tarsus.files.library import load_scene
     from tarsus_reproduce.millipede import VARIANTS, reproduce_millipede
 
     console.announce_compiling(load_scene(device or VARIANTS[0]))
-    with console.progress_bar("reproducing", time_left=readings > 0) as progress:
+    with console.progress_bar("reproducing", time_left=asked.readings > 0) as progress:
         reproduction = reproduce_millipede(device or VARIANTS, progress=progress)
-        drawn = _readings(device or VARIANTS[0], output, readings, seed, progress) if readings else None
+        drawn = _readings(device or VARIANTS[0], output, asked, progress) if asked.readings else None
+        near = _scatter(reproduction, asked, progress) if asked.scatter else {}
     result = reproduction.to_dict() | ({"readings": drawn.to_dict()} if drawn else {})
+    for name, table in near.items():
+        result["variants"][name]["scatter"] = table
     if json:
         console.print_json(result)
     elif not quiet:
@@ -38,12 +50,21 @@ def run(
     return 0 if reproduction.ok else 1
 
 
-def _readings(device: str, output: Path | None, count: int, seed: int, progress: Any) -> Readings:
+def _readings(device: str, output: Path | None, asked: Asked, progress: Any) -> Readings:
     from tarsus.files.library import load_scene
     from tarsus_reproduce.readings import random_readings
 
-    file = None if output is None else output / READINGS_FILE.format(seed=seed)
-    return random_readings(load_scene(device), count, seed, file=file, progress=progress)
+    file = None if output is None else output / READINGS_FILE.format(seed=asked.seed)
+    return random_readings(load_scene(device), asked.readings, asked.seed, file=file, progress=progress)
+
+
+def _scatter(reproduction: MillipedeReproduction, asked: Asked, progress: Any) -> dict[str, Any]:
+    from tarsus_reproduce.readings import scatter_scores, scatter_table
+
+    return {
+        one.name: scatter_table(scatter_scores(one, asked.scatter, asked.seed, progress=progress))
+        for one in reproduction.outcomes
+    }
 
 
 def _print(reproduction: MillipedeReproduction, result: Mapping[str, Any]) -> None:
@@ -70,6 +91,18 @@ def _print(reproduction: MillipedeReproduction, result: Mapping[str, Any]) -> No
         )
     headings = ("device", "agrees", "contradicts", "insensitive", "not determined", "directional agree")
     console.table(headings, rows)
+    for name, variant in result["variants"].items():
+        near = variant.get("scatter", {})
+        if "agree" in near:
+            spans = ", ".join(
+                f"{near[key]['least']} to {near[key]['most']} {words}"
+                for key, words in (
+                    ("agree", "agree"), ("contradict", "contradict"), ("directional_agree", "directional ones agree"),
+                )
+            )  # fmt: skip
+            print(
+                f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}"
+            )
     if "readings" in result:
         found = result["readings"]
         print(

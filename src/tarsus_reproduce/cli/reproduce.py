@@ -23,6 +23,7 @@ def reproduce(
     rows: Path | None = None,
     seeds: int | None = None,
     readings: int = 0,
+    scatter: int = 0,
     seed: int | None = None,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     json: Annotated[bool, Parameter(negative=())] = False,
@@ -47,8 +48,11 @@ def reproduce(
     readings
         for the millipede: the score over so many random readings of what is not printed, kept in the output folder and
         continued there.
+    scatter
+        for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
+        up to 10 %.
     seed
-        seed of the readings, 1 when left out.
+        seed of the readings and neighbours, 1 when left out.
     output
         folder for reproduction.html, reproduction.json and reproduction.csv.
     json
@@ -58,19 +62,22 @@ def reproduce(
     from tarsus.errors import InputError
     from tarsus_reproduce.cli import cantilever, everything, millipede, robot
 
-    problems = _problems(experiment, all, device, rows, seeds, readings, seed, output)
+    drawn = max(readings, scatter)
+    problems = _problems(experiment, all, device, rows, seeds, drawn, seed, output)
+    if min(readings, scatter) < 0 or drawn > MOST_READINGS:
+        problems.append(f"--readings, --scatter: expected numbers from 0 to {MOST_READINGS}")
     if problems:
         raise InputError(problems)
     if output is not None:
         requests.check_folder(output)
-    first = 1 if seed is None else seed
+    asked = millipede.Asked(readings, scatter, 1 if seed is None else seed)
     if all:
         assert output is not None
-        return everything.run(output, seeds, readings, first, json=json)
+        return everything.run(output, seeds, asked, json=json)
     if experiment == "cantilever":
         return cantilever.run(device or "cantilever", rows, output, json=json)
     if experiment == "millipede":
-        return millipede.run(device, output, readings, first, json=json)
+        return millipede.run(device, output, asked, json=json)
     assert experiment is not None
     return robot.run(experiment, device, rows, seeds, output, json=json)
 
@@ -81,7 +88,7 @@ def _problems(
     device: str | None,
     rows: Path | None,
     seeds: int | None,
-    readings: int,
+    drawn: int,
     seed: int | None,
     output: Path | None,
 ) -> list[str]:
@@ -103,14 +110,12 @@ def _problems(
         found.append(f"--seeds: the {experiment} has one start; only the robots have seeds")
     if rows is not None and experiment == "millipede":
         found.append("--rows: no table is printed for the millipede, only trends in words")
-    if (readings or seed is not None) and not everything and experiment != "millipede":
-        found.append("--readings and --seed are of the millipede")
-    if seed is not None and not readings:
-        found.append("--seed: is the seed of --readings, which is not given")
+    if (drawn or seed is not None) and not everything and experiment not in (None, "millipede"):
+        found.append("--readings, --scatter and --seed are of the millipede")
+    elif seed is not None and not drawn:
+        found.append("--seed: is the seed of --readings and --scatter, which are not given")
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         found.append(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
-    if not 0 <= readings <= MOST_READINGS:
-        found.append(f"--readings: expected a number from 0 to {MOST_READINGS}, got {readings}")
     if seed is not None and seed < 0:
         found.append(f"--seed: expected a number of 0 or more, got {seed}")
     return found

@@ -69,10 +69,10 @@ def _sections(reproduction: MillipedeReproduction, readings: Readings | None) ->
     yield from map(warning, reproduction.problems)
     yield "<h2>Trends</h2>\n"
     yield (
-        "<p>The dissertation prints no numbers, only trends in words, and neither masses nor stiffness of its model: the "
-        "devices below are readings of it, none is the device. Each trend is judged on the measure of its figure, in "
-        "bold, and on others that its words could mean; captions say maximum, so heights, travel and contact are those "
-        "of the whole run, and every rebound counts, however low. Replicates are the restitutions of Table 4.2. "
+        "<p>The dissertation prints no numbers, only trends in words, and neither masses nor stiffness of its model: "
+        "the devices below are readings of it, none is the device. Each trend is judged on the measure of its figure, "
+        "in bold, and on others that its words could mean; captions say maximum, so heights, travel and contact are "
+        "those of the whole run, and every rebound counts, however low. Replicates are the restitutions of Table 4.2. "
         f"{escape(CRITERION)} White noise nearly always has local extrema; the {DIRECTIONAL} directional trends, which "
         "it rarely has, are counted apart.</p>\n"
     )
@@ -127,8 +127,8 @@ def _readings(
     yield (
         f"<p>{len(readings.readings)} readings drawn from the ranges below (seed {readings.seed}), {judged} of which "
         "could be run; what is printed stays as printed. The bars are the honest score of the model, the marks are the "
-        "named devices: one far to the right was found by choosing, not by luck. Readings are judged on fewer values and "
-        "three restitutions, which makes agreement a little easier.</p>\n"
+        "named devices: one far to the right was found by choosing, not by luck. Readings are judged on fewer values "
+        "and three restitutions, which makes agreement a little easier.</p>\n"
     )
     yield figure(readings_figure(readings, reproduction), next(numbers))
     columns = [
@@ -140,8 +140,8 @@ def _readings(
     rows: list[list[Cell]] = [
         [one.name, amount(one.low, one.unit, 3), amount(one.high, one.unit, 3), one.why] for one in RANGES
     ]
-    rows += [[one.name, " or ".join(one.options), "", one.why] for one in CHOICES]
-    yield table(columns, rows)
+    choices: list[list[Cell]] = [[one.name, " or ".join(one.options), "", one.why] for one in CHOICES]
+    yield table(columns, rows + choices)
 
 
 def _trends(reproduction: MillipedeReproduction) -> str:

@@ -185,11 +185,8 @@ def _summary(reproduction: RobotReproduction) -> str:
     for role in ("calibrated on", "predicted"):
         part = reproduction.summary(role=role)
         counts.append(sum(row.role == role and bool(row.scenario.measured) for row in reproduction.rows))
-        body += [
-            [f"{words}, rows {role}", *(_percent(part[name][key]) for key in QUANTITIES)]
-            for name, words in MODELS
-            if name != "source"
-        ]
+        for name, words in MODELS[1:]:  # the source's model is above
+            body.append([f"{words}, rows {role}", *(_percent(part[name][key]) for key in QUANTITIES)])
     note = (
         f"<p>{counts[0]} measured scenarios were calibrated on: their errors say how well the device can be fitted. "
         f"{counts[1]} measured scenarios are predicted: their errors say what the device knows.</p>\n"
