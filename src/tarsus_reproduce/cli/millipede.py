@@ -59,7 +59,7 @@ def _readings(device: str, output: Path | None, asked: Asked, progress: Any) -> 
 
 
 def _scatter(reproduction: MillipedeReproduction, asked: Asked, progress: Any) -> dict[str, Any]:
-    from tarsus_reproduce.readings import scatter_scores, scatter_table
+    from tarsus_reproduce.scatter import scatter_scores, scatter_table
 
     return {
         one.name: scatter_table(scatter_scores(one, asked.scatter, asked.seed, progress=progress))
