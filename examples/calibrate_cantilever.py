@@ -89,10 +89,20 @@ def branches() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]:
         volts, rising = loop(amplitude)
         plays = []
         for r in thresholds:
-            unit = law.model_copy(update={"constant": 0.0, "linear": 0.0, "quadratic": 0.0, "cubic": 0.0,
-                                          "thresholds": (float(r),), "weights": (1.0,)})
+            unit = law.model_copy(
+                update={
+                    "constant": 0.0,
+                    "linear": 0.0,
+                    "quadratic": 0.0,
+                    "cubic": 0.0,
+                    "thresholds": (float(r),),
+                    "weights": (1.0,),
+                }
+            )
             plays.append(unit.force(np.concatenate([[amplitude, -amplitude, amplitude], volts]))[3:])
-        columns.append((np.column_stack([np.ones_like(volts), volts, volts**2, volts**3, *plays]), volts, rising))
+        columns.append(
+            (np.column_stack([np.ones_like(volts), volts, volts**2, volts**3, *plays]), volts, rising)
+        )
     wide, volts, rising = columns[0]
     target = np.where(rising, np.polyval(RISING, volts), np.polyval(FALLING, volts))
     return wide, columns[1][0], target, thresholds, len(volts) // 2
@@ -143,8 +153,6 @@ def paths(device: str, values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return out
 
 
-
-
 def all_cases() -> list[Case]:
     """The packaged cases, then those of the sixteen that they lack, of which only the drive is known."""
     given = packaged_cases()
@@ -186,7 +194,9 @@ def objective(found: np.ndarray, device: str) -> np.ndarray:
     """Misfit (sets,) of simulated cases to the model column (cantilever-1) or the measured one (cantilever)."""
     cases = packaged_cases()
     goal = [case.source if device == "cantilever-1" else case.measured for case in cases]
-    bounces, peak, contact = (np.array([getattr(g, n) for g in goal]) for n in ("bounces", "peak_um", "contact_ms"))
+    bounces, peak, contact = (
+        np.array([getattr(g, n) for g in goal]) for n in ("bounces", "peak_um", "contact_ms")
+    )
     found = np.where(np.isfinite(found), found, 1e6)
     # every one of the sixteen cases has a peak after break-off in the source, so in none may the tip stay stuck
     stuck = 0.3 * step((80.0 - found[:, len(cases) :, 1]) / 5.0).sum(-1)
@@ -198,13 +208,16 @@ def objective(found: np.ndarray, device: str) -> np.ndarray:
     if device == "cantilever-1":
         contact_error = np.minimum(np.abs(found[..., 2] - contact) / np.maximum(1.0, 0.3 * contact), 3.0)
         peak_error = np.minimum(peak_error / 0.15, 3.0)
-        return np.mean(
-            0.1 * (peak_error + contact_error)
-            + step((peak_error - 0.92) / 0.06)
-            + step((contact_error - 0.9) / 0.08)
-            + missed,
-            axis=-1,
-        ) + stuck
+        return (
+            np.mean(
+                0.1 * (peak_error + contact_error)
+                + step((peak_error - 0.92) / 0.06)
+                + step((contact_error - 0.9) / 0.08)
+                + missed,
+                axis=-1,
+            )
+            + stuck
+        )
     some = contact > 0
     contact_error = np.minimum(np.abs(found[..., some, 2] / contact[some] - 1.0), 1.5).mean(-1)
     peak_mean = peak_error.mean(-1)
@@ -235,7 +248,12 @@ def rounded(x: np.ndarray) -> np.ndarray:
 
 
 def calibrate(
-    device: str, seconds: float, threads: int | None, start: dict[str, float] | None, seed: int, file: str | None
+    device: str,
+    seconds: float,
+    threads: int | None,
+    start: dict[str, float] | None,
+    seed: int,
+    file: str | None,
 ) -> None:
     """Search, then print the optimum, its table and how far each unknown is determined."""
     unknowns = COMMON | (SOURCE if device == "cantilever-1" else GROUND)
@@ -252,7 +270,10 @@ def calibrate(
         return score
 
     def report(intermediate_result) -> bool:
-        print(f"  {deadline - time.monotonic():5.0f} s left, objective {intermediate_result.fun:.4f}", flush=True)
+        print(
+            f"  {deadline - time.monotonic():5.0f} s left, objective {intermediate_result.fun:.4f}",
+            flush=True,
+        )
         return time.monotonic() > deadline
 
     x0 = None if start is None else np.array([start[n] for n in names])

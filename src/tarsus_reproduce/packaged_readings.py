@@ -1,7 +1,7 @@
 """The readings that come with the package, so that a page draws the distribution of the score without computing it.
 
-``tarsus reproduce millipede --readings 500 --seed 1 -o DIR`` computes them again; `readings_text` of what it finds is the
-file. The file names the ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
+``tarsus reproduce millipede --readings 500 --seed 1 -o DIR`` computes them again; `readings_text` of what it finds is
+the file. It names the ranges that it was drawn from by a digest, so that one of other ranges is not taken for it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def packaged_readings() -> Readings:
 
 
 def readings_text(readings: Readings) -> str:
-    """Readings as such a file: seed and digest of the ranges, then a row each; one that could not be judged is empty."""
+    """Readings as such a file: seed and digest of the ranges, then a row each, empty where it could not be judged."""
     lines = io.StringIO()
     lines.write(f"# seed {readings.seed}, ranges {_digest()}\n")
     writer = csv.writer(lines, lineterminator="\n")

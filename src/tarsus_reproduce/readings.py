@@ -231,9 +231,7 @@ def judged_reading(base: Scene, seed: int, number: int) -> Reading:
     try:
         scene = reading_scene(base, values)
         duration = PERIODS / float(values["drive frequency"])
-        score = judge_scene(
-            "reading", scene, duration=duration, coarse=COARSE, scored_only=True
-        ).score
+        score = judge_scene("reading", scene, duration=duration, coarse=COARSE, scored_only=True).score
     except InputError as error:
         return Reading(number, values, None, str(error))
     return Reading(number, values, score)

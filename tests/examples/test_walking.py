@@ -15,7 +15,7 @@ def test_two_legged_millipede_py_steps_cost_the_same_and_fast_ones_take_it_farth
     slow, fast = run.measures, example.walk(400.0).measures
     assert example.stride_by_hand(run) == pytest.approx(slow.stride.value, rel=0.03)
     assert slow.stride.value == pytest.approx(0.9514e-6, rel=1e-3)
-    drives = ts.load_scene("millipede").robot.drives.values()
+    drives = ts.load_scene("millipede-table").robot.drives.values()
     energy = sum(drive.capacitance for drive in drives) * 14.0**2
     assert slow.electrical_energy.value == pytest.approx(energy)
     assert fast.electrical_energy.value == pytest.approx(energy)
@@ -48,7 +48,7 @@ def test_hexapod_tripod_py_a_hold_at_once_helps_and_one_that_grows_keeps_the_fee
 
 def test_millipede_ground_py_stands_still_where_it_should_by_hand():
     example = load("millipede_ground")
-    scene = ts.load_scene("millipede")
+    scene = ts.load_scene("millipede-table")
     assert example.critical_rate(scene) == pytest.approx(example.expected_rate(scene), rel=0.02)
     found = example.strides(np.array([1e-5, 1e-2]), np.array([1e-19, 1e-17, 1e-15]))
     assert found[0] == pytest.approx([0.9514e-6, 1.3015e-6, 14.677e-6], rel=1e-3)
