@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from tarsus.laws import Friction, PullAsPrinted, RestituteFirst
+from tarsus.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
 from tarsus.scene import Provenance, Source
 from tarsus_reproduce.millipede_parameters import Derived, MillipedeParameters
 from tarsus_reproduce.walker_settings import Setting, assumed
@@ -34,7 +34,7 @@ def millipede_variants(parameters: MillipedeParameters) -> Mapping[str, Variant]
     ringing = _ringing_setting()
     return {
         "millipede": Variant(_ringing(parameters), ringing),
-        "millipede-table": Variant(parameters, replace(ringing)),
+        "millipede-table": Variant(parameters, ringing),
         "millipede-printed": Variant(_printed(parameters), _printed_setting()),
     }
 
@@ -62,34 +62,34 @@ def _lighter(parameters: MillipedeParameters, mass: float) -> Derived:
 
 def _ringing(p: MillipedeParameters) -> MillipedeParameters:
     body = _lighter(p, 0.1e-6)
-    lateral = 2.3
+    lateral = 2.31
     return replace(
         p,
         body_mass=body,
         leg_mass=_chosen(
-            1.2e-9, "kg", "Thigh and shin at the foot, 1.03 ug by Table 4.1's lengths, and a foot."
+            1.23e-9, "kg", "Thigh and shin at the foot, 1.03 ug by Table 4.1's lengths, and a foot."
         ),
         damping_v=Derived(
-            _damped(p.stiffness_v.value, body.value, 0.024),
+            _damped(p.stiffness_v.value, body.value, 0.0238),
             "N s/m",
             assumed(
-                "A damping ratio of (4.3) of 0.024. Section 4.3.2 takes it from a measurement that is not printed; "
+                "A damping ratio of (4.3) of 0.0238. Section 4.3.2 takes it from a measurement that is not printed; "
                 f"Fig. 4.4 has a governing frequency, which Table 4.1's damping has not (E16). {CHOSEN}"
             ),
         ),
         stiffness_l=_chosen(lateral, "N/m", "Twice the vertical actuator's at the foot."),
-        damping_l=_chosen(_damped(lateral, body.value, 0.18), "N s/m", "A damping ratio of 0.18."),
-        gain_l=_chosen(0.37 * p.gain_v.value, "N/V", "0.37 N along the way for each newton upward."),
+        damping_l=_chosen(_damped(lateral, body.value, 0.183), "N s/m", "A damping ratio of 0.183."),
+        gain_l=_chosen(0.373 * p.gain_v.value, "N/V", "0.373 N along the way for each newton upward."),
     )
 
 
 def _ringing_setting() -> Setting:
     return Setting(
-        friction=Friction(coefficient=0.43),
-        landing=RestituteFirst(speed=0.46e-3),
-        film_thickness=0.13e-6,
-        offset=15e-6,
-        frequency=100.0,
+        friction=Friction(coefficient=0.432),
+        landing=RestituteFirst(speed=0.462e-3),
+        film_thickness=0.133e-6,
+        offset=14.6e-6,
+        frequency=102.0,
         frequency_note=f"Not printed; section 2.5 drives at 5 to 100 Hz. {CHOSEN}",
         laws={
             "ground.friction.coefficient": assumed(
@@ -111,27 +111,41 @@ HIP_STIFFNESS, HIP_TORQUE = 7.74e-8, 0.0057e-6 / 14.0
 
 
 def _printed(p: MillipedeParameters) -> MillipedeParameters:
-    stiffness = HIP_STIFFNESS / ARM**2
+    body = _lighter(p, 0.07e-6)
+    stiffness, lateral, gain = HIP_STIFFNESS / ARM**2, 0.48, HIP_TORQUE / ARM
     return replace(
         p,
-        stiffness_v=Derived(
-            stiffness,
-            "N/m",
-            Provenance(source=Source.DERIVED, note="k_op,v of Table 4.1 at an arm of 500 um."),
+        body_mass=body,
+        leg_mass=_chosen(4.5e-9, "kg", "Thigh, shin and a foot."),
+        stiffness_v=Derived(stiffness, "N/m", _derived("k_op,v of Table 4.1 at an arm of 500 um.")),
+        damping_v=Derived(
+            _damped(stiffness, body.value, 0.08),
+            "N s/m",
+            assumed(f"A damping ratio of (4.3) of 0.08. {CHOSEN}"),
         ),
-        gain_v=Derived(
-            HIP_TORQUE / ARM,
-            "N/V",
-            Provenance(
-                source=Source.DERIVED, note="tau_op of Table 4.1 (E11) per volt, at an arm of 500 um."
-            ),
-        ),
+        gain_v=Derived(gain, "N/V", _derived("tau_op of Table 4.1 (E11) per volt, at an arm of 500 um.")),
+        stiffness_l=_chosen(lateral, "N/m", "One and a half times the vertical one."),
+        damping_l=_chosen(_damped(lateral, body.value, 0.48), "N s/m", "A damping ratio of 0.48."),
+        gain_l=_chosen(0.66 * gain, "N/V", "0.66 N along the way for each newton upward."),
     )
 
 
 def _printed_setting() -> Setting:
     return Setting(
-        friction=Friction(coefficient=0.4),
+        friction=AdhesiveFriction(coefficient=0.51),
         landing=PullAsPrinted(),
-        laws={"ground.friction.coefficient": assumed("x.")},
+        film_thickness=0.31e-6,
+        offset=23e-6,
+        frequency=46.0,
+        frequency_note=f"Not printed; section 2.5 drives at 5 to 100 Hz. {CHOSEN}",
+        laws={
+            "ground.friction.coefficient": assumed(
+                "Not printed: friction is 'assumed to be related to adhesion force', here by adhesion alone. "
+                + CHOSEN
+            )
+        },
     )
+
+
+def _derived(note: str) -> Provenance:
+    return Provenance(source=Source.DERIVED, note=note)

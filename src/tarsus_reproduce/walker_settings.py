@@ -71,7 +71,7 @@ class Setting:
             ),
             "ground.electrostatic.coefficient": Provenance(
                 source=Source.DERIVED,
-                note="C_e of Table 3.3, 1e-9 without a unit, read in nN m^2/V^2 as the range of Table 4.2, in which it lies.",
+                note="C_e of Table 3.3, 1e-9 without a unit, read in nN m^2/V^2 like the range of Table 4.2.",
             ),
             "ground.electrostatic.offset": assumed(
                 "Not printed. A foot's electrode is a film on the leg, not its tip; a tenth of the shin."
