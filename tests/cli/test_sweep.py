@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 
 from tarsus.study.studyfile import load_sweep
+from walking_devices import CREEPING
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 
@@ -33,7 +34,7 @@ ground.adhesion.rate = {{ kind = "logspace", start = "1 uN/s", stop = "100 uN/s"
 
 MILLIPEDE = """
 name = "Grounds of the millipede"
-scene = "millipede"
+scene = "SCENE"
 duration = "0.2 s"
 measures = ["stride", "contact_duration", "foot_slip", "cost_of_transport"]
 chunk = 8
@@ -126,7 +127,7 @@ def test_so_it_does_killed_five_times(tarsus, study, tmp_path):
 @pytest.mark.slow
 def test_so_does_a_ground_sweep_of_the_millipede(tarsus, tmp_path):
     file = tmp_path / "millipede.toml"
-    file.write_text(MILLIPEDE, encoding="utf-8")
+    file.write_text(MILLIPEDE.replace("SCENE", CREEPING.as_posix()), encoding="utf-8")
     killed_and_resumed(tarsus, file, tmp_path, units=60, kills=5, within=0.15)
     with xr.open_dataset(tmp_path / "killed" / "sweep.nc") as dataset:
         assert dataset["stride"].shape == (480,) and (dataset["code"] == 0).all()

@@ -126,7 +126,9 @@ def _row(time: float, foot: int, kind: int) -> np.ndarray:
 
 
 def test_events_are_in_time_order_and_keep_the_order_of_a_foot():
-    rows = np.array([_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 0, a.RELEASE), _row(2.5, 1, 1)])
+    rows = np.array(
+        [_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 0, a.RELEASE), _row(2.5, 1, 1)]
+    )
     events = structured_events(rows)
     assert events["time"].tolist() == [1.0, 2.0, 2.5, 2.5, 2.5]
     assert events["kind"][events["foot"] == 0].tolist() == [1, a.REST, a.RELEASE]
@@ -165,7 +167,9 @@ def same_events(one: np.ndarray, other: np.ndarray) -> None:
     assert one["foot"][:count].tolist() == other["foot"][:count].tolist()
     for name in ("time", "speed_before", "speed_after", "energy", "apex"):
         scale = max(np.abs(one[name]).max(initial=0.0), 1e-300)
-        np.testing.assert_allclose(one[name][:count], other[name][:count], rtol=1e-9, atol=1e-9 * scale, err_msg=name)
+        np.testing.assert_allclose(
+            one[name][:count], other[name][:count], rtol=1e-9, atol=1e-9 * scale, err_msg=name
+        )
 
 
 @pytest.mark.parametrize("path", VARIED)
@@ -204,7 +208,10 @@ def test_varying_nothing_is_one_run(scene):
 @pytest.mark.parametrize(
     ("vary", "sentence"),
     [
-        ({"ground.film.coefficient": [1e-21, math.nan]}, "film.coefficient: every value must be a finite number"),
+        (
+            {"ground.film.coefficient": [1e-21, math.nan]},
+            "film.coefficient: every value must be a finite number",
+        ),
         ({"ground.film.coefficient": [[1e-21]]}, "expected a list of numbers, got an array of 2 dimensions"),
         ({"ground.film.coefficient": []}, "expected at least one run, got none"),
         (
