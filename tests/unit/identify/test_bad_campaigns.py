@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from identify.campaigns import copied, truth
+from identify.campaigns import copied, identified, truth
 from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
@@ -120,8 +120,15 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
         identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
 
 
+# Slow: the modes of all sweeps again. One flipped sign stays; none flipped is the campaign of test_chain.py.
 @pytest.mark.parametrize(
-    "flipped", [(), ("tip velocity",), ("center velocity",), ("tip velocity", "center velocity")]
+    "flipped",
+    [
+        ("tip velocity",),
+        pytest.param((), marks=pytest.mark.slow),
+        pytest.param(("center velocity",), marks=pytest.mark.slow),
+        pytest.param(("tip velocity", "center velocity"), marks=pytest.mark.slow),
+    ],
 )
 def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
     chain, records = sweeps()
@@ -141,6 +148,21 @@ def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
     chain._compare_signs(loops)
     told = [said for said in chain.evidence.remarks if "moves the other way with the voltage" in said]
     assert len(told) == bool(flipped)
+
+
+def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
+    chain, _ = sweeps()
+    chain.resonances = identified().resonances
+    loops = [
+        trace_of(one.record, chain.opened.model.points, "loops", "pzt volts", 0.1)
+        for one in read_records(chain.opened, "loops")
+        if one.record
+    ]
+    chain._compare_signs(loops)
+    assert chain.evidence.remarks == []
+    chain._compare_signs([replace(one, volts=-one.volts) for one in loops])
+    (told,) = chain.evidence.remarks
+    assert "moves the other way with the voltage" in told
 
 
 def test_too_few_bounces_are_counted(tmp_path):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.campaigns import copied, truth
+from identify.campaigns import copied, folder, identified, truth
 from scipy.io import loadmat, savemat
 
 from tarsus.experiment.campaign_folder import write_campaign
@@ -85,6 +85,8 @@ def test_the_odd_repeat_is_named(tmp_path):
     assert len(told) == 1 and told[0].startswith(MAT) and "1.15 times as much" in told[0]
 
 
+# Slow: another device is synthesized and identified. Its sibling below keeps what is taken without a ground.
+@pytest.mark.slow
 def test_loops_in_the_air_show_no_ground(tmp_path):
     other = perturbed(load_scene("cantilever"), 0.2, seed=501)
     takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
@@ -100,6 +102,17 @@ def test_loops_in_the_air_show_no_ground(tmp_path):
     assert dict(zip(found.known.paths, found.known.values, strict=True))[linear] == pytest.approx(
         float_paths(other)[linear].value, rel=0.01
     )
+
+
+def test_a_law_without_a_ground_takes_its_constant_as_stated():
+    chain = Chain(read_campaign(folder()))
+    chain.read()
+    chain.resonances = identified().resonances
+    chain.attempt("resonances", lambda: identified().steps["resonances"])
+    chain.attempt("hysteresis", chain._hysteresis)  # before the ground is looked for
+    path = "robot.drives.pzt.law.constant"
+    found = chain.steps["hysteresis"]
+    assert chain.level is None and found.taken == (path,) and np.isnan(found.interval(path)).all()
 
 
 def test_loops_on_the_ground_show_it(tmp_path):
