@@ -87,7 +87,7 @@ def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
     ],
 )
 def test_a_damaged_record_is_left_out_with_its_reason(tmp_path, change, words):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps")
     changed(folder, change)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(MAT), told
@@ -105,7 +105,7 @@ def test_a_truncated_file_is_left_out(tmp_path, file):
 
 
 def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "modal")
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     text = text.replace('unit = "m/s"\npoint = "tip"', 'unit = "m/s"\npoint = "other"')
     text = text.replace('unit = "m/s"\npoint = "center"', 'unit = "m/s"\npoint = "tip"')
@@ -166,7 +166,7 @@ def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
 
 
 def test_too_few_bounces_are_counted(tmp_path):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps", "bounces")
     for file in folder.glob("bounces-*.h5"):
         with h5py.File(file, "a") as content:
             for name in [key for key in content if content[key].shape]:
@@ -307,15 +307,15 @@ def test_the_chain_goes_on_without_a_sweep_unlike_the_others():
     true = truth().robot.structure
     assert isinstance(true, Beam)
     assert step.values[:2] == pytest.approx(true.frequencies, rel=1e-4)
-    assert str(step.used[0]) == "5 of 6 sweeps" and [one.file for one in step.left_out] == ["sweep-3.uff"]
+    assert str(step.used[0]) == "3 of 4 sweeps" and [one.file for one in step.left_out] == ["sweep-3.uff"]
 
 
 def test_sweeps_of_which_no_majority_agrees_are_refused():
     chain, records = sweeps()
-    records[:3] = [slower(one) for one in records[:3]]
+    records[:2] = [slower(one) for one in records[:2]]
     with pytest.raises(InputError, match="show different responses, and no more than half of them agree"):
         agreeing(records, chain.opened.model.points, (300.0, 8900.0))
-    records[:3] = [shorter(one) for one in records[:3]]
+    records[:2] = [shorter(one) for one in records[:2]]
     with pytest.raises(InputError, match="have different lengths or sampling rates"):
         agreeing(records, chain.opened.model.points, (300.0, 8900.0))
 
