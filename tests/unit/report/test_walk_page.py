@@ -126,6 +126,14 @@ def test_the_page_needs_nothing_from_outside(text: str) -> None:
     assert not re.findall(r"url\((?!#)", text)
 
 
+def test_values_of_many_feet_are_listed_by_the_least_and_the_largest(run: Run, monkeypatch) -> None:
+    monkeypatch.setattr("tarsus.report.run_page.MOST_FEET_LISTED", 1)
+    text = Page(report_html(run)).text
+    assert "least: foot" in text and "largest: foot" in text
+
+
+# Slow: thirty legs walk and are drawn. Its sibling above asks for the words, of two legs.
+@pytest.mark.slow
 def test_many_feet_are_listed_by_the_least_and_the_largest() -> None:
     count = len(ts.load_scene("millipede-30").robot.feet)
     assert count > MOST_FEET_LISTED
