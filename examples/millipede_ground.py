@@ -15,7 +15,9 @@ def strides(rates: NDArray[np.float64], coefficients: NDArray[np.float64]) -> ND
     """Travel a drive period [m], shape (rates, coefficients), over rates of adhesion [N/s] and C_e [N m^2/V^2]."""
     first, second = np.meshgrid(rates, coefficients, indexing="ij")
     vary = {RATE: first.ravel(), COEFFICIENT: second.ravel()}
-    return ts.simulate_batch(ts.load_scene("millipede"), vary, 0.1).measure("stride").reshape(first.shape)
+    return (
+        ts.simulate_batch(ts.load_scene("millipede-table"), vary, 0.1).measure("stride").reshape(first.shape)
+    )
 
 
 def critical_rate(scene: ts.Scene) -> float:
@@ -38,7 +40,7 @@ def expected_rate(scene: ts.Scene) -> float:
 
 
 if __name__ == "__main__":
-    scene = ts.load_scene("millipede")
+    scene = ts.load_scene("millipede-table")
     rates, coefficients = np.geomspace(1e-5, 1e-1, 9), np.geomspace(1e-19, 1e-15, 5)
     found = strides(rates, coefficients)
     print("stride [um] over growth of adhesion [N/s] (down) and C_e [N m^2/V^2] (across)")

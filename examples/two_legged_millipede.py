@@ -12,8 +12,8 @@ PERIODS = 10
 
 
 def walk(hz: float, volts: float = 14.0) -> Run:
-    """The packaged millipede walking at a frequency [Hz]."""
-    scene = ts.load_scene("millipede", hz=hz, volts=volts)
+    """The millipede of Table 4.1 walking at a frequency [Hz]."""
+    scene = ts.load_scene("millipede-table", hz=hz, volts=volts)
     return ts.simulate(scene, duration=PERIODS / hz)
 
 

@@ -121,6 +121,7 @@ class Ground(Description):
         alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
         return bare.model_copy(update={"friction": None}) if alone else bare
 
+    @property
     def landing_rule(self) -> AnyLanding:
         """The landing rule that acts, given or not."""
         return CaptureUnlessPulled() if self.landing is None else self.landing

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.design import standing
 from tarsus.errors import InputError
 from tarsus.files.library import device_names, load_scene
 from tarsus.measure import STANDSTILL, Measure
-from tarsus.scene import Initial, Scene
+from tarsus.scene import Scene
 from tarsus.solve import Run, simulate
 from tarsus.spec import float_paths, with_values
 from tarsus.structure import Walker
@@ -28,7 +27,6 @@ from tarsus.study.sweeping import score_runs
 from tarsus.study.workunit import OUTCOMES
 from tarsus_reproduce.millipede_trends import (
     EXAMPLE_CLAIM,
-    PAYLOAD,
     TRENDS,
     FilmReading,
     Trend,
@@ -248,8 +246,8 @@ def damping_ratio(scene: Scene) -> float:
 
 
 def stands(scene: Scene) -> bool:
-    """Whether the walker starts displaced: in equilibrium on its feet, not with springs relaxed."""
-    return bool(np.any(scene.initial.displacement or 0.0))
+    """Whether the walker starts in equilibrium on its feet, for every payload anew, not with springs relaxed."""
+    return scene.initial.standing is not None
 
 
 def reproduce_millipede(
@@ -299,19 +297,26 @@ def judge_scene(
     *,
     duration: float | None = None,
     coarse: Coarse | None = None,
+    scored_only: bool = False,
     say: Progress | None = None,
 ) -> Outcome:
-    """Run and judge all figures on one scene; arguments and errors as for `reproduce_millipede`."""
+    """Run and judge all figures on one scene; arguments and errors as for `reproduce_millipede`.
+
+    `scored_only` leaves out what does not enter the score: the film's other reading, and other measures of a figure.
+    """
     _walker(scene)
     reading = FilmReading.of(scene)
-    sweeps = _sweeps(scene, duration, coarse)
+    said = scored_trends(reading) if scored_only else TRENDS
+    sweeps = _sweeps(scene, list(dict.fromkeys(trend.study for trend in said)), duration, coarse)
     swept: dict[str, Swept] = {}
     for number, (study, sweep) in enumerate(sweeps.items()):
         if say is not None:
             say(number, len(sweeps), study)
         swept[study] = _swept(study, sweep)
     trends = tuple(
-        _judged(trend, measure, swept[trend.study]) for trend in TRENDS for measure in trend.measures
+        _judged(trend, measure, swept[trend.study])
+        for trend in said
+        for measure in trend.measures[: 1 if scored_only else None]
     )
     runs, comparisons = _fig_4_7(scene, reading, duration)
     return Outcome(name, scene, reading, tuple(swept.values()), trends, runs, comparisons)
@@ -328,11 +333,13 @@ def _walker(scene: Scene) -> Walker:
     return walker
 
 
-def _sweeps(scene: Scene, duration: float | None, coarse: Coarse | None) -> dict[str, Sweep]:
-    """The packaged studies on a scene, by name."""
+def _sweeps(
+    scene: Scene, studies: Sequence[str], duration: float | None, coarse: Coarse | None
+) -> dict[str, Sweep]:
+    """Packaged studies on a scene, by name."""
     sweeps: dict[str, Sweep] = {}
     problems: list[str] = []
-    for study in dict.fromkeys(trend.study for trend in TRENDS):
+    for study in studies:
         packaged = load_sweep(study)
         table = {name: getattr(packaged, name) for name in type(packaged).model_fields}
         own: dict[str, Any] = {"scene": scene, "duration": duration or packaged.duration}
@@ -352,7 +359,7 @@ def _sweeps(scene: Scene, duration: float | None, coarse: Coarse | None) -> dict
 def _swept(study: str, sweep: Sweep) -> Swept:
     path, other = sweep.vary
     x, replicates = (sweep.vary[name].values_on_grid() for name in (path, other))
-    arrays = _each_standing(sweep) if study == PAYLOAD and stands(sweep.scene) else score_runs(sweep)
+    arrays = score_runs(sweep)
     shape = (len(x), len(replicates))
     counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
     about = offered(sweep.scene, sweep.seconds)
@@ -365,35 +372,29 @@ def _swept(study: str, sweep: Sweep) -> Swept:
     )  # fmt: skip
 
 
-def _each_standing(sweep: Sweep) -> Mapping[str, np.ndarray]:
-    """A payload's study where every payload starts in its own equilibrium."""
-    path, other = sweep.vary
-    table = {name: getattr(sweep, name) for name in type(sweep).model_fields}
-    parts = []
-    for value in sweep.vary[path].values_on_grid().tolist():
-        scene = standing(with_values(sweep.scene, {path: value, "initial": Initial()}))
-        alone = {**table, "scene": scene, "vary": {path: [value], other: sweep.vary[other]}}
-        parts.append(score_runs(Sweep(**alone)))
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
 def _fig_4_7(
     scene: Scene, reading: FilmReading, duration: float | None
 ) -> tuple[tuple[Example, ...], tuple[Comparison, ...]]:
-    """The runs on both grounds of Fig. 4.7, and what is said of them: the second claim (E15) is not scored."""
+    """The runs on both grounds of Fig. 4.7, and what is said of them: only the first claim is scored (E15)."""
     grounds = examples(reading)
 
     def example(name: str, ground: Mapping[str, float]) -> Example:
         return Example(name, simulate(with_values(scene, dict(ground)), duration))
 
     first, second = (example(name, ground) for name, ground in grounds.items())
-    coefficient = "ground.electrostatic.coefficient"
-    only = {**grounds["a"], coefficient: grounds["b"][coefficient]}
-    weaker = example("a with the electrostatics of b", only)
-    return (first, second), (
-        _compare(EXAMPLE_CLAIM, first, second),
-        _compare("that is because of electrostatics: (a) against (a) with those of (b)", first, weaker),
+    causes = {
+        "electrostatics": "ground.electrostatic.coefficient",
+        "adhesion": "ground.adhesion.rate",
+    }
+    alone = (
+        _compare(
+            f"that is because of {cause}: (a) against (a) with that of (b)",
+            first,
+            example(f"a with the {cause} of b", {**grounds["a"], path: grounds["b"][path]}),
+        )
+        for cause, path in causes.items()
     )
+    return (first, second), (_compare(EXAMPLE_CLAIM, first, second), *alone)
 
 
 def _compare(says: str, one: Example, other: Example) -> Comparison:

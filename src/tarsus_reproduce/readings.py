@@ -9,7 +9,7 @@ studies. Reading number k of a seed is the same whatever the count, and finished
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -17,13 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.design import standing
 from tarsus.errors import InputError
 from tarsus.files.store import package_version
-from tarsus.scene import Initial, Scene
-from tarsus.spec import float_paths, with_values
+from tarsus.laws.friction import AdhesiveFriction, AnyFriction, Friction
+from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
+from tarsus.scene import Initial, Scene, Standing
+from tarsus.spec import with_values
 from tarsus.structure import Walker
-from tarsus_reproduce.millipede import Coarse, Outcome, Score, judge_scene, stands
+from tarsus_reproduce.millipede import Coarse, Score, judge_scene
 from tarsus_reproduce.millipede_trends import FilmReading
 
 __all__ = [
@@ -35,17 +36,10 @@ __all__ = [
     "Readings",
     "random_readings",
     "reading_scene",
-    "scatter_scores",
-    "scatter_table",
-    "scattered",
 ]
 
 COARSE = Coarse(9, (0.1, 0.5, 0.9))
 """Runs of a reading's studies: with nine values a direction takes a rank correlation of 0.80 (p < 0.01)."""
-
-SPREAD = 0.1
-"""How far an unprinted number of a named device scatters when its score's firmness is asked for: 10 %, about what two
-builds of a thin film differ by."""
 
 PERIODS = 10
 """Drive periods of a run: the packaged studies' 0.2 s at 50 Hz."""
@@ -94,6 +88,16 @@ RANGES = (
         "lateral over vertical force", "1", 0.3, 3.0, "one voltage drives both actuators, of the same film"
     ),
     Range("friction", "1", 0.1, 1.0, "dry friction of silicon, clean to rough"),
+    Range(
+        "friction by adhesion alone",
+        "1",
+        0.1,
+        10.0,
+        "dry friction's coefficient to what bears a body's weight on the adhesion of Table 2.2",
+    ),
+    Range(
+        "speed that may be held", "m/s", 1e-4, 1e-2, "a thousandth to a tenth of the speed at which feet land"
+    ),
     Range("film thickness at contact", "m", 0.1e-6, 58e-6, "roughness of a wafer to the 58 µm of Table 2.2"),
     Range("electrostatic offset", "m", 1e-6, 100e-6, "an oxide's thickness to a quarter of a leg"),
     Range("electrostatic coefficient", "N m^2/V^2", 1e-21, 1e-17, "the two grounds of Fig. 4.7"),
@@ -104,6 +108,16 @@ RANGES = (
 CHOICES = (
     Choice("film reading", tuple(one.value for one in FilmReading), "the unit of C_sfd (erratum E4)"),
     Choice("start", ("standing", "relaxed"), "figures of whole runs depend on it, the text does not say"),
+    Choice(
+        "landing",
+        (CaptureUnlessPulled.title, RestituteFirst.title, PullAsPrinted.title),
+        "(2.13) as printed has a sign reversed (erratum E1), and nothing says when a foot that rebounds is held",
+    ),
+    Choice(
+        "friction bound",
+        ("µ (N + f_a)", "µ f_a"),
+        "friction is 'assumed to be related to adhesion force', in words only",
+    ),
 )
 """Choices that it does not state."""
 
@@ -186,17 +200,29 @@ def reading_scene(base: Scene, values: Mapping[str, Any]) -> Scene:
         changes |= {f"{weights}{name}_x": -along, f"{weights}{name}_hip_x": along}
     film = FilmReading(values["film reading"])
     changes |= {
-        "ground.friction.coefficient": values["friction"],
+        "ground.friction": _friction(values),
         "ground.film.thickness": values["film thickness at contact"],
         "ground.film.coefficient": 1.747e-15 * film.unit,
         "ground.electrostatic.offset": values["electrostatic offset"],
         "ground.electrostatic.coefficient": values["electrostatic coefficient"],
         "gait.frequency": values["drive frequency"],
-        "initial": Initial(),
+        "ground.landing": _landing(values),
+        "initial": Initial(standing=Standing() if values["start"] == "standing" else None),
         "provenance": {},
     }
-    scene = with_values(base, changes)
-    return standing(scene) if values["start"] == "standing" else scene
+    return with_values(base, changes)
+
+
+def _friction(values: Mapping[str, Any]) -> AnyFriction:
+    if values["friction bound"] == "µ f_a":
+        return AdhesiveFriction(coefficient=values["friction by adhesion alone"])
+    return Friction(coefficient=values["friction"])
+
+
+def _landing(values: Mapping[str, Any]) -> AnyLanding:
+    if values["landing"] == RestituteFirst.title:
+        return RestituteFirst(speed=values["speed that may be held"])
+    return PullAsPrinted() if values["landing"] == PullAsPrinted.title else CaptureUnlessPulled()
 
 
 def judged_reading(base: Scene, seed: int, number: int) -> Reading:
@@ -205,7 +231,7 @@ def judged_reading(base: Scene, seed: int, number: int) -> Reading:
     try:
         scene = reading_scene(base, values)
         duration = PERIODS / float(values["drive frequency"])
-        score = judge_scene("reading", scene, duration=duration, coarse=COARSE).score
+        score = judge_scene("reading", scene, duration=duration, coarse=COARSE, scored_only=True).score
     except InputError as error:
         return Reading(number, values, None, str(error))
     return Reading(number, values, score)
@@ -288,77 +314,3 @@ def _keep(file: Path | None, seed: int, one: Reading) -> None:
     table = {**asdict(one), "seed": seed, "version": package_version()}
     with file.open("a", encoding="utf-8") as stream:
         stream.write(json.dumps(table) + "\n")
-
-
-def scattered(scene: Scene, spread: float, seed: int, number: int) -> Scene:
-    """A device with every unprinted number multiplied by 1 ± ``spread``, evenly drawn; a standing one stands again.
-
-    Masses, stiffness, damping and gains of all legs of a kind scatter together, as one unknown each.
-    """
-    rng = np.random.default_rng([seed, number])
-    factors: dict[str, float] = {}
-    known = float_paths(scene)
-    changes: dict[str, Any] = {"initial": Initial()}
-    for path, about in known.items():
-        kind = _unprinted(path)
-        if kind is None:
-            continue
-        factor = factors.setdefault(kind, 1.0 + spread * (2.0 * rng.random() - 1.0))
-        changes[path] = about.value * factor
-    one = with_values(scene, changes)
-    return standing(one) if stands(scene) else one
-
-
-def scatter_scores(
-    outcome: Outcome,
-    count: int,
-    seed: int,
-    *,
-    coarse: Coarse | None = None,
-    progress: Callable[[int, int, str], None] | None = None,
-) -> list[Score]:
-    """Scores of ``count`` neighbours of a device, every unprinted number scattered by `SPREAD`, over the whole studies
-    unless ``coarse``; neighbours that do not stand are left out."""
-    scores = []
-    for number in range(count):
-        if progress is not None:
-            progress(number, count, f"{outcome.name}, scattered")
-        try:
-            scene = scattered(outcome.scene, SPREAD, seed, number)
-            scores.append(judge_scene(outcome.name, scene, coarse=coarse).score)
-        except InputError:
-            continue
-    return scores
-
-
-def scatter_table(scores: Sequence[Score]) -> dict[str, Any]:
-    """Plain data: how many were judged, and the smallest and largest of each count."""
-    table: dict[str, Any] = {"spread": SPREAD, "judged": len(scores)}
-    for name in ("agree", "contradict", "directional_agree") if scores else ():
-        counts = [getattr(score, name) for score in scores]
-        table[name] = {"least": min(counts), "most": max(counts)}
-    return table
-
-
-_SCATTERED = (
-    "ground.friction.coefficient",
-    "ground.film.thickness",
-    "ground.electrostatic.offset",
-    "ground.electrostatic.coefficient",
-    "gait.frequency",
-    "robot.structure.body.mass",
-)
-
-
-def _unprinted(path: str) -> str | None:
-    """The unknown that a path belongs to; None for what is printed, or fixed by something else."""
-    if path in _SCATTERED:
-        return path
-    last = path.rpartition(".")[2]
-    if path.startswith("robot.structure.legs.") and last not in ("x", "y", "z"):
-        return f"legs.{last}"
-    if path.startswith("robot.drives.") and path.endswith(".law.gain"):
-        return "gain"
-    if ".load.weights." in path and last.endswith("_x"):
-        return "lateral force"
-    return None

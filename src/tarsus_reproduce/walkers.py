@@ -12,12 +12,13 @@ from tarsus.drive.laws import LinearForce
 from tarsus.errors import InputError
 from tarsus.explain import nearest
 from tarsus.files.library import load_scene
-from tarsus.laws import Electrostatic, Friction, Gravity
 from tarsus.robot import Drive, Foot, PointLoad, Robot
-from tarsus.scene import Ground, Provenance, Scene, Source
+from tarsus.scene import Initial, Provenance, Scene, Source, Standing
 from tarsus.structure import Walker, WalkerBody, WalkerLeg
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import LEGS, Derived, MillipedeParameters, millipede_parameters
+from tarsus_reproduce.millipede_variants import millipede_variants
+from tarsus_reproduce.walker_settings import COULOMB, Setting, assumed
 
 __all__ = ["hexapod_walker", "many_legs", "millipede", "packaged_walkers"]
 
@@ -31,11 +32,13 @@ CAPACITANCE = 2 * 8.8541878128e-12 * 1000.0 * (250e-6 * 100e-6) / 1e-6
 """Assumed: two actuators a leg, each a PZT film of the thigh's length, 100 um wide and 1 um thick, of relative
 permittivity 1000 [F]."""
 
-FREQUENCY, DURATION, COEFFICIENT, ELECTROSTATIC = 50.0, 0.2, 0.4, 1e-19
-"""Assumed: of the gait [Hz], of a run [s], of friction [1], of electrostatics [N m^2/V^2]."""
+DURATION = 0.2
+"""Assumed: of a run [s]."""
 
 
-def millipede(parameters: MillipedeParameters, legs: int = 2) -> Scene:
+def millipede(
+    parameters: MillipedeParameters, legs: int = 2, *, setting: Setting = COULOMB, name: str = "millipede"
+) -> Scene:
     """The source's three masses (4.4)-(4.6), walking: a body that surges and heaves on two legs that alternate.
 
     Parameters
@@ -44,6 +47,10 @@ def millipede(parameters: MillipedeParameters, legs: int = 2) -> Scene:
         Of the body's share and one leg, see `tarsus_reproduce.millipede_parameters.millipede_parameters`.
     legs
         Even number of legs; beyond two, the body has the share of every pair, and the legs move as in the gait.
+    setting
+        Ground, frequency of the gait, and start.
+    name
+        Of the scene.
 
     Raises
     ------
@@ -51,8 +58,8 @@ def millipede(parameters: MillipedeParameters, legs: int = 2) -> Scene:
         For a number of legs that is not even and positive.
     """
     places = _rows(legs)
-    gait = _gait(Alternating, parameters)
-    return _Builder(parameters, places, turns=False).scene("millipede", gait)
+    gait = _gait(Alternating, parameters, setting)
+    return _Builder(parameters, places, turns=False, setting=setting).scene(name, gait)
 
 
 def many_legs(
@@ -92,19 +99,24 @@ def many_legs(
         problems.append(f"scatter: expected a spread of 0 or more, got {scatter:g}")
     if problems:
         raise InputError(problems)
-    builder = _Builder(parameters, places, turns=True, scatter=scatter, dead=dead, seed=seed)
-    return builder.scene(f"millipede-{legs}", gait or _gait(Alternating, parameters))
+    builder = _Builder(parameters, places, turns=True, setting=COULOMB, scatter=scatter, dead=dead, seed=seed)
+    return builder.scene(f"millipede-{legs}", gait or _gait(Alternating, parameters, COULOMB))
 
 
 def hexapod_walker(parameters: MillipedeParameters) -> Scene:
     """Six legs of the millipede under a slab that also rolls and pitches, walking in tripods."""
-    return _Builder(parameters, _rows(6), turns=True).scene("hexapod-walker", _gait(Tripod, parameters))
+    builder = _Builder(parameters, _rows(6), turns=True, setting=COULOMB)
+    return builder.scene("hexapod-walker", _gait(Tripod, parameters, COULOMB))
 
 
 def packaged_walkers() -> dict[str, Scene]:
     """The packaged walkers by name, from the packaged leg; their files are what `tarsus.write_scene` makes of these."""
     parameters = millipede_parameters(millipede_leg().leg)
-    return {"millipede": millipede(parameters), "millipede-30": many_legs(parameters, scatter=0.1, seed=1)}
+    named = {
+        name: millipede(one.parameters, setting=one.setting, name=name)
+        for name, one in millipede_variants(parameters).items()
+    }
+    return {**named, "millipede-30": many_legs(parameters, scatter=0.1, seed=1)}
 
 
 def _rows(legs: int) -> dict[str, tuple[float, float]]:
@@ -117,8 +129,10 @@ def _rows(legs: int) -> dict[str, tuple[float, float]]:
     return {f"{side}{pair + 1}": (x, y) for pair, x in enumerate(ahead) for side, y in sides}
 
 
-def _gait(kind: type[Alternating] | type[Tripod], parameters: MillipedeParameters) -> AnyGait:
-    return kind(frequency=FREQUENCY, high=parameters.volts.value)
+def _gait(
+    kind: type[Alternating] | type[Tripod], parameters: MillipedeParameters, setting: Setting
+) -> AnyGait:
+    return kind(frequency=setting.frequency, high=parameters.volts.value)
 
 
 def _tidy(value: float) -> float:
@@ -133,6 +147,7 @@ class _Builder:
     parameters: MillipedeParameters
     hips: Mapping[str, tuple[float, float]]
     turns: bool
+    setting: Setting
     scatter: float = 0.0
     dead: Sequence[str] = ()
     seed: int = 0
@@ -154,10 +169,15 @@ class _Builder:
         return Scene(
             name=name,
             robot=Robot(structure=self._walker(), drives=self._drives(), feet=self._feet()),
-            ground=_ground(),
+            ground=self.setting.ground,
             gait=gait,
+            initial=Initial(standing=Standing() if self.setting.standing else None),
             duration=DURATION,
-            provenance={**self._origins(), **_ground_origins(), **_gait_origins(gait, self.parameters)},
+            provenance={
+                **self._origins(),
+                **self.setting.origins,
+                **_gait_origins(gait, self.parameters, self.setting),
+            },
             citations=tuple(
                 one.replace("chapter 2 and appendix A", "chapter 4")
                 for one in load_scene("cantilever").citations
@@ -214,29 +234,29 @@ class _Builder:
         p = self.parameters
         legs, drives = "robot.structure.legs.*", "robot.drives.*"
         slab = "A slab of the body's mass, as long as its rows of legs and 2 mm wide, of no height."
-        turning = {f"robot.structure.body.{one}_inertia": _assumed(slab) for one in ("roll", "pitch")}
+        turning = {f"robot.structure.body.{one}_inertia": assumed(slab) for one in ("roll", "pitch")}
         return {
-            "duration": _assumed("Ten periods of the gait."),
+            "duration": assumed("Ten periods of a gait of 50 Hz, twenty of one of 100 Hz."),
             "robot.structure.body.mass": self._body_mass(),
-            "robot.structure.body.length": _assumed(
+            "robot.structure.body.length": assumed(
                 slab if self.turns else "Not printed. A prototype of 10 mm."
             ),
             **(turning if self.turns else {}),
-            f"{legs}.x": _assumed("Not printed. Legs at equal distances, 15 of them on 10 mm."),
-            f"{legs}.y": _assumed("Not printed. A body of 2 mm from row to row."),
+            f"{legs}.x": assumed("Not printed. Legs at equal distances, 15 of them on 10 mm."),
+            f"{legs}.y": assumed("Not printed. A body of 2 mm from row to row."),
             f"{legs}.z": self._depth(),
             f"{legs}.mass": p.leg_mass.origin,
             f"{legs}.stiffness_v": self._scattered(p.stiffness_v),
             f"{legs}.damping_v": p.damping_v.origin,
             f"{legs}.stiffness_l": self._scattered(p.stiffness_l),
             f"{legs}.damping_l": p.damping_l.origin,
-            f"{drives}.load.weights": _assumed(
+            f"{drives}.load.weights": assumed(
                 "Equal and opposite on hip and foot; volts push the foot down and back. Along the way, the lateral "
                 f"actuator's force for each newton upward, both at the same voltage. {p.gain_l.origin.note}"
             ),
             f"{drives}.law.gain": p.gain_v.origin,
-            f"{drives}.law.offset": _assumed("Springs are relaxed at 0 V."),
-            f"{drives}.capacitance": _assumed(
+            f"{drives}.law.offset": assumed("Springs are relaxed at 0 V."),
+            f"{drives}.capacitance": assumed(
                 "Not printed. Two actuators a leg, electrically coupled, each a PZT film of the thigh's 250 um by "
                 "100 um, 1 um thick, of relative permittivity 1000."
             ),
@@ -256,7 +276,7 @@ class _Builder:
 
     def _depth(self) -> Provenance:
         if not self.turns:
-            return _assumed("The body does not pitch, so that it does not matter.")
+            return assumed("The body does not pitch, so that it does not matter.")
         note = "The feet are the length of the shin, L_S of Table 4.1, below the body: forces along the way act there."
         return Provenance(source=Source.DERIVED, note=note)
 
@@ -264,62 +284,16 @@ class _Builder:
         if self.scatter == 0.0:
             return one.origin
         spread = f"Scattered at random (lognormal, seed {self.seed}) by {self.scatter * 100:g} %"
-        return _assumed(f"{spread} about {one.value:.4g} {one.unit}. {one.origin.note}")
+        return assumed(f"{spread} about {one.value:.4g} {one.unit}. {one.origin.note}")
 
 
-def _ground() -> Ground:
-    start = load_scene("cantilever").ground
-    assert start.film is not None  # a packaged device
-    return Ground(
-        restitution=start.restitution,
-        adhesion=start.adhesion,
-        film=start.film,
-        electrostatic=Electrostatic(coefficient=ELECTROSTATIC, offset=start.film.thickness),
-        gravity=Gravity(),
-        friction=Friction(coefficient=COEFFICIENT),
-    )
-
-
-def _ground_origins() -> dict[str, Provenance]:
-    start = (
-        "The packaged cantilever's, as section 4.3.2 starts from what the micro-cantilever was found to have"
-    )
-    return {
-        "ground.restitution.coefficient": _assumed(f"{start}; Table 4.2 tries 0.1 to 0.9."),
-        "ground.adhesion.initial": _assumed(f"{start}."),
-        "ground.adhesion.rate": _assumed(f"{start}; Table 4.2 tries 1e-8 to 0.1 N/s."),
-        "ground.film.coefficient": _assumed(
-            f"{start}; Table 4.2 tries 1e-18 to 1e-15 nN m^2 s, or uN m^2 s if misprinted as in Table 2.2 (E4)."
-        ),
-        "ground.film.thickness": _assumed(f"{start}."),
-        "ground.electrostatic.coefficient": _assumed(
-            "Not printed. The geometric mean of Table 4.2's 1e-13 to 1e-7 nN m^2/V^2."
-        ),
-        "ground.electrostatic.offset": _assumed("Not printed. As the film's thickness."),
-        "ground.gravity.acceleration": _assumed(
-            "Standard gravity; (4.5) leaves it out, but its payloads weigh."
-        ),
-        "ground.friction.coefficient": _assumed(
-            "Not printed: the source's friction is arbitrary. A round number for dry hard surfaces."
-        ),
-    }
-
-
-def _gait_origins(gait: AnyGait, parameters: MillipedeParameters) -> dict[str, Provenance]:
+def _gait_origins(gait: AnyGait, parameters: MillipedeParameters, setting: Setting) -> dict[str, Provenance]:
     given = {
-        "gait.frequency": _assumed(
-            "Not printed. One of the drive frequencies of section 2.5; legs settle within it."
-        ),
-        "gait.low": _assumed("On-off input: nothing between steps."),
+        "gait.frequency": assumed(setting.frequency_note),
+        "gait.low": assumed("On-off input: nothing between steps."),
         "gait.high": parameters.volts.origin,
-        "gait.duty": _assumed("Both groups of legs alike."),
-        "gait.swing_lag": _assumed(
-            "Without effect: vertical and lateral actuators are electrically coupled."
-        ),
+        "gait.duty": assumed("Both groups of legs alike."),
+        "gait.swing_lag": assumed("Without effect: vertical and lateral actuators are electrically coupled."),
     }
-    named = {"gait.phases": _assumed("Chosen with the gait.")} if gait.kind == "free" else {}
+    named = {"gait.phases": assumed("Chosen with the gait.")} if gait.kind == "free" else {}
     return {**given, **named}
-
-
-def _assumed(note: str) -> Provenance:
-    return Provenance(source=Source.ASSUMED, note=note)

@@ -67,7 +67,11 @@ def table_run(gamma: float, periods: int) -> ts.Run:
     phase = math.acos(min(math.pi / 3.0 / gamma, 1.0))
     # Relative departing speed: that of the flight less that of the table, A w cos(phase) = gamma g / (2 pi) cos(phase).
     speed = 0.5 - gamma * math.cos(phase) / (2.0 * math.pi)
-    values = {"signals.table.amplitude": gamma, "signals.table.phase": phase, "initial.velocity": [speed * 1.0001]}
+    values = {
+        "signals.table.amplitude": gamma,
+        "signals.table.phase": phase,
+        "initial.velocity": [speed * 1.0001],
+    }
     return ts.simulate(scene("vibrating_table", values), duration=float(periods))
 
 

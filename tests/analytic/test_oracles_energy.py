@@ -70,7 +70,9 @@ def test_every_impact_loss_is_the_kinetic_energy_of_the_foot():
     """A single mass: m (v-^2 - v+^2) / 2, all of it where the foot sticks."""
     run = ts.simulate(scene("ball"))
     e = run.events
-    np.testing.assert_allclose(e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12)
+    np.testing.assert_allclose(
+        e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12
+    )
     run = ts.simulate(scene("mems_switch"))
     mass = scene("mems_switch").robot.structure.mass[0][0]
     e = run.events[0]

@@ -12,7 +12,15 @@ from scene_files import scene
 from tarsus.solve import Accuracy
 
 FREQUENCIES = (0.0, 110.0, 623.0, 6424.0, 900.0, 40.0, 300.0)  # Hz
-RATIOS = (0.0, 0.0, 0.02, 0.3, 1.0, 4.0, 1.0000001)  # rigid, undamped, light, strong, critical, over, near critical
+RATIOS = (
+    0.0,
+    0.0,
+    0.02,
+    0.3,
+    1.0,
+    4.0,
+    1.0000001,
+)  # rigid, undamped, light, strong, critical, over, near critical
 MASSES = (1e-6, 2e-6, 1e-6, 5e-7, 1e-6, 3e-6, 1e-6)  # kg
 RIGID_DAMPING = (0.0,) * 7
 DISPLACEMENT = (0.0, 3e-6, -5e-6, 1e-6, 4e-6, -2e-6, 2e-6)
@@ -94,7 +102,11 @@ def test_steady_response_to_a_sine_is_the_frf(frequency):
     still = ts.with_values(base, values)
     matrices = still.robot.structure.matrices()
     w = 2.0 * math.pi * frequency
-    load = still.robot.drives["pull"].load.vector(still.robot.structure) * still.robot.drives["pull"].law.gain * 8.0
+    load = (
+        still.robot.drives["pull"].load.vector(still.robot.structure)
+        * still.robot.drives["pull"].law.gain
+        * 8.0
+    )
     response = np.linalg.solve(matrices.stiffness - w**2 * matrices.mass + 1j * w * matrices.damping, load)
     x, v = response.imag, (1j * w * response).imag  # of exp(i w t) at t = 0
     run = ts.simulate(
@@ -132,7 +144,9 @@ def test_a_slow_sweep_traces_the_frf():
     frequencies = np.array([590.0, 610.0, 623.0, 640.0, 660.0])
     w = 2.0 * math.pi * frequencies
     gains = [
-        abs(row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load))
+        abs(
+            row @ np.linalg.solve(matrices.stiffness - o**2 * matrices.mass + 1j * o * matrices.damping, load)
+        )
         for o in w
     ]
     middle = seconds * (frequencies - f0) / (f1 - f0)

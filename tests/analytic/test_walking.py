@@ -16,6 +16,7 @@ from tarsus.scene import Ground, Initial
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED
+from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START, SLIP, STICK = 1, 2, 3, 4, 5, 7, 8
@@ -305,7 +306,7 @@ def test_one_foot_lets_go_while_others_hold():
 
 def test_a_film_far_stiffer_than_the_legs_takes_few_steps():
     """C/g0^3 = 0.4 N s/m beside a damper of 0.0018 N s/m: a foot creeps off the ground."""
-    scene = ts.with_values(ts.load_scene("millipede"), {"ground.film.thickness": 2e-7})
+    scene = ts.with_values(creeping_millipede(), {"ground.film.thickness": 2e-7})
     run = ts.simulate(scene, duration=0.02)
     assert run.ok and run.raw.finish[0, 1] < 3000
     assert run.ledger.film > 0.0 and run.ledger.closure < 1e-8

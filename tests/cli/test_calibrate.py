@@ -31,6 +31,8 @@ def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study
     assert again.code == 0 and again.json() == table
     refused = tarsus("calibrate", study, "-o", out)
     assert refused.code == 2 and "--resume" in refused.sentences[0]
+    begun = tarsus("calibrate", study, "-o", out, "--overwrite", "--json")
+    assert begun.code == 0 and begun.json() == table
     other = tarsus("calibrate", study, "-o", out, "--resume", "--seed", "9")
     assert other.code == 2 and "another calibration" in other.sentences[0]
 

@@ -42,7 +42,7 @@ def verbs(tmp_path, monkeypatch):
         "tarsus.experiment.campaign_folder.write_campaign",
         "tarsus.identify.chain.identify",
         "tarsus.study.sweeping.run_sweep",
-        "tarsus.study.validation.validate_cantilever",
+        "tarsus_reproduce.cantilever.reproduce_cantilever",
     ):
         monkeypatch.setattr(place, working)
     return {
@@ -50,11 +50,11 @@ def verbs(tmp_path, monkeypatch):
         "synthesize": ("synthesize", "cantilever"),
         "identify": ("identify", lab),
         "sweep": ("sweep", file),
-        "validate": ("validate", "cantilever"),
+        "reproduce": ("reproduce", "cantilever"),
     }
 
 
-@pytest.mark.parametrize("verb", ["simulate", "synthesize", "identify", "sweep", "validate"])
+@pytest.mark.parametrize("verb", ["simulate", "synthesize", "identify", "sweep", "reproduce"])
 def test_a_folder_with_anything_in_it_is_refused_before_any_work(tarsus, verbs, tmp_path, monkeypatch, verb):
     monkeypatch.setenv("TARSUS_TRACEBACK", "1")
     folder = tmp_path / "out"
@@ -70,14 +70,14 @@ def test_a_folder_with_anything_in_it_is_refused_before_any_work(tarsus, verbs, 
     assert (folder / "notes.md").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.parametrize("verb", ["simulate", "synthesize", "identify", "sweep", "validate"])
+@pytest.mark.parametrize("verb", ["simulate", "synthesize", "identify", "sweep", "reproduce"])
 def test_a_file_of_the_same_name_is_not_replaced(tarsus, verbs, tmp_path, verb):
     name = {
         "simulate": "scene.toml",
         "synthesize": "campaign.toml",
         "identify": "identified.toml",
         "sweep": "study.toml",
-        "validate": "validation.csv",
+        "reproduce": "reproduction.csv",
     }[verb]
     folder = tmp_path / "out"
     folder.mkdir()

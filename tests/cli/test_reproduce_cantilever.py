@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import json
 import math
+from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -12,30 +14,35 @@ EXTRA = "# two more\nfreq_hz,volt_v,wave,peak_exp_um\n20,8,square,210\n30,7,sine
 
 
 @pytest.fixture(scope="module")
-def both(tmp_path_factory):
-    """Both devices reproduced with two more rows: their JSON objects, and the folder written to."""
+def rows(tmp_path_factory) -> Path:
+    """A file of two more rows."""
+    file = tmp_path_factory.mktemp("reproduction") / "rows.csv"
+    file.write_text(EXTRA, encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def written(rows, reproduced_once):
+    """`written(device)`: reproduced with two more rows: its JSON object, and the folder written to."""
     from contextlib import redirect_stdout
     from io import StringIO
 
     from tarsus.cli import main
 
-    folder = tmp_path_factory.mktemp("reproduction")
-    rows = folder / "rows.csv"
-    rows.write_text(EXTRA, encoding="utf-8")
-    found = {}
-    for device in ("cantilever", "cantilever-1"):
-        out = StringIO()
+    def reproduced(device: str):
+        out, folder = StringIO(), rows.parent / device
         words = ["reproduce", "cantilever", "--device", device, "--rows", str(rows), "--json"]
         with redirect_stdout(out):
-            assert main([*words, "-o", str(folder / device)]) == 0
-        found[device] = json.loads(out.getvalue())
-    return found, folder
+            assert main([*words, "-o", str(folder)]) == 0
+        return json.loads(out.getvalue()), folder
+
+    return cache(reproduced)
 
 
-@pytest.mark.parametrize("device", ["cantilever", "cantilever-1"])
-def test_json(both, device):
-    found, _ = both
-    result = found[device]
+# Slow: all rows of a second device. The first stays.
+@pytest.mark.parametrize("device", ["cantilever", pytest.param("cantilever-1", marks=pytest.mark.slow)])
+def test_json(written, device):
+    result, _ = written(device)
     assert result["device"] == device
     assert len(result["rows"]) == 14
     for row in result["rows"]:
@@ -58,9 +65,8 @@ def test_json(both, device):
     assert added[1]["measured"] is None and added[1]["source"] is None
 
 
-def test_summary_covers_all_rows_and_each_part(both):
-    found, _ = both
-    summary = found["cantilever"]["summary"]
+def test_summary_covers_all_rows_and_each_part(written):
+    summary = written("cantilever")[0]["summary"]
     assert (summary["rows"], summary["packaged_rows"]["rows"], summary["added_rows"]["rows"]) == (14, 12, 2)
     assert summary["packaged_rows"]["source"]["peak"]["mean_signed_percent"] == pytest.approx(
         -8.2239, abs=1e-3
@@ -71,22 +77,21 @@ def test_summary_covers_all_rows_and_each_part(both):
             assert table["mean_absolute_percent"] >= abs(table["mean_signed_percent"])
 
 
-def test_files(both):
-    found, folder = both
-    assert "<svg" in (folder / "cantilever" / "reproduction.html").read_text(encoding="utf-8")
-    written = json.loads((folder / "cantilever" / "reproduction.json").read_text(encoding="utf-8"))
-    assert written == found["cantilever"]
-    with (folder / "cantilever" / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
+def test_files(written):
+    result, folder = written("cantilever")
+    assert "<svg" in (folder / "reproduction.html").read_text(encoding="utf-8")
+    assert json.loads((folder / "reproduction.json").read_text(encoding="utf-8")) == result
+    with (folder / "reproduction.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 14
-    ours = found["cantilever"]["rows"][0]["ours"]["peak_um"]
+    ours = result["rows"][0]["ours"]["peak_um"]
     assert [float(rows[0][f"peak_um_ours{end}"]) for end in ("", "_low", "_high")] == [
         ours[name] for name in ("median", "low", "high")
     ]
 
 
-def test_tables_for_people(tarsus):
-    result = tarsus("reproduce", "cantilever")
+def test_tables_for_people(tarsus, rows, reproduced_once):
+    result = tarsus("reproduce", "cantilever", "--rows", rows)
     assert result.code == 0
     assert "5 Hz, 6 V, square" in result.out
     assert "mean error, absolute" in result.out

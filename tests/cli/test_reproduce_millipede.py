@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 
 import pytest
 
-from reproduce.coarse_studies import FEW, overdamped, ringing
+from reproduce.coarse_studies import FEW, overdamped
 from tarsus_reproduce import millipede, readings
 from tarsus_reproduce.trends import Verdict
 
 
 @pytest.fixture(scope="module")
 def short_runs():
-    """Two devices judged by shorter runs, which a command line takes in place of its own."""
-    scenes = {"millipede": overdamped(), "other": ringing()}
-    return millipede.MillipedeReproduction(
-        tuple(millipede.judge_scene(name, one, coarse=FEW, duration=0.04) for name, one in scenes.items())
-    )
+    """A device judged by shorter runs, under two names, which a command line takes in place of its own."""
+    outcome = millipede.judge_scene("millipede", overdamped(), coarse=FEW, duration=0.04)
+    return millipede.MillipedeReproduction((outcome, replace(outcome, name="other")))
 
 
 @pytest.fixture
@@ -39,7 +38,14 @@ def quick(monkeypatch, short_runs):
     return devices
 
 
-def test_json_and_files(tarsus, quick, tmp_path):
+def test_json_and_files(tarsus, quick, tmp_path, monkeypatch):
+    drawn = []
+
+    def draw(reproduction, path, *, readings):
+        drawn.append((reproduction.outcomes[1].name, len(readings.readings)))
+        path.write_text("drawn elsewhere", encoding="utf-8")
+
+    monkeypatch.setattr("tarsus_reproduce.pages.millipede.write_millipede_report", draw)
     found = tarsus(
         "reproduce", "millipede", "--json", "-o", tmp_path, "--readings", "5", "--seed", "3"
     ).json()
@@ -53,6 +59,15 @@ def test_json_and_files(tarsus, quick, tmp_path):
     assert len(rows) == sum(len(variant["trends"]) for variant in found["variants"].values())
     assert {row["verdict"] for row in rows} <= {verdict.value for verdict in Verdict}
     assert float(rows[0]["first"]) == found["variants"]["millipede"]["trends"][0]["first"]
+    assert drawn == [("other", 5)]
+    assert (tmp_path / "reproduction.html").read_text(encoding="utf-8") == "drawn elsewhere"
+
+
+# Slow: every figure is drawn. Its sibling above writes the rest; reproduce/test_millipede.py draws the page.
+@pytest.mark.slow
+def test_the_page_beside_the_files(tarsus, quick, tmp_path):
+    words = ("reproduce", "millipede", "-o", tmp_path, "--readings", "5", "--seed", "3")
+    assert tarsus(*words).code == 0
     page = (tmp_path / "reproduction.html").read_text(encoding="utf-8")
     assert "<svg" in page and "Random readings of what is not printed" in page
 

@@ -116,7 +116,18 @@ def test_adhesion_can_be_taken_away(tarsus):
     assert result.json()["ledger_J"]["adhesion"] == 0.0
 
 
-def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tmp_path):
+def test_in_a_process_of_its_own_nothing_but_the_summary_is_printed(process, tarsus):
+    result = process("simulate", "cantilever", *SHORT)
+    assert result.code == 0, result.err
+    assert result.err == ""
+    head, *summary = result.out.splitlines()
+    assert head.startswith("cantilever: 0.06 s simulated in ")
+    assert summary == tarsus("simulate", "cantilever", *SHORT).out.splitlines()[1:]
+
+
+# Slow: a process that draws. Its sibling above only computes; test_output_folder draws in this one.
+@pytest.mark.slow
+def test_in_a_process_of_its_own_a_report_is_written_without_a_word(process, tmp_path):
     result = process("simulate", "cantilever", *SHORT, "-o", "out", cwd=tmp_path)
     assert result.code == 0, result.err
     assert result.err == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import random
 import signal
 import subprocess
@@ -14,6 +15,7 @@ import pytest
 import xarray as xr
 
 from tarsus.study.studyfile import load_sweep
+from walking_devices import CREEPING
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "studies"
 
@@ -33,7 +35,7 @@ ground.adhesion.rate = {{ kind = "logspace", start = "1 uN/s", stop = "100 uN/s"
 
 MILLIPEDE = """
 name = "Grounds of the millipede"
-scene = "millipede"
+scene = "SCENE"
 duration = "0.2 s"
 measures = ["stride", "contact_duration", "foot_slip", "cost_of_transport"]
 chunk = 8
@@ -115,18 +117,20 @@ def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> N
 
 
 def test_killed_and_resumed_it_equals_an_unbroken_sweep(tarsus, study, tmp_path):
-    killed_and_resumed(tarsus, study(count=3, chunk=1), tmp_path, units=30, kills=2, within=0.04)
+    killed_and_resumed(tarsus, study(count=2, chunk=1), tmp_path, units=20, kills=1, within=0.04)
 
 
+# Slow: a process for every kill. Its sibling above is killed once.
 @pytest.mark.slow
 def test_so_it_does_killed_five_times(tarsus, study, tmp_path):
     killed_and_resumed(tarsus, study(count=6, chunk=1), tmp_path, units=60, kills=5, within=0.04)
 
 
+# Slow: 480 walks. The first of its siblings stays.
 @pytest.mark.slow
 def test_so_does_a_ground_sweep_of_the_millipede(tarsus, tmp_path):
     file = tmp_path / "millipede.toml"
-    file.write_text(MILLIPEDE, encoding="utf-8")
+    file.write_text(MILLIPEDE.replace("SCENE", CREEPING.as_posix()), encoding="utf-8")
     killed_and_resumed(tarsus, file, tmp_path, units=60, kills=5, within=0.15)
     with xr.open_dataset(tmp_path / "killed" / "sweep.nc") as dataset:
         assert dataset["stride"].shape == (480,) and (dataset["code"] == 0).all()
@@ -164,17 +168,43 @@ def killed_and_resumed(tarsus, file: Path, place: Path, *, units: int, kills: in
     assert files(folder) == files(place / "unbroken")
 
 
-def test_an_interrupt_says_how_to_resume(study, tmp_path):
+def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
+    assert code == 1 and out == ""
+    (sentence,) = err.splitlines()
+    assert sentence.startswith("tarsus: interrupted; finished parts are kept")
+    assert f"-o '{folder}' --resume" in sentence
+    assert list(folder.glob("units/*.part")) == []
+
+
+def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
+    from tarsus.study import sweeping
+
+    whole, begun = sweeping.work_unit, itertools.count(1)
+
+    def third_is_interrupted(*words, **options):
+        if next(begun) == 3:
+            raise KeyboardInterrupt
+        return whole(*words, **options)
+
+    monkeypatch.setattr(sweeping, "work_unit", third_is_interrupted)
+    folder = tmp_path / "a folder"
+    words = ("sweep", study(count=2, chunk=2), "-o", folder)
+    found = tarsus(*words)
+    says_how_to_resume(found.code, found.out, found.err, folder)
+    assert len(list(folder.glob("units/*.npz"))) >= 2  # and what other threads were at
+    monkeypatch.undo()
+    assert tarsus(*words, "--resume").code == 0
+
+
+# Slow: a process of its own gets the signal. Its sibling above is interrupted in this one.
+@pytest.mark.slow
+def test_a_process_that_is_interrupted_says_so_too(study, tmp_path):
     folder = tmp_path / "a folder"
     process = start(study(count=12, chunk=2), folder)
     wait_for_units(process, folder, 2)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)
-    assert process.returncode == 1 and out == ""
-    (sentence,) = err.splitlines()
-    assert sentence.startswith("tarsus: interrupted; finished parts are kept")
-    assert f"-o '{folder}' --resume" in sentence
-    assert list(folder.glob("units/*.part")) == []
+    says_how_to_resume(process.returncode, out, err, folder)
 
 
 def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):

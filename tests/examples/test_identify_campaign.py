@@ -10,6 +10,8 @@ from example_files import load
 from tarsus.spec import float_paths
 
 
+# Slow: 58 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.
+@pytest.mark.slow
 def test_identify_campaign():
     example = load("identify_campaign")
     story = example.identified()

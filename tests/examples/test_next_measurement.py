@@ -10,6 +10,9 @@ from tarsus.identify.correlation import Sum
 from tarsus.identify.verdict import Determined, OnlyTogether
 
 
+# Slow: three posteriors of 512 draws. cli/test_next.py, unit/identify/test_ranking.py and test_verdict.py ask for the
+# ranking and for the verdicts by default.
+@pytest.mark.slow
 def test_next_measurement():
     example = load("next_measurement")
     story = example.measured(draws=512)

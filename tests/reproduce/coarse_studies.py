@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tarsus as ts
-from tarsus.design import standing
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede import Coarse, damping_ratio
 from tarsus_reproduce.millipede_parameters import millipede_parameters
@@ -16,8 +15,11 @@ FEW = Coarse(9, (0.1, 0.9))
 
 def overdamped() -> ts.Scene:
     """With the damping of Table 4.1 and springs relaxed at the start."""
-    film = {"ground.film.coefficient": 1.747e-21, "ground.film.thickness": 50e-6, "provenance": {}}
-    return ts.with_values(millipede(millipede_parameters(millipede_leg().leg)), {**PRINTED, **film})
+    film = {"ground.film.coefficient": 1.747e-21, "ground.film.thickness": 50e-6}
+    charge = {"ground.electrostatic.coefficient": 1e-19, "ground.electrostatic.offset": 50e-6}
+    relaxed = {"initial.standing": None, "gait.frequency": 50.0, "provenance": {}}
+    scene = millipede(millipede_parameters(millipede_leg().leg))
+    return ts.with_values(scene, {**PRINTED, **film, **charge, **relaxed})
 
 
 def ringing(ratio: float = 0.05) -> ts.Scene:
@@ -27,4 +29,4 @@ def ringing(ratio: float = 0.05) -> ts.Scene:
     legs = scene.robot.structure.legs
     changes = {f"robot.structure.legs.{name}.damping_v": factor * leg.damping_v for name, leg in legs.items()}
     film = {"ground.film.coefficient": 1.747e-24, "ground.film.thickness": 0.2e-6}
-    return standing(ts.with_values(scene, {**changes, **film}))
+    return ts.with_values(scene, {**changes, **film, "initial": {"standing": {}}})

@@ -9,19 +9,19 @@ import pytest
 
 import tarsus as ts
 from reproduce.coarse_studies import overdamped, ringing
+from tarsus.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
 from tarsus.spec import get_value
-from tarsus_reproduce import readings
+from tarsus_reproduce import readings, scatter
 from tarsus_reproduce.millipede import Coarse, Score, damping_ratio, stands
+from tarsus_reproduce.packaged_readings import packaged_readings, parse_readings, readings_text
 from tarsus_reproduce.readings import (
     CHOICES,
     RANGES,
     drawn,
     random_readings,
     reading_scene,
-    scatter_scores,
-    scatter_table,
-    scattered,
 )
+from tarsus_reproduce.scatter import scatter_scores, scatter_table, scattered
 
 
 @pytest.fixture
@@ -35,6 +35,7 @@ def quick(monkeypatch):
         return type("Outcome", (), {"score": score})
 
     monkeypatch.setattr(readings, "judge_scene", judge)
+    monkeypatch.setattr(scatter, "judge_scene", judge)
     return ran
 
 
@@ -52,11 +53,19 @@ def test_a_reading_is_the_same_whatever_the_count_and_fills_its_ranges():
 
 
 def test_a_reading_becomes_the_scene_it_says():
-    values = {**drawn(1, 0), "start": "standing", "vertical damping ratio": 0.07, "film reading": "nN m^2 s"}
+    words = {"start": "standing", "film reading": "nN m^2 s", "landing": RestituteFirst.title}
+    values = {**drawn(1, 0), **words, "vertical damping ratio": 0.07, "friction bound": "µ f_a"}
     scene = reading_scene(overdamped(), values)
     assert damping_ratio(scene) == pytest.approx(0.07) and stands(scene)
     assert scene.ground.film.coefficient == pytest.approx(1.747e-24)
     assert scene.ground.restitution.coefficient == 0.378  # printed, never drawn
+    assert scene.ground.landing == RestituteFirst(speed=values["speed that may be held"])
+    assert scene.ground.friction == AdhesiveFriction(coefficient=values["friction by adhesion alone"])
+    other = reading_scene(
+        overdamped(), {**values, "landing": PullAsPrinted.title, "friction bound": "µ (N + f_a)"}
+    )
+    assert other.ground.landing == PullAsPrinted()
+    assert other.ground.friction == Friction(coefficient=values["friction"])
     weights = scene.robot.drives["L1"].load.weights
     assert weights["L1_hip_x"] == pytest.approx(values["lateral over vertical force"]) == -weights["L1_x"]
     assert not stands(reading_scene(overdamped(), {**values, "start": "relaxed"}))
@@ -120,3 +129,21 @@ def test_neighbours_give_the_range_of_a_score(quick):
     assert len(set(quick)) == table["judged"] == 6
     assert (table["agree"], table["contradict"]) == ({"least": 0, "most": 4}, {"least": 1, "most": 1})
     assert scatter_table([]) == {"spread": 0.1, "judged": 0}
+
+
+def test_the_packaged_readings_are_those_of_the_ranges():
+    found = packaged_readings()
+    assert found.seed == 1 and [one.number for one in found.readings] == list(range(len(found.readings)))
+    assert {score.total for score in found.scores} == {16}
+    assert parse_readings(readings_text(found)) == found
+    with pytest.raises(ts.InputError, match="drawn from other ranges"):
+        parse_readings(readings_text(found).replace("ranges ", "ranges 0"))
+    with pytest.raises(ts.InputError, match="no file of readings"):
+        parse_readings("number,agree\n1,2\n")
+
+
+@pytest.mark.slow
+def test_a_packaged_reading_is_judged_the_same_again():
+    wanted = packaged_readings().readings[0]
+    (found,) = random_readings(ts.load_scene("millipede"), 1, 1).readings
+    assert found.score == wanted.score

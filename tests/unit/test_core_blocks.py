@@ -39,7 +39,9 @@ def check(mass, damping, stiffness):
     # compared in velocities over the fastest rate and displacements alike
     left, right = state @ basis, basis @ diagonal
     for half in (slice(0, n), slice(n, None)):
-        np.testing.assert_allclose(left[half], right[half], rtol=0, atol=1e-10 * max(np.abs(left[half]).max(), 1e-300))
+        np.testing.assert_allclose(
+            left[half], right[half], rtol=0, atol=1e-10 * max(np.abs(left[half]).max(), 1e-300)
+        )
     return blocks
 
 
@@ -64,7 +66,9 @@ def test_rigid_body_beside_an_elastic_mode():
 
 
 def test_a_soft_mode_beside_a_very_stiff_one_is_not_rigid():
-    blocks, _ = split_modes(np.eye(2), np.zeros((2, 2)), np.diag([(2 * np.pi * 0.5) ** 2, (2 * np.pi * 3e6) ** 2]))
+    blocks, _ = split_modes(
+        np.eye(2), np.zeros((2, 2)), np.diag([(2 * np.pi * 0.5) ** 2, (2 * np.pi * 3e6) ** 2])
+    )
     np.testing.assert_allclose(np.sqrt(np.sort(np.linalg.det(blocks))) / (2 * np.pi), [0.5, 3e6], rtol=1e-13)
 
 

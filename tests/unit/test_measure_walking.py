@@ -14,6 +14,7 @@ from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.solve.walkrun import structured_marks
+from walking_devices import creeping_millipede
 
 T = 0.02
 EDGES = T * np.arange(5)
@@ -21,7 +22,7 @@ EDGES = T * np.arange(5)
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return ts.load_scene("millipede")
+    return creeping_millipede()
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from tarsus.laws import Friction, SmoothLaw
 from tarsus.solve import batch as batches
 from tarsus.solve.codes import ResultCode
 from tarsus.structure import Walker
+from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 RELEASE, SLIP, STICK = 3, 7, 8
@@ -142,8 +143,8 @@ def test_slip_begins_where_the_force_along_reaches_the_bound_and_not_before(fric
 
 
 def test_a_millipede_leg_slips_once_before_it_leaves() -> None:
-    """The first contact of the packaged millipede: its raised foot slips once, then lets go."""
-    run = ts.simulate(ts.load_scene("millipede"), duration=5e-7)
+    """The first contact of a millipede that creeps: its raised foot slips once, then lets go."""
+    run = ts.simulate(creeping_millipede(), duration=5e-7)
     raised = run.events[(run.events["foot"] == 1) & (run.events["time"] > 0.0)]
     assert raised["kind"].tolist() == [SLIP, RELEASE]
     # 86.1000087 ns: the same contact as an equation of motion with 2 bodies held, by an implicit Runge-Kutta to 1e-12
@@ -157,7 +158,7 @@ def events_of(batch: ts.Batch, i: int) -> list[tuple[float, ...]]:
 
 def test_a_run_does_not_know_of_the_others_in_its_batch(monkeypatch: pytest.MonkeyPatch) -> None:
     """Alone, first, last, in chunks of any size: the same events to the last bit."""
-    scene = ts.load_scene("millipede")
+    scene = creeping_millipede()
     values = np.linspace(0.1, 0.6, 5)
     wanted = [events_of(ts.simulate_batch(scene, {PATH: [value]}, 0.05), 0) for value in values]
     assert all(len(events) > 10 for events in wanted)
@@ -178,4 +179,6 @@ def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     )
     assert run.events["kind"][1:].tolist() == [RELEASE]
     speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
-    assert run.at(np.array([0.01])).state.v[run.walker.row("block_x") != 0.0, 0] == pytest.approx(speed, rel=1e-9)
+    assert run.at(np.array([0.01])).state.v[run.walker.row("block_x") != 0.0, 0] == pytest.approx(
+        speed, rel=1e-9
+    )

@@ -9,6 +9,7 @@ import tarsus as ts
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK, TRANSITIONS
 from tarsus.files.store import EVENT_WORDS
 from tarsus.laws import Friction
+from walking_devices import creeping_millipede
 from walking_scenes import sticky, trotter
 
 REST = 4
@@ -36,7 +37,7 @@ def runs():
         yield ts.simulate(trotter(legs=4, ground=ground), duration=0.02)
     yield ts.simulate(trotter(legs=4, ground=sticky(adhesion=None)), duration=0.005)
     # friction ends with the contact's last newton: a foot is stuck until it leaves only where the drive jumps
-    yield ts.simulate(ts.load_scene("millipede"), duration=0.1)
+    yield ts.simulate(creeping_millipede(), duration=0.1)
 
 
 @pytest.fixture(scope="module")

@@ -142,7 +142,7 @@ def _left_out_discrepancy(problem: Problem, fits: list[Fit]) -> Discrepancy:
         z, w = np.zeros(shape[1]), np.zeros(shape[1])
         for weight, one in zip(fit.weights, fit.ensembles, strict=True):
             costs = problem.costs(one.readings, one.branch)
-            z = z + weight * (one.weights @ costs.residuals[:, row])
+            z = z + weight * (one.weights @ costs.missed[:, row])
             w = w + weight * (one.weights @ costs.wrong[:, row])
         residuals[row], wrong[row] = z, w
     return discrepancy_of(problem.objective.cells, residuals, wrong, len(problem.unknowns), fitted=False)

@@ -181,8 +181,9 @@ class Sampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every branch gets `screening` sets spread evenly and `short` generations; those that are still more than `hopeless`
-    behind the best are dropped; the others get `generations`, and then `spread` generations that follow the likelihood.
+    Every branch gets `screening` sets spread evenly and `short` generations; those that are still
+    `hopeless` times the best are dropped; the others get `generations`, and then `spread` generations that follow the
+    likelihood.
     """
 
     seed: int = Field(default=1, ge=0)
@@ -198,10 +199,11 @@ class Search(Description):
         default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
     )
     hopeless: float = Field(
-        default=60.0, gt=0,
-        description="a branch is dropped when its cost is so far above the best, in units of the residual scale: after "
-        "a short search a good branch is often 20 above its own optimum",
-    )  # fmt: skip
+        default=3.0,
+        gt=1,
+        description="a branch is dropped when its cost after the short search is so many times the best and 10 more: "
+        "a short search leaves a branch at up to about twice its optimum",
+    )
     within: float = Field(
         default=6.0, gt=0,
         description="a branch is kept when its cost is so near the best, in units of the residual scale: 6 is a "

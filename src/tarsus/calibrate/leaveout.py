@@ -34,7 +34,7 @@ def fit_of(problem: Problem, ensembles: list[Ensemble], scale: float, without: i
     weights = branch_weights(ensembles, scale)
     best = ensembles[int(np.argmin([one.best for one in ensembles]))]
     costs = problem.costs(best.readings[:1], best.branch)
-    residuals, wrong = costs.residuals[0].copy(), costs.wrong[0].copy()
+    residuals, wrong = costs.missed[0].copy(), costs.wrong[0].copy()
     if without is not None:
         residuals[without], wrong[without] = np.nan, np.nan
     found = discrepancy_of(problem.objective.cells, residuals, wrong, len(problem.unknowns))

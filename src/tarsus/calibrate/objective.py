@@ -79,12 +79,14 @@ class Limit:
 @dataclass(frozen=True)
 class Costs:
     """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where
-    unknown; wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is
-    none."""
+    unknown; missed (ns, nr, nk): the same seen from the model's side, observed less model in tolerances of the
+    model's value; wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where
+    that is none."""
 
     rows: Floats
     limits: Floats
     residuals: Floats
+    missed: Floats
     wrong: Floats
 
 
@@ -115,7 +117,7 @@ class Objective:
         seen = np.asarray(readings, dtype=float)
         nr = len(self.cells.observed)
         table = seen[:, :nr][:, :, list(branch.columns)]
-        z, scatter = self._residuals(table)
+        z, scatter, missed = self._residuals(table)
         known = np.isfinite(self.cells.observed)
         cost = self.soft(z**2 / (1.0 + scatter)) + np.log1p(scatter)
         wrong = np.full(z.shape, np.nan)
@@ -131,6 +133,7 @@ class Objective:
             if self.limits
             else np.zeros((len(seen), 0)),
             np.where(known, z, np.nan),
+            np.where(known, missed, np.nan),
             np.where(known, wrong, np.nan),
         )
 
@@ -138,8 +141,9 @@ class Objective:
         """Cost of squared residuals."""
         return self.robust**2 * np.log1p(square / self.robust**2)
 
-    def _residuals(self, table: Floats) -> tuple[Floats, Floats]:
-        """Mean residual and its variance over the windows (ns, nr, nk); a measure that is not there counts as zero."""
+    def _residuals(self, table: Floats) -> tuple[Floats, Floats, Floats]:
+        """Mean residual, its variance over the windows, and the residual on the model's own scale (ns, nr, nk); a
+        measure that is not there counts as zero."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
         tau = tolerance(o, a, self.cells.relative)
         scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
@@ -152,7 +156,11 @@ class Objective:
         )
         u = np.log(ratio) * scale[:, :, None]
         z = np.where(failed, FAILED, u.mean(axis=-1))
-        return z, np.where(failed, 0.0, u.var(axis=-1))
+        mean = np.log(ratio).mean(axis=-1)  # of log((v + a) / (o + a))
+        shifted = np.exp(mean) * (o + a)
+        own = tolerance(np.maximum(shifted - a, 0.0), a, self.cells.relative)
+        missed = -mean * np.divide(shifted, own, out=np.ones_like(own), where=own > 0.0)
+        return z, np.where(failed, 0.0, u.var(axis=-1)), np.where(failed, FAILED, missed)
 
     def _limit(self, seen: Floats, limit: Limit) -> Floats:
         part = seen[:, list(limit.rows), limit.channel]

@@ -10,15 +10,19 @@ from tarsus.calibrate.account import calibration_table, device_file
 from tarsus.calibrate.calibrating import Calibrated
 from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
+from tarsus.calibrate.studyfile import TABLE_FILE
 from tarsus.errors import InputError
-from tarsus.files.store import write_text
+from tarsus.files.store import REPORT_FILE, write_text
+from tarsus.files.sweepstore import SWEEP_FILES
 from tarsus.files.toml import scene_text
 from tarsus.scene import Provenance, Scene, Source
 from tarsus.spec import get_value, with_values
 
-__all__ = ["CALIBRATION_FILE", "branch_scene", "mixture_of", "write_outputs"]
+__all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "branch_scene", "mixture_of", "write_outputs"]
 
 CALIBRATION_FILE = "calibration.json"
+CALIBRATION_FILES = (*SWEEP_FILES, TABLE_FILE, CALIBRATION_FILE, MIXTURE_FILE, "branch-*.toml", REPORT_FILE)
+"""Everything that a calibration's folder may hold of it, as glob patterns."""
 
 
 def mixture_of(result: Calibrated) -> Mixture:

@@ -2,14 +2,16 @@
 
 The predictive distribution of a measure has three parts. *Parameters*: every member of every branch by its weight.
 *Sampling*: every window and draw of a member counts alike. *Discrepancy*: what the model misses even where it was
-fitted. On the scale on which cells are compared it is normal with standard deviation
+fitted. On the scale on which cells are compared, taken at the model's value v, it is normal with standard deviation
 
     sigma = max(1, q / 1.2816 * f),   f = min(2, sqrt(n / (n - k))),
 
-q the 80 % quantile of \\|residual\\| (in tolerances) over the n fitted cells of the measure's kind, 1.2816 that of a
-standard normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it
-means nothing. Residuals that grow with the table's own tolerance include it; sigma is at least 1, the tolerance
-itself. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1.
+q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the m fitted cells of
+the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
+normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it means
+nothing. Sizes are in the table's own tolerances and include them; sigma is at least 1. Where rows were left out and
+predicted, their residuals take the place of the fitted ones, with f = 1. One standard deviation is at most a factor
+of `WORST`: a model that misses by more predicts nothing, which sigma tells and an interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
 the fitted rows, so p (1 - w) + (1 - p) w is given.
@@ -37,6 +39,8 @@ FEWEST = 3
 """Cells of a measure from which its own residuals are used; with fewer those of all measures are."""
 NODES = norm.ppf((np.arange(15) + 0.5) / 15.0)
 """Middles of fifteen equal parts of a standard normal, by which the discrepancy is added without random numbers."""
+WORST = 6.0
+"""Largest factor that one standard deviation of the discrepancy is: its 80 % interval then spans two orders."""
 SHARE = 0.1
 """A mode has at least so much of the weight."""
 APART = 2.0
@@ -89,7 +93,8 @@ def discrepancy_of(
         own = np.abs(residuals[known[:, k], k])
         used = own if len(own) >= FEWEST else everything
         if len(used):
-            sigma[k] = max(1.0, float(np.quantile(used, INTERVAL)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
+            level = min(1.0, INTERVAL * (len(used) + 1) / len(used))
+            sigma[k] = max(1.0, float(np.quantile(used, level)) / norm.ppf(0.5 + 0.5 * INTERVAL) * factor)
         judged = wrong[np.isfinite(wrong[:, k]), k]
         if len(judged):
             error[k] = min(0.5, (float(judged.sum()) + 0.5) / (len(judged) + 1.0))
@@ -110,29 +115,29 @@ def predict_row(
 
     readings: of each ensemble's members in that row (nm, channels, samples); absolute (nk,): tolerances of the row.
     """
-    share = [w * one.weights for w, one in zip(weights, ensembles, strict=True)]
-    return [
-        _predict(ensembles, share, readings, cells, k, float(absolute[k]), discrepancy, peak, resolution)
-        for k in range(len(cells.names))
-    ]
+    member = np.concatenate([w * one.weights for w, one in zip(weights, ensembles, strict=True)])
+    tops = None
+    if peak is not None:
+        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])
+    out = []
+    for k in range(len(cells.names)):
+        parts = [r[:, one.branch.columns[k]] for r, one in zip(readings, ensembles, strict=True)]
+        windows = np.concatenate(parts).astype(float)
+        out.append(_predict(windows, member, cells, k, float(absolute[k]), discrepancy, tops, resolution))
+    return out
 
 
 def _predict(
-    ensembles: Sequence[Ensemble],
-    share: Sequence[Floats],
-    readings: Sequence[NDArray[np.floating]],
+    windows: Floats,
+    member: Floats,
     cells: Cells,
     k: int,
     a: float,
     discrepancy: Discrepancy,
-    peak: int | None,
+    tops: Floats | None,
     resolution: float,
 ) -> Prediction:
-    parts = [
-        np.asarray(r[:, e.branch.columns[k]], dtype=float) for r, e in zip(readings, ensembles, strict=True)
-    ]
-    windows = np.concatenate(parts)
-    member = np.concatenate(share)
+    """Measure k from windows (nm, samples) of members with weights (nm,); tops (nm, samples): highest gaps."""
     failed = np.isinf(windows).any(axis=1)
     lost = float(member[failed].sum())
     name = cells.names[k]
@@ -142,7 +147,8 @@ def _predict(
     values = windows.ravel()
     each = np.repeat(member / windows.shape[1], windows.shape[1])
     spread = discrepancy.sigma[k] * tolerance(values, np.full(1, a), cells.relative[k : k + 1])
-    shift = np.where(values + a > 0.0, spread / np.where(values + a > 0.0, values + a, 1.0), 0.0)
+    shift = np.divide(spread, values + a, out=np.zeros_like(values), where=values + a > 0.0)
+    shift = np.minimum(shift, np.log(WORST))
     noisy = np.maximum((values + a)[:, None] * np.exp(shift[:, None] * NODES) - a, 0.0).ravel()
     noisy_weights = np.repeat(each / len(NODES), len(NODES))
     low, median, high = (
@@ -153,9 +159,8 @@ def _predict(
         mean = float(existence(windows) @ member)
         p = float(mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k])
     decidable = True
-    if peak is not None:
-        tops = np.concatenate([np.asarray(r[:, peak], dtype=float) for r in readings])[~failed]
-        top = weighted_quantile(np.nan_to_num(tops).ravel(), each, 0.5)
+    if tops is not None:
+        top = weighted_quantile(np.nan_to_num(tops[~failed]).ravel(), each, 0.5)
         decidable = not 0.0 < top < resolution
     modes = has_modes(
         windows.mean(axis=1),

@@ -51,6 +51,6 @@ def readings(
     Those of `PER_PERIOD` are scaled from the window to the drive period.
     """
     history = foot_history(run.all_events, foot, run.end_time)
-    found = by_window({"foot": history}, edges, Counting.of(run.period, resolution))
+    found = by_window({"foot": history}, edges, Counting.of(run.period, resolution), names)
     scale = run.period / np.diff(edges)
     return np.array([found[name][0] * (scale if name in PER_PERIOD else 1.0) for name in names])

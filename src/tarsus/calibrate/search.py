@@ -37,6 +37,8 @@ Floats = NDArray[np.float64]
 LEVEL = 0.9
 """Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
 for each unknown)."""
+MARGIN = 10.0
+"""No branch is dropped for less cost than this: a likelihood ratio of 150, which a few generations may make up."""
 SCREEN, SHORT, DEEP, CHAIN, LEAVE_OUT = range(5)
 """Stages, for the random numbers of each."""
 
@@ -189,8 +191,7 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
             problem, archive, b, _filled(start, search.population, rng), search.short, rng
         )
     best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
-    scale = _scale(problem, archive, best)
-    hopeless = min(best.values()) + search.hopeless * scale
+    hopeless = search.hopeless * min(best.values()) + MARGIN
     kept = [b for b in numbers if best[b] <= hopeless]
     for b in kept:
         rng = np.random.default_rng([search.seed, DEEP, b])
@@ -214,9 +215,7 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
 
 def _reason(branch: int, kept: list[int], near: list[int], search: Search) -> str:
     if branch not in kept:
-        return (
-            f"hopeless after the short search: more than {search.hopeless:g} residual scales above the best"
-        )
+        return f"hopeless after the short search: more than {search.hopeless:g} times the cost of the best"
     if branch not in near:
         return f"more than {search.within:g} residual scales above the best ({search.reason})"
     return ""

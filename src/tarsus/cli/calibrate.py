@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,6 +17,7 @@ def calibrate(
     seed: int | None = None,
     threads: int | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     report: bool = True,
     json: Annotated[bool, Parameter(negative=())] = False,
@@ -36,6 +37,8 @@ def calibrate(
         worker threads; all cores by default. The result does not depend on them.
     resume
         continue what the folder holds; visited sets are not simulated again.
+    overwrite
+        begin again: replace what `calibrate` wrote into the folder before; other files stay.
     law
         a Python file with laws that the scene uses; may be repeated.
     report
@@ -43,40 +46,34 @@ def calibrate(
     json
         print one JSON object instead of the tables.
     """
-    import shlex
-
     from tarsus.calibrate.account import calibration_table
     from tarsus.calibrate.calibrating import calibrate as run
+    from tarsus.calibrate.outputs import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study
     from tarsus.cli import console, requests
+    from tarsus.errors import InputError
+    from tarsus.files.output import OutputFolder
 
-    laws = requests.laws_of(law or ())
-    described = load_study(study, laws)
+    described = load_study(study, requests.laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.calibration")
-    requests.check_folder(folder)
+    if resume and overwrite:
+        raise InputError("--resume continues a calibration and --overwrite begins it again: give one of them")
+    target = OutputFolder(folder, "calibrate", CALIBRATION_FILES, overwrite, resumable=True)
+    target.check(resume=resume)
     console.announce_compiling(described.study.scene)
     try:
-        with console.progress_bar("sets", time_left=True) as progress:
+        with target.writing(resume=resume), console.progress_bar("sets", time_left=True) as progress:
             result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)
+            table = calibration_table(result)
+            if report:
+                from tarsus.report.calibrate_page import write_calibration_report
+
+                write_calibration_report(table, folder / "report.html")
     except KeyboardInterrupt:
-        words = [
-            "tarsus",
-            "calibrate",
-            study,
-            "-o",
-            str(folder),
-            *(w for f in law or () for w in ("--law", str(f))),
-        ]
-        words += [] if seed is None else ["--seed", str(seed)]
         console.complain(
-            [f"interrupted; visited sets are kept, continue with `{shlex.join(words)} --resume`"]
+            [f"interrupted; visited sets are kept, continue with `{_again(study, folder, law or (), seed)}`"]
         )
         return 1
-    table = calibration_table(result)
-    if report:
-        from tarsus.report.calibrate_page import write_calibration_report
-
-        write_calibration_report(table, folder / "report.html")
     if json:
         console.print_json(table)
     else:
@@ -86,6 +83,14 @@ def calibrate(
     if lost:
         console.complain(["no run of some fitted rows reached its end; the calibration means nothing there"])
     return 1 if lost else 0
+
+
+def _again(study: str, folder: Path, laws: Sequence[Path], seed: int | None) -> str:
+    """The command line that goes on."""
+    import shlex
+
+    words = ["tarsus", "calibrate", study, "-o", str(folder), *(w for f in laws for w in ("--law", str(f)))]
+    return shlex.join([*words, *([] if seed is None else ["--seed", str(seed)]), "--resume"])
 
 
 def _show(table: Mapping[str, Any]) -> None:

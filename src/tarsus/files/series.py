@@ -73,9 +73,7 @@ def write_netcdf(variables: Variables, attrs: Mapping[str, Any], path: Path) -> 
 
     plain = described(variables)
     sizes = {
-        dim: size
-        for dims, values, _ in plain.values()
-        for dim, size in zip(dims, values.shape, strict=True)
+        dim: size for dims, values, _ in plain.values() for dim, size in zip(dims, values.shape, strict=True)
     }
     with h5netcdf.File(path, "w") as file:
         file.dimensions = sizes

@@ -153,7 +153,7 @@ def _table(description: Description) -> dict[str, Any]:
         if isinstance(value, tuple) and _count(value) > _LONGEST_TEXT_LIST:
             unit = None
         plain = _plain(value, unit)
-        if plain != {} or field.is_required():
+        if plain != {} or field.is_required() or field.default is None:  # an empty table is not an absent one
             table[name] = plain
     return table
 

@@ -262,7 +262,9 @@ def _with_accounts(
         parts[i] = (raw if isinstance(raw, RawWalks) else replace(raw, trace=raw.trace[:0].copy()), 0)
 
     _spread(work, range(len(periods)), threads)
-    return Batch(scene, values, seconds, periods, [parts[i] for i in range(len(periods))], frozenset(unclosed))
+    return Batch(
+        scene, values, seconds, periods, [parts[i] for i in range(len(periods))], frozenset(unclosed)
+    )
 
 
 def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:

@@ -125,6 +125,14 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
     ground = scene.ground
     loads = tuple(drive.load for drive in scene.robot.drives.values())
     as_printed = isinstance(ground.landing, PullAsPrinted)  # the other rules are in the law parameters
-    structure = (duration, scene.robot.structure, scene.robot.feet, ground.gravity, ground.impact, as_printed, loads)
+    structure = (
+        duration,
+        scene.robot.structure,
+        scene.robot.feet,
+        ground.gravity,
+        ground.impact,
+        as_printed,
+        loads,
+    )
     plan = lower_scene(scene)
     return ByModes(plan, duration, shared.get(structure, lambda: SharedBook(plan, duration)))

@@ -92,7 +92,9 @@ def _smooth(
         film = np.where(held, 0.0, -c * rate / (gap + thickness) ** 3)
     user = np.zeros_like(gap)
     volts = of_any.foot_volts(run, times)
-    above = np.maximum(gap, 0.0)  # a foot on the ground may be below it by rounding, where a law need not be defined
+    above = np.maximum(
+        gap, 0.0
+    )  # a foot on the ground may be below it by rounding, where a law need not be defined
     for law in of_any.smooth_laws(run):
         user += np.vectorize(type(law).force, otypes=[float])(above, rate, volts, times, *law.parameters())
     return electrostatic, film, np.where(held, 0.0, user), electrostatic + user

@@ -20,6 +20,7 @@ from tarsus.measure import RESOLUTION, Counting, by_window, histories_of, period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, Run
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import SharedBook, execute
 
 Floats = NDArray[np.float64]
@@ -107,7 +108,10 @@ def foot_statistics(
         )
         raw = execute(own, whole, book=book, accuracy=ACCURACY, period=period)
         run = Run(scene, own, raw, whole, period, math.nan)
-        result = _judge(run, name, settle, resolution, window) if run.ok else run.code.value
+        # the steps are not kept, so that there is no energy account to ask for
+        code = ResultCode.of(int(raw.codes[0]), makes_energy=scene.ground.makes_energy)
+        done = code is ResultCode.DONE
+        result = _judge(run, name, settle, resolution, window) if done else code.value
         if on_done is not None:
             on_done()
         return result

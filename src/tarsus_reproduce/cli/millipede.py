@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """How many random readings of the model, how many neighbours of every device, and the seed of both."""
+    """Numbers of random readings (0: the packaged ones) and of neighbours of every device, and the seed of both."""
 
     readings: int = 0
     scatter: int = 0
@@ -35,9 +35,9 @@ def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, qu
     console.announce_compiling(load_scene(device or VARIANTS[0]))
     with console.progress_bar("reproducing", time_left=asked.readings > 0) as progress:
         reproduction = reproduce_millipede(device or VARIANTS, progress=progress)
-        drawn = _readings(device or VARIANTS[0], output, asked, progress) if asked.readings else None
+        drawn = _readings(device or VARIANTS[0], output, asked, progress)
         near = _scatter(reproduction, asked, progress) if asked.scatter else {}
-    result = reproduction.to_dict() | ({"readings": drawn.to_dict()} if drawn else {})
+    result = reproduction.to_dict() | {"readings": drawn.to_dict() | {"packaged": not asked.readings}}
     for name, table in near.items():
         result["variants"][name]["scatter"] = table
     if json:
@@ -51,15 +51,19 @@ def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, qu
 
 
 def _readings(device: str, output: Path | None, asked: Asked, progress: Any) -> Readings:
+    """As many as are asked for, judged; without a number, those that come with the package."""
     from tarsus.files.library import load_scene
+    from tarsus_reproduce.packaged_readings import packaged_readings
     from tarsus_reproduce.readings import random_readings
 
+    if not asked.readings:
+        return packaged_readings()
     file = None if output is None else output / READINGS_FILE.format(seed=asked.seed)
     return random_readings(load_scene(device), asked.readings, asked.seed, file=file, progress=progress)
 
 
 def _scatter(reproduction: MillipedeReproduction, asked: Asked, progress: Any) -> dict[str, Any]:
-    from tarsus_reproduce.readings import scatter_scores, scatter_table
+    from tarsus_reproduce.scatter import scatter_scores, scatter_table
 
     return {
         one.name: scatter_table(scatter_scores(one, asked.scatter, asked.seed, progress=progress))
@@ -103,20 +107,20 @@ def _print(reproduction: MillipedeReproduction, result: Mapping[str, Any]) -> No
             print(
                 f"{name}, unprinted numbers scattered by {near['spread']:.0%} ({near['judged']} draws): {spans}"
             )
-    if "readings" in result:
-        found = result["readings"]
-        print(
-            f"\n{found['judged']} of {found['count']} random readings of what is not printed, seed {found['seed']}"
+    found = result["readings"]
+    print(
+        f"\n{found['judged']} of {found['count']} random readings of what is not printed, seed {found['seed']}"
+        + (", as packaged" if found["packaged"] else "")
+    )
+    rows = [
+        (
+            name.replace("_", " "),
+            *(f"{found[name][key]:.3g}" for key in ("mean", "median", "quantile_95")),
         )
-        rows = [
-            (
-                name.replace("_", " "),
-                *(f"{found[name][key]:.3g}" for key in ("mean", "median", "quantile_95")),
-            )
-            for name in ("agree", "contradict", "insensitive", "not_determined", "directional_agree")
-            if name in found
-        ]
-        console.table(("trends that", "mean", "median", "95 % at most"), rows)
+        for name in ("agree", "contradict", "insensitive", "not_determined", "directional_agree")
+        if name in found
+    ]
+    console.table(("trends that", "mean", "median", "95 % at most"), rows)
 
 
 def _print_outcome(outcome: Outcome) -> None:
@@ -158,7 +162,7 @@ def _shown(value: float, unit: str) -> str:
 
 def _write(
     reproduction: MillipedeReproduction,
-    readings: Readings | None,
+    readings: Readings,
     result: Mapping[str, Any],
     folder: Path,
     *,

@@ -24,6 +24,7 @@ from tarsus.report.html import (
 from tarsus.report.style import figure_style
 from tarsus_reproduce.millipede import Judged, MillipedeReproduction
 from tarsus_reproduce.millipede_trends import DIRECTIONAL, TRENDS, examples, scored_trends
+from tarsus_reproduce.packaged_readings import packaged_readings
 from tarsus_reproduce.pages.millipede_figures import readings_figure, swept_figure, walks_figure
 from tarsus_reproduce.readings import CHOICES, RANGES, Readings
 from tarsus_reproduce.trends import CRITERION, Verdict
@@ -45,7 +46,8 @@ def write_millipede_report(
 ) -> Path:
     """Write a millipede's reproduction as one self-contained HTML file and return its path.
 
-    `readings` adds the distribution of the score. Raises InputError if `path` cannot be written.
+    It shows the distribution over `readings`, the packaged ones when absent. Raises InputError if `path` cannot be
+    written.
     """
     target = Path(path)
     write_text(target, millipede_html(reproduction, readings))
@@ -55,11 +57,11 @@ def write_millipede_report(
 def millipede_html(reproduction: MillipedeReproduction, readings: Readings | None = None) -> str:
     """The page as text; see `write_millipede_report`."""
     with figure_style():
-        body = "".join(_sections(reproduction, readings))
+        body = "".join(_sections(reproduction, readings or packaged_readings()))
     return page("millipede – reproduction", body)
 
 
-def _sections(reproduction: MillipedeReproduction, readings: Readings | None) -> Iterator[str]:
+def _sections(reproduction: MillipedeReproduction, readings: Readings) -> Iterator[str]:
     numbers = count(1)
     yield (
         "<h1>The walking millipede</h1>\n"
@@ -79,9 +81,8 @@ def _sections(reproduction: MillipedeReproduction, readings: Readings | None) ->
     yield _summary(reproduction)
     for outcome in reproduction.outcomes:
         yield f"<p><b>{escape(outcome.name)}</b>: {escape(outcome.about)}.</p>\n"
-    if readings is not None:
-        yield "<h2>Random readings of what is not printed</h2>\n"
-        yield from _readings(reproduction, readings, numbers)
+    yield "<h2>Random readings of what is not printed</h2>\n"
+    yield from _readings(reproduction, readings, numbers)
     yield _trends(reproduction)
     yield "<h2>Over ground and payload</h2>\n"
     for study, (title, symbol) in FIGURES.items():

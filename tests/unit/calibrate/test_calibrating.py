@@ -53,7 +53,7 @@ def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without
     solution = calibrate(file, threads=2).solution
     assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
     for one in solution.ranges[solution.best]:
-        assert one.best == pytest.approx(TRUTH[one.name], rel=0.01) and one.word == "determined"
+        assert one.best == pytest.approx(TRUTH[one.name], rel=0.03) and one.word == "determined"
     observed = solution.problem.objective.cells.observed
     assert solution.left_out is not None
     for row, predictions in zip(observed, solution.left_out, strict=True):
@@ -121,7 +121,7 @@ def test_threads_do_not_change_a_byte(finished, tmp_path):
 
 def test_a_folder_is_not_overwritten_and_not_mistaken(finished, tmp_path):
     _, folder, file = finished
-    with pytest.raises(InputError, match="continue the calibration there with --resume"):
+    with pytest.raises(InputError, match="holds a calibration; continue it there with --resume"):
         calibrate(file, folder)
     with pytest.raises(InputError, match="holds another calibration"):
         calibrate(file, folder, seed=7, resume=True)
@@ -216,6 +216,23 @@ softness = "1 mm"
     costs = lowered.problem.costs(readings, lowered.problem.branches[0])
     assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+
+
+def test_draws_start_with_velocities_of_their_own_and_all_sets_with_the_same(tmp_path):
+    text = BALL.replace("windows = 1", 'windows = 2\ndraws = 3\nspeed = "20 cm/s"').replace(
+        'window = "2 s"', 'window = "0.8 s"'
+    )
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n70,1,1\n", text)))
+    sets = np.array([[0.8, 0.5], [0.8, 0.5], [0.7, 0.5]])
+    readings = lowered.forward(0, sets, (0, 1))
+    assert readings.shape == (3, 2, len(lowered.forward.channels), 6)
+    assert np.array_equal(readings[0], readings[1], equal_nan=True)
+    peaks = readings[0, 0, lowered.forward.channels.index("peak")]
+    assert len(set(peaks.tolist())) == 6, "every draw and window has its own"
+    one = lowered.forward(0, sets[2:], (1,))
+    assert np.array_equal(one[0, 0], readings[2, 1], equal_nan=True), (
+        "neighbours and other rows change nothing"
+    )
 
 
 def test_the_study_on_the_calibration_page_is_one(tmp_path):

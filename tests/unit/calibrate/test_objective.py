@@ -33,6 +33,13 @@ def test_zero_is_compared_by_the_absolute_tolerance():
     assert objective(readings(0.5), ONE).residuals[0, 0, 0] == pytest.approx(np.log(2.0))
 
 
+def test_the_discrepancy_sees_an_error_from_the_models_side():
+    objective = Objective(cells([[3.0]], absolute=1.0))
+    found = objective(readings(0.0), ONE)
+    assert found.residuals[0, 0, 0] == pytest.approx(-4.0 * np.log(4.0))
+    assert found.missed[0, 0, 0] == pytest.approx(np.log(4.0)), "(v + a) / tau(v) is 1 at v = 0"
+
+
 def test_scatter_over_windows_loosens_a_cell_and_costs_its_own():
     objective = Objective(cells([[1.0]], absolute=0.0, relative=0.1))
     u = np.array([np.log(1.3), np.log(0.9)]) / 0.1

@@ -39,6 +39,11 @@ def test_one_member_has_the_discrepancy_alone():
     assert found.holds(2.0 * np.exp(0.18)) and not found.holds(2.0 * np.exp(0.21))
 
 
+def test_an_interval_of_a_model_that_misses_all_spans_two_orders_and_no_more():
+    found = predicted([[1.0]], [1.0], sigma=1e4)
+    assert found.median == pytest.approx(1.0) and 9.0 < found.high < 12.0 and 0.07 < found.low < 0.12
+
+
 def test_the_probability_of_a_bounce_counts_windows_by_weight_and_the_models_own_errors():
     readings = [[1.0, 1.0, 0.0, 0.0], [1.0, 1.0, 1.0, 1.0]]
     assert predicted(readings, [0.75, 0.25]).p_bounce == pytest.approx(0.625)
@@ -78,7 +83,7 @@ def test_discrepancy_is_the_quantile_of_residuals_over_that_of_a_normal():
     wrong = np.full((10, 1), 0.1)
     found = discrepancy_of(table, residuals, wrong, 2)
     factor = np.sqrt(10.0 / 8.0)
-    assert found.sigma[0] == pytest.approx(np.quantile(np.arange(1.0, 11.0), 0.8) / norm.ppf(0.9) * factor)
+    assert found.sigma[0] == pytest.approx(np.quantile(np.arange(1.0, 11.0), 0.88) / norm.ppf(0.9) * factor)
     assert found.wrong[0] == pytest.approx(1.5 / 11.0)
     assert discrepancy_of(table, 0.1 * residuals, wrong, 2).sigma[0] == 1.0, "never below the tolerance"
 

@@ -81,6 +81,11 @@ def test_the_load_decides_the_length_of_the_hip(leg, design):
     assert design.load_decides
     assert design.lift.lifted == pytest.approx(design.load, rel=1e-6)
     assert design.at_bound == ("thigh.length",)
+
+
+# Slow: a second optimum. Its sibling above keeps that the load decides.
+@pytest.mark.slow
+def test_a_larger_load_asks_for_a_shorter_hip(leg, design):
     stronger = design_links(leg, *BOUNDS, load=1.5 * design.load)
     assert stronger.lengths[0] < design.lengths[0]
     assert stronger.lift.mean_speed < design.lift.mean_speed
@@ -95,6 +100,8 @@ def test_the_leg_stands_up_to_its_standing_load(leg, shin):
         equilibrium(ts.with_values(one, {"body_mass": 1.01 * mass}))
 
 
+# Slow: two legs by their equations of motion. The small step above keeps both models together, the optimum the speed.
+@pytest.mark.slow
 def test_the_design_is_faster_than_the_printed_leg_also_without_linearising(leg, design):
     def speed(one):
         motion = step_response(one, np.linspace(0.0, 0.02, 1001))

@@ -149,9 +149,7 @@ def test_a_scene_that_starts_standing_does_so_for_every_payload():
 def test_what_cannot_start_standing_is_told():
     it = scene(PAIR)
     with pytest.raises(InputError, match="give one of the two"):
-        ts.with_values(
-            it, {"initial": {"standing": {}, "displacement": [0.0] * it.robot.structure.size}}
-        )
+        ts.with_values(it, {"initial": {"standing": {}, "displacement": [0.0] * it.robot.structure.size}})
     with pytest.raises(InputError, match="only a walker stands on its feet"):
         ts.with_values(ts.load_scene("cantilever"), {"initial": {"standing": {}}})
     round_trip = parse_scene(scene_text(ts.with_values(it, {"initial.standing": {"driven": True}})))

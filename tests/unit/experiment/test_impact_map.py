@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 import tarsus as ts
 from hexapod_records import POINTS, RESTITUTION, records, runs, structure, true_column, vibrometer
 from printed_robots import hexapod
-from tarsus.experiment import Window, estimate_impact_map, plain_figures, subtract
+from tarsus.experiment import ImpactMapEstimate, Window, estimate_impact_map, plain_figures, subtract
 from tarsus.experiment.shapes import mode_shapes, normalised
 from tarsus.experiment.vibrometer import Vibrometer
 from tarsus.laws import DominantMode
@@ -22,8 +23,14 @@ from tarsus.measurement import Channel, Measurement, Quantity
 RECOVERY = Path(__file__).parents[3] / "benchmarks" / "recovery.py"
 
 
+@cache
+def estimate() -> ImpactMapEstimate:
+    """Of the first pair of records, made once."""
+    return estimate_impact_map(*records(), structure(), "foot1")
+
+
 def test_a_pair_at_40_db():
-    found = estimate_impact_map(*records(), structure(), "foot1")
+    found = estimate()
     assert found.restitution.value == pytest.approx(RESTITUTION, rel=0.02)
     assert np.linalg.norm(found.values - true_column()) < 0.05 * np.linalg.norm(true_column())
     assert found.values[0] == 1.0
@@ -34,7 +41,7 @@ def test_a_pair_at_40_db():
 
 
 def test_each_impact_is_that_of_the_run():
-    found = estimate_impact_map(*records(), structure(), "foot1").fitted
+    found = estimate().fitted
     events = runs()[0].events
     late = float(np.random.default_rng(2).uniform(0.0, 5e-6))
     nearest = np.abs(found.time[:, None] + late - events["time"][None, :]).argmin(axis=1)
@@ -47,7 +54,7 @@ def test_each_impact_is_that_of_the_run():
 
 def test_it_beats_differences_of_samples_by_far():
     close, in_air = records()
-    found = estimate_impact_map(close, in_air, structure(), "foot1")
+    found = estimate()
     repeat = found.repeats[0]
     assert repeat.impacts is not None
     left = subtract(close, in_air, repeat.alignments[0])
@@ -58,9 +65,11 @@ def test_it_beats_differences_of_samples_by_far():
     assert plain.restitution_spread.std > 10.0 * found.restitution.std
 
 
+# Slow: three pairs, each aligned with each. Repeats in one estimate stay below and in examples/test_impact_records.py.
+@pytest.mark.slow
 def test_more_repeats_narrow_the_intervals():
     pairs = [records(seed) for seed in range(1, 4)]
-    one = estimate_impact_map(*pairs[0], structure(), "foot1")
+    one = estimate()
     three = estimate_impact_map([p[0] for p in pairs], [p[1] for p in pairs], structure(), "foot1")
     assert len(three.repeats) == 3 and len(three.repeats[0].alignments) == 3
     assert len(three.fitted) > 2 * len(one.fitted)
@@ -72,7 +81,7 @@ def test_a_bad_repeat_is_left_out_and_only_bad_ones_are_an_error():
     (close, in_air), (other, _) = records(1), records(2)
     louder = replace(other, values=1.3 * other.values)
     mixed = estimate_impact_map([close, louder], in_air, structure(), "foot1")
-    alone = estimate_impact_map(close, in_air, structure(), "foot1")
+    alone = estimate()
     assert not mixed.repeats[1].verdict.accepted and mixed.repeats[1].fitted is None
     assert mixed.restitution == alone.restitution
     with pytest.raises(ts.InputError, match="The repeat is rejected: channel 'foot1' has a gain of 1"):
@@ -85,9 +94,11 @@ def test_the_gate_is_wider_on_request():
         estimate_impact_map(*noisy, structure(), "foot1")
     found = estimate_impact_map(*noisy, structure(), "foot1", residual_limit=0.3)
     assert found.restitution.low < RESTITUTION < found.restitution.high
-    assert found.restitution.std > 5.0 * estimate_impact_map(*records(), structure(), "foot1").restitution.std
+    assert found.restitution.std > 5.0 * estimate().restitution.std
 
 
+# Slow: its records are filtered at many times their rate. test_free.py leaves smeared samples out of one impact.
+@pytest.mark.slow
 def test_a_slow_instrument_needs_samples_left_out():
     near, far = runs()
     slow = ts.with_values(vibrometer(), {"bandwidth": 100e3})

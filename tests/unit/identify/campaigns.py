@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+
+import pytest
 
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
@@ -16,6 +19,10 @@ from tarsus.identify.chain import Identification, identify
 from tarsus.scene import Scene
 
 KEPT = (
+    "sweep-1",
+    "sweep-2",
+    "sweep-3",
+    "sweep-4",
     "loops",
     "ramps-5hz-100",
     "ramps-20hz-50",
@@ -23,6 +30,8 @@ KEPT = (
     "held-out-square-8v-50hz",
     "held-out-sine-6v-100hz",
 )
+ONCE = "ramps-60hz-100"
+"""Recorded once: eight flights in a record. The others, of fewer, are repeated."""
 
 
 @lru_cache(maxsize=1)
@@ -37,12 +46,9 @@ def folder() -> Path:
     target = Path(tempfile.mkdtemp(prefix="tarsus-campaign-"))
     takes = []
     for take in planned(truth(), 20e3, "pzt"):
-        if take.purpose is Purpose.MODAL:
-            takes.append(take)
-        elif take.purpose is Purpose.BOUNCES or take.name in KEPT:
-            takes.append(
-                replace(take, repeats=1 if take.purpose is Purpose.BOUNCES else take.repeats, air=None)
-            )
+        if take.purpose is Purpose.BOUNCES or take.name in KEPT:
+            once = take.purpose is Purpose.BOUNCES or take.name == ONCE
+            takes.append(replace(take, repeats=1 if once else take.repeats, air=None))
     write_campaign(truth(), target, Instrument(), 7, takes=takes)
     return target
 
@@ -53,7 +59,22 @@ def identified() -> Identification:
     return identify(read_campaign(folder()))
 
 
-def copied(target: Path) -> Path:
-    """A copy of the folder that may be damaged."""
+def modes_as_found(patch: pytest.MonkeyPatch) -> None:
+    """Give the chain the modes that the whole campaign has told, which take longest to find again."""
+    patch.setattr("tarsus.identify.chain.identify_resonances", lambda *words: identified().resonances)
+
+
+def copied(target: Path, *purposes: str) -> Path:
+    """A copy of the folder that may be damaged; of the sets of some purposes alone, where they are given."""
     shutil.copytree(folder(), target)
+    if purposes:
+        only(target, *purposes)
     return target
+
+
+def only(folder: Path, *purposes: str) -> None:
+    """Keep the sets of some purposes."""
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    head, *sets = re.split(r"(?m)^(?=\[records\.[^.\]]+\]$)", text)
+    kept = [one for one in sets if re.search(rf'purpose = "({"|".join(purposes)})"', one)]
+    (folder / "campaign.toml").write_text(head + "".join(kept), encoding="utf-8")

@@ -11,7 +11,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from identify.campaigns import copied, truth
+from identify.campaigns import copied, identified, truth
 from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
@@ -87,7 +87,7 @@ def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
     ],
 )
 def test_a_damaged_record_is_left_out_with_its_reason(tmp_path, change, words):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps")
     changed(folder, change)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(MAT), told
@@ -105,7 +105,7 @@ def test_a_truncated_file_is_left_out(tmp_path, file):
 
 
 def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "modal")
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     text = text.replace('unit = "m/s"\npoint = "tip"', 'unit = "m/s"\npoint = "other"')
     text = text.replace('unit = "m/s"\npoint = "center"', 'unit = "m/s"\npoint = "tip"')
@@ -120,8 +120,15 @@ def test_swapped_channels_of_sweeps_are_told_by_the_modes(tmp_path):
         identify_resonances(chain.opened.model, records, (200.0, 8900.0), 1)
 
 
+# Slow: the modes of all sweeps again. One flipped sign stays; none flipped is the campaign of test_chain.py.
 @pytest.mark.parametrize(
-    "flipped", [(), ("tip velocity",), ("center velocity",), ("tip velocity", "center velocity")]
+    "flipped",
+    [
+        ("tip velocity",),
+        pytest.param((), marks=pytest.mark.slow),
+        pytest.param(("center velocity",), marks=pytest.mark.slow),
+        pytest.param(("tip velocity", "center velocity"), marks=pytest.mark.slow),
+    ],
 )
 def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
     chain, records = sweeps()
@@ -143,8 +150,23 @@ def test_signs_of_sweeps_that_are_flipped_in_all_of_them(flipped):
     assert len(told) == bool(flipped)
 
 
+def test_sweeps_that_move_the_other_way_than_the_loops_are_remarked():
+    chain, _ = sweeps()
+    chain.resonances = identified().resonances
+    loops = [
+        trace_of(one.record, chain.opened.model.points, "loops", "pzt volts", 0.1)
+        for one in read_records(chain.opened, "loops")
+        if one.record
+    ]
+    chain._compare_signs(loops)
+    assert chain.evidence.remarks == []
+    chain._compare_signs([replace(one, volts=-one.volts) for one in loops])
+    (told,) = chain.evidence.remarks
+    assert "moves the other way with the voltage" in told
+
+
 def test_too_few_bounces_are_counted(tmp_path):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps", "bounces")
     for file in folder.glob("bounces-*.h5"):
         with h5py.File(file, "a") as content:
             for name in [key for key in content if content[key].shape]:
@@ -285,15 +307,15 @@ def test_the_chain_goes_on_without_a_sweep_unlike_the_others():
     true = truth().robot.structure
     assert isinstance(true, Beam)
     assert step.values[:2] == pytest.approx(true.frequencies, rel=1e-4)
-    assert str(step.used[0]) == "5 of 6 sweeps" and [one.file for one in step.left_out] == ["sweep-3.uff"]
+    assert str(step.used[0]) == "3 of 4 sweeps" and [one.file for one in step.left_out] == ["sweep-3.uff"]
 
 
 def test_sweeps_of_which_no_majority_agrees_are_refused():
     chain, records = sweeps()
-    records[:3] = [slower(one) for one in records[:3]]
+    records[:2] = [slower(one) for one in records[:2]]
     with pytest.raises(InputError, match="show different responses, and no more than half of them agree"):
         agreeing(records, chain.opened.model.points, (300.0, 8900.0))
-    records[:3] = [shorter(one) for one in records[:3]]
+    records[:2] = [shorter(one) for one in records[:2]]
     with pytest.raises(InputError, match="have different lengths or sampling rates"):
         agreeing(records, chain.opened.model.points, (300.0, 8900.0))
 

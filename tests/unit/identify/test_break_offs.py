@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, perturbed, planned, rest_state
@@ -15,6 +16,8 @@ from tarsus.solve import simulate
 from tarsus.spec import with_values
 
 
+# Slow: 30 flights of a device of its own. The film of test_chain.py is from break-offs fitted the same way.
+@pytest.mark.slow
 def test_a_pressed_foot_does_not_let_go(tmp_path):
     """Of this device most flights at 100 Hz also fit a release 0.04 ms early, with the foot pressed by 25 nN."""
     truth = perturbed(load_scene("cantilever"), 0.2, seed=14)

@@ -53,19 +53,33 @@ def faults(wave: str, **changes: float) -> list[str]:
     return drive_faults(fit, step, len(volts) * step, REST, True)[0]
 
 
-@pytest.mark.parametrize("wave", WAVES)
+ALL_AT_ONCE = {"gain": 0.5, "late": 7.0, "pace": 1.02}
+ONE_BY_ONE = [
+    {"gain": 1.2},
+    {"gain": -1.0},
+    {"offset": 0.05},
+    {"late": 10.0},
+    {"late": -4.0},
+    {"pace": 1.003},
+    {"pace": 1.25},
+    {"pace": 0.5},
+]
+STAY = ("bounces", "sine")
+"""A square and a smooth wave that are tried with every change by default."""
+
+
+# Slow: the rest of the grid. Every wave stays with all changes at once, every change with two waves.
 @pytest.mark.parametrize(
-    "changes",
+    ("wave", "changes"),
     [
-        {"gain": 1.2},
-        {"gain": -1.0},
-        {"offset": 0.05},
-        {"late": 10.0},
-        {"late": -4.0},
-        {"pace": 1.003},
-        {"pace": 1.25},
-        {"pace": 0.5},
-        {"gain": 0.5, "late": 7.0, "pace": 1.02},
+        *((wave, ALL_AT_ONCE) for wave in WAVES),
+        *((wave, one) for wave in STAY for one in ONE_BY_ONE),
+        *(
+            pytest.param(wave, one, marks=pytest.mark.slow)
+            for wave in WAVES
+            for one in ONE_BY_ONE
+            if wave not in STAY
+        ),
     ],
     ids=str,
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from identify.campaigns import copied, truth
+from identify.campaigns import copied, folder, modes_as_found, only, truth
 from scipy.io import loadmat, savemat
 
 from tarsus.experiment.campaign_folder import write_campaign
@@ -44,14 +44,6 @@ def loops_changed(folder: Path, files, column: int, change) -> None:
         (folder / file).write_text("\n".join(lines), encoding="latin-1")
 
 
-def only(folder: Path, *purposes: str) -> None:
-    """Keep the sets of some purposes."""
-    text = (folder / "campaign.toml").read_text(encoding="utf-8")
-    head, *sets = re.split(r"(?m)^(?=\[records\.[^.\]]+\]$)", text)
-    kept = [one for one in sets if re.search(rf'purpose = "({"|".join(purposes)})"', one)]
-    (folder / "campaign.toml").write_text(head + "".join(kept), encoding="utf-8")
-
-
 def said(folder: Path) -> list[str]:
     chain = Chain(read_campaign(folder))
     chain.read()
@@ -69,7 +61,7 @@ def said(folder: Path) -> list[str]:
     ],
 )
 def test_channels_that_do_not_belong_together(tmp_path, name, change, words):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps")
     changed(folder, [MAT], name, change)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(f"{MAT}, channel '{name.split('_')[0]}'"), told
@@ -78,13 +70,15 @@ def test_channels_that_do_not_belong_together(tmp_path, name, change, words):
 
 def test_the_odd_repeat_is_named(tmp_path):
     """Both channels of a point scaled alike: only the other repeats show it."""
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "ramps")
     for kind in ("displacement", "velocity"):
         changed(folder, [MAT], f"tip_{kind}", lambda x: 1.15 * x)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(MAT) and "1.15 times as much" in told[0]
 
 
+# Slow: another device is synthesized and identified. Its sibling below keeps what is taken without a ground.
+@pytest.mark.slow
 def test_loops_in_the_air_show_no_ground(tmp_path):
     other = perturbed(load_scene("cantilever"), 0.2, seed=501)
     takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
@@ -102,9 +96,20 @@ def test_loops_in_the_air_show_no_ground(tmp_path):
     )
 
 
-def test_loops_on_the_ground_show_it(tmp_path):
-    folder = copied(tmp_path / "campaign")
-    only(folder, "modal", "loops")
+def test_a_law_without_a_ground_takes_its_constant_as_stated(monkeypatch):
+    modes_as_found(monkeypatch)
+    chain = Chain(read_campaign(folder()))
+    chain.read()
+    chain.attempt("resonances", chain._resonances)
+    chain.attempt("hysteresis", chain._hysteresis)  # before the ground is looked for
+    path = "robot.drives.pzt.law.constant"
+    found = chain.steps["hysteresis"]
+    assert chain.level is None and found.taken == (path,) and np.isnan(found.interval(path)).all()
+
+
+def test_loops_on_the_ground_show_it(tmp_path, monkeypatch):
+    modes_as_found(monkeypatch)
+    folder = copied(tmp_path / "campaign", "modal", "loops")
     found = identify(read_campaign(folder))
     true = truth()
     path = "robot.drives.pzt.law.constant"
@@ -131,7 +136,7 @@ def test_placeholders_are_no_structure(tmp_path):
 
 
 def test_grounds_at_different_places_are_said(tmp_path):
-    folder = copied(tmp_path / "campaign")
+    folder = copied(tmp_path / "campaign", "loops", "ramps")
     files = [f"loops-{i}.txt" for i in (1, 2, 3)]
     head = (folder / files[0]).read_text(encoding="latin-1").split("\n")
     columns = next(line for line in head if "tip displacement" in line).split("\t")

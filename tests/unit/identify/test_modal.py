@@ -43,8 +43,18 @@ def responses(quantity: Quantity, noise: float = 0.0, drives: int = 1, scale: fl
     return Frf(LINES, values, names, names[:drives], quantity)
 
 
-@pytest.mark.parametrize("quantity", [Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION])
-@pytest.mark.parametrize("drives", [1, 2])
+# Slow: two drives of the other quantities. Each quantity stays with one drive, and two drives with one.
+@pytest.mark.parametrize(
+    ("drives", "quantity"),
+    [
+        (1, Quantity.DISPLACEMENT),
+        (1, Quantity.VELOCITY),
+        (1, Quantity.ACCELERATION),
+        (2, Quantity.VELOCITY),
+        pytest.param(2, Quantity.DISPLACEMENT, marks=pytest.mark.slow),
+        pytest.param(2, Quantity.ACCELERATION, marks=pytest.mark.slow),
+    ],
+)
 def test_a_model_is_found_again(quantity, drives):
     fit = identify_modes(responses(quantity, drives=drives), (110.0, 990.0), 12)
     assert fit.frequencies == pytest.approx([f for f, _ in POLES], rel=1e-5)
@@ -95,6 +105,8 @@ def test_a_response_of_another_quantity_is_remarked():
     assert len(fit.remarks) == 3 and "is the response a displacement" in fit.remarks[0]
 
 
+# Slow: a band of thousands of lines. The errors and intervals below keep such a structure, with others drawn.
+@pytest.mark.slow
 def test_weak_modes_of_a_band_seventy_times_as_wide_are_found():
     random = np.random.default_rng(156)
     truth = modal_recovery.Truth.draw(random)
@@ -119,7 +131,15 @@ def test_a_line_near_zero_that_is_off_the_grid_is_left_out():
     assert fit.frequencies == pytest.approx([f - 99.5 for f, _ in POLES], rel=1e-2)
 
 
-@pytest.mark.parametrize(("channels", "apart"), [(1, 3.0), (3, 2.0), (8, 0.5)])
+# Slow: one channel and many. Three stay.
+@pytest.mark.parametrize(
+    ("channels", "apart"),
+    [
+        (3, 2.0),
+        pytest.param(1, 3.0, marks=pytest.mark.slow),
+        pytest.param(8, 0.5, marks=pytest.mark.slow),
+    ],
+)
 def test_close_modes_are_told_apart(channels, apart):
     """Two modes of one damping, some half-power bands apart, the first weaker in all points together; 40 dB."""
     lines, ratio = np.arange(100.0, 590.0, 0.25), 0.004

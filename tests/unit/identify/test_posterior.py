@@ -44,6 +44,8 @@ def test_only_a_product_is_known_and_the_same_seed_gives_the_same_draws():
     assert verdict.combination.interval.half_width() == pytest.approx(1.96 * 0.05, rel=0.15)
 
 
+# Slow: 976 runs. The likelihood of features stays in test_features.py, posteriors with exact answers above.
+@pytest.mark.slow
 def test_restitution_from_the_features_of_one_record():
     path = "ground.restitution.coefficient"
     ramped = {"signals.pzt.kind": "ramped_square", "signals.pzt.duty": 0.25}

@@ -18,7 +18,13 @@ BEAM = np.array([51.517, 142.176, 278.663, 460.395, 687.166, 958.533])
 
 @pytest.mark.parametrize(
     ("band", "order"),
-    [((100.0, 1490.0), 40), ((20.0, 1500.0), 20), ((1.0, 1500.0), 40), ((100.0, 1490.0), 60)],
+    [
+        ((20.0, 1500.0), 20),
+        # Slow: higher orders of the same set. The lowest stays.
+        pytest.param((100.0, 1490.0), 40, marks=pytest.mark.slow),
+        pytest.param((1.0, 1500.0), 40, marks=pytest.mark.slow),
+        pytest.param((100.0, 1490.0), 60, marks=pytest.mark.slow),
+    ],
 )
 def test_six_modes_of_an_accelerance(band, order):
     fit = identify_modes(cued(), band, order).only(CUED[:, 0])
@@ -30,7 +36,8 @@ def test_six_modes_of_an_accelerance(band, order):
     assert fit.structure().points == ("plate",)
 
 
-@pytest.mark.parametrize("order", [20, 60])
+# Slow: a higher order of the same set. The lower stays.
+@pytest.mark.parametrize("order", [20, pytest.param(60, marks=pytest.mark.slow)])
 def test_one_mode_of_hardly_more_than_a_line(order):
     (mode,) = identify_modes(vtb(1), (156.0, 312.5), order).modes
     assert mode.verdict is Verdict.DETERMINED
@@ -41,7 +48,10 @@ def test_one_mode_of_hardly_more_than_a_line(order):
     )
 
 
-@pytest.mark.parametrize("order", [20, 40, 60])
+# Slow: higher orders of the same set. The lowest stays.
+@pytest.mark.parametrize(
+    "order", [20, pytest.param(40, marks=pytest.mark.slow), pytest.param(60, marks=pytest.mark.slow)]
+)
 def test_a_mode_that_turns_the_wrong_way_is_refused(order):
     fit = identify_modes(vtb(2), (156.0, 312.5), order)
     assert fit.modes[0].frequency.value == pytest.approx(192.594, rel=2e-3)
@@ -49,7 +59,8 @@ def test_a_mode_that_turns_the_wrong_way_is_refused(order):
         fit.structure()
 
 
-@pytest.mark.parametrize("band", [(1.0, 500.0), (10.0, 490.0)])
+# Slow: a wider band of the same set. The other stays.
+@pytest.mark.parametrize("band", [(10.0, 490.0), pytest.param((1.0, 500.0), marks=pytest.mark.slow)])
 def test_a_whole_band_shows_the_sharp_mode_and_the_wrong_way(band):
     fit = identify_modes(vtb(1), band)
     assert fit.frequencies[:2] == pytest.approx([34.05, 212.093], rel=1e-3)

@@ -18,11 +18,12 @@ from tarsus.report.walk_figures import footfalls, ground_forces, travel
 from tarsus.solve.run import Run
 from unit.html_page import Page
 from unit.sample_motion import make_motion
+from walking_devices import creeping_millipede
 
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    return ts.simulate(ts.load_scene("millipede"), duration=0.06)
+    return ts.simulate(creeping_millipede(), duration=0.06)
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +85,7 @@ def test_series_too_coarse_are_taken_anew(run: Run, motion: Motion) -> None:
 
 
 def test_a_leg_without_a_foot_swings_over_the_ground_of_the_others() -> None:
-    scene = ts.load_scene("millipede")
+    scene = creeping_millipede()
     feet = {
         name: foot.model_copy(update={"gap": 3e-6}) for name, foot in scene.robot.feet.items() if name != "R1"
     }
@@ -125,6 +126,14 @@ def test_the_page_needs_nothing_from_outside(text: str) -> None:
     assert not re.findall(r"url\((?!#)", text)
 
 
+def test_values_of_many_feet_are_listed_by_the_least_and_the_largest(run: Run, monkeypatch) -> None:
+    monkeypatch.setattr("tarsus.report.run_page.MOST_FEET_LISTED", 1)
+    text = Page(report_html(run)).text
+    assert "least: foot" in text and "largest: foot" in text
+
+
+# Slow: thirty legs walk and are drawn. Its sibling above asks for the words, of two legs.
+@pytest.mark.slow
 def test_many_feet_are_listed_by_the_least_and_the_largest() -> None:
     count = len(ts.load_scene("millipede-30").robot.feet)
     assert count > MOST_FEET_LISTED
