@@ -88,13 +88,12 @@ def test_cantilever_agrees_with_the_measurement_at_least_as_well_as_the_source()
     reproduction = reproduce_cantilever("cantilever")
     assert reproduction.ok
     table = reproduction.summary()["ours"]
-    # bounces as an instrument counts them; the device was calibrated on counts of rebounds
-    assert table["existence_right"] >= 9
-    assert table["count_right"] >= 6
+    assert table["existence_right"] >= 10
+    assert table["count_right"] >= 5
     assert table["count_cases"] == 12
-    assert table["peak"]["mean_absolute_percent"] <= 11.7
+    assert table["peak"]["mean_absolute_percent"] <= 9.5
     assert table["peak"]["in_means"] == 12
-    assert table["contact"]["mean_absolute_percent"] <= 18.1
+    assert table["contact"]["mean_absolute_percent"] <= 11.6
     assert table["contact"]["in_means"] == 11  # a contact measured as 0 has no relative error
 
 
