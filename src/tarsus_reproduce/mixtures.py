@@ -26,8 +26,8 @@ from tarsus_reproduce.predictions import Member
 __all__ = ["mixture_file", "packaged_members"]
 
 MOST = 6
-"""Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page is made in half
-a minute."""
+"""Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
+minute."""
 
 _PACKAGED = {"hexapod": "hexapod_mixture.json"}
 
