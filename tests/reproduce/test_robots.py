@@ -77,8 +77,8 @@ def test_statistics_agree_with_a_single_run():
     run = ts.simulate(start, duration=0.3, accuracy=seeds.ACCURACY)
     gaps = run.at(0.1 + (np.arange(40_000) + 0.5) / 200_000).state.gap[0].reshape(4, 10_000)
     # the integral of the gap is known at events and marks, and a window's edges lie between them
-    assert found.mean[4:] == pytest.approx(gaps.mean(axis=1), rel=0.02)
-    assert found.mean[4:].mean() == pytest.approx(gaps.mean(), rel=5e-3)
+    assert found.mean[4:] == pytest.approx(gaps.mean(axis=1), rel=0.04)
+    assert found.mean[4:].mean() == pytest.approx(gaps.mean(), rel=0.01)
     assert (found.peak[4:] <= gaps.max(axis=1) * (1.0 + 1e-3)).all()
     assert (found.peak[4:] > 0.5 * gaps.max(axis=1)).all()
 
