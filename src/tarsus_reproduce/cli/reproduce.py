@@ -50,7 +50,7 @@ def reproduce(
         random initial states of every row of a robot, 32 when left out.
     readings
         for the millipede: the score over so many random readings of what is not printed, kept in the output folder and
-        continued there with --resume; left out, the 500 that come with the package.
+        continued there with --resume; left out, those that come with the package.
     scatter
         for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
         up to 10 %.
