@@ -52,12 +52,23 @@ def test_cantilever_through_its_hysteresis(device, wave):
     assert np.any(run.events["kind"] == 2)
 
 
+DRAG = LAWS["drag"](coefficient=2e-3, height=2e-6)
+MAGNET = LAWS["magnet"](strength=2e-26, depth="5 um")
+
+
+# Slow: the rest of the grid. Each law and each scene stays once.
 @pytest.mark.parametrize(
-    "law",
-    [LAWS["drag"](coefficient=2e-3, height=2e-6), LAWS["magnet"](strength=2e-26, depth="5 um")],
-    ids=lambda law: law.name(),
+    ("name", "law"),
+    [
+        ("three_feet", MAGNET),
+        ("sticky_feet", DRAG),
+        ("damped_chain", MAGNET),
+        pytest.param("three_feet", DRAG, marks=pytest.mark.slow),
+        pytest.param("sticky_feet", MAGNET, marks=pytest.mark.slow),
+        pytest.param("damped_chain", DRAG, marks=pytest.mark.slow),
+    ],
+    ids=lambda one: one if isinstance(one, str) else one.name(),
 )
-@pytest.mark.parametrize("name", ["three_feet", "sticky_feet", "damped_chain"])
 def test_with_a_law_of_the_user(name, law):
     run = ts.simulate(scene(name, {"ground.laws": {law.name(): law}}))
     check(run)
@@ -70,7 +81,9 @@ def test_every_impact_loss_is_the_kinetic_energy_of_the_foot():
     """A single mass: m (v-^2 - v+^2) / 2, all of it where the foot sticks."""
     run = ts.simulate(scene("ball"))
     e = run.events
-    np.testing.assert_allclose(e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12)
+    np.testing.assert_allclose(
+        e["energy"], 0.5 * (e["speed_before"] ** 2 - e["speed_after"] ** 2), rtol=1e-12
+    )
     run = ts.simulate(scene("mems_switch"))
     mass = scene("mems_switch").robot.structure.mass[0][0]
     e = run.events[0]
