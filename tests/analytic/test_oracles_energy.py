@@ -52,12 +52,23 @@ def test_cantilever_through_its_hysteresis(device, wave):
     assert np.any(run.events["kind"] == 2)
 
 
+DRAG = LAWS["drag"](coefficient=2e-3, height=2e-6)
+MAGNET = LAWS["magnet"](strength=2e-26, depth="5 um")
+
+
+# Slow: the rest of the grid. Each law and each scene stays once.
 @pytest.mark.parametrize(
-    "law",
-    [LAWS["drag"](coefficient=2e-3, height=2e-6), LAWS["magnet"](strength=2e-26, depth="5 um")],
-    ids=lambda law: law.name(),
+    ("name", "law"),
+    [
+        ("three_feet", MAGNET),
+        ("sticky_feet", DRAG),
+        ("damped_chain", MAGNET),
+        pytest.param("three_feet", DRAG, marks=pytest.mark.slow),
+        pytest.param("sticky_feet", MAGNET, marks=pytest.mark.slow),
+        pytest.param("damped_chain", DRAG, marks=pytest.mark.slow),
+    ],
+    ids=lambda one: one if isinstance(one, str) else one.name(),
 )
-@pytest.mark.parametrize("name", ["three_feet", "sticky_feet", "damped_chain"])
 def test_with_a_law_of_the_user(name, law):
     run = ts.simulate(scene(name, {"ground.laws": {law.name(): law}}))
     check(run)

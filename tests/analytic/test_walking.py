@@ -133,8 +133,15 @@ GROUNDS = {
 }
 
 
-@pytest.mark.parametrize("damping", [2e-6, 1e-3])
-@pytest.mark.parametrize("ground", GROUNDS)
+# Slow: the rest of the grid. Every ground stays with one damping, the one with all laws with both.
+@pytest.mark.parametrize(
+    ("ground", "damping"),
+    [
+        *((ground, 2e-6) for ground in GROUNDS),
+        ("all", 1e-3),
+        *(pytest.param(ground, 1e-3, marks=pytest.mark.slow) for ground in GROUNDS if ground != "all"),
+    ],
+)
 def test_without_friction_the_engine_of_contact_modes_agrees(ground, damping):
     """Two engines that share no solver: every event of bodies that roll and pitch on three scattered legs.
 

@@ -100,7 +100,8 @@ def same_events(one: ts.Run, other: ts.Run) -> None:
         ("adhesion", "own_latch"),
     ],
 )
-@pytest.mark.parametrize("name", ["sticky_feet", "p1_n2"])
+# Slow: a second scene. The one that has every law stays.
+@pytest.mark.parametrize("name", ["sticky_feet", pytest.param("p1_n2", marks=pytest.mark.slow)])
 def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
     base = scene(name)
     built_in = getattr(base.ground, slot)

@@ -48,13 +48,18 @@ def alone(run: SampleRun) -> tuple[str, bool]:
     return text, dict(matplotlib.rcParams) == before
 
 
+CAUTION = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
+
+
 @pytest.fixture(scope="module")
 def failed_text(run: SampleRun) -> str:
-    """The page of a run that failed, after more events than are listed."""
+    """The page of a run that failed, after more events than are listed, with a note on its measures."""
     many = np.zeros(MOST_EVENTS + 37, EVENT)
     many["time"] = np.linspace(0.0, 0.09, len(many))
     many["kind"] = 1
-    return report_html(dataclasses.replace(run, events=many, ok=False))
+    return report_html(
+        dataclasses.replace(run, events=many, ok=False, measures=Measures(run.measures, [CAUTION]))
+    )
 
 
 @pytest.fixture(scope="module")
@@ -187,7 +192,8 @@ def test_stored_run_can_be_reported(run: SampleRun, tmp_path: Path) -> None:
     assert "computed in" not in text
 
 
-def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path) -> None:
+def test_report_into_a_folder_is_refused(run: SampleRun, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("tarsus.report.run_page.report_html", lambda *words, **options: "<html></html>")
     with pytest.raises(InputError, match="folder"):
         write_report(run, tmp_path)
 
@@ -273,9 +279,8 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
     np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
 
 
-def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(run: SampleRun) -> None:
-    caution = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
-    text = Page(report_html(dataclasses.replace(run, measures=Measures(run.measures, [caution])))).text
-    assert f"Note: {caution}" in text
+def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(failed_text: str) -> None:
+    text = Page(failed_text).text
+    assert f"Note: {CAUTION}" in text
     assert "mean over feet; flights above 0.1 um, after contacts below 0.5 ms" in text
     assert "names that begin with max, total or longest are of the whole run" in text

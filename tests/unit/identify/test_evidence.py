@@ -61,7 +61,7 @@ def said(folder: Path) -> list[str]:
     ],
 )
 def test_channels_that_do_not_belong_together(tmp_path, name, change, words):
-    folder = copied(tmp_path / "campaign", "ramps")
+    folder = copied(tmp_path / "campaign")
     changed(folder, [MAT], name, change)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(f"{MAT}, channel '{name.split('_')[0]}'"), told

@@ -56,7 +56,8 @@ def test_five_overlapping_modes() -> None:
     np.testing.assert_allclose(mode.residues[:, 0], shapes[3] * shapes[3, 0] / (2.0j * turning), rtol=2e-3)
 
 
-@pytest.mark.parametrize(("draws", "least"), [(2, 0.75), pytest.param(12, 0.88, marks=pytest.mark.slow)])
+# Slow: more draws of the noise. One stays, of ten intervals.
+@pytest.mark.parametrize(("draws", "least"), [(1, 0.75), pytest.param(12, 0.88, marks=pytest.mark.slow)])
 def test_intervals_cover(draws: int, least: float) -> None:
     structure = quadruped()
     inside = []
