@@ -24,7 +24,7 @@ def test_show_gives_every_value_its_unit_and_provenance(tarsus):
         assert all(one["note"] for one in values)
         by_path = {one["path"]: one for one in values}
         assert by_path["ground.adhesion.initial"]["unit"] == "N"
-        expected = {"cantilever": (0.2653, "calibrated"), "cantilever-1": (0.378, "printed")}[device]
+        expected = {"cantilever": (0.377083, "calibrated"), "cantilever-1": (0.378, "printed")}[device]
         shown = by_path["ground.restitution.coefficient"]
         assert (shown["value"], shown["source"]) == expected
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import tarsus as ts
+
+BALL = Path(__file__).parents[1] / "scenes" / "ball.toml"
 
 
 def test_show_prints_the_rounding_of_the_printed_hexapod(tarsus):
@@ -24,7 +27,7 @@ def test_show_gives_intervals_as_numbers(tarsus):
 
 
 def test_show_without_intervals_has_no_column_for_them(tarsus):
-    assert "95 % interval" not in tarsus("show", "cantilever").out
+    assert "95 % interval" not in tarsus("show", str(BALL)).out
 
 
 def test_show_names_the_impact_map(tarsus):
@@ -41,4 +44,4 @@ def test_show_names_the_landing_rule(tarsus, tmp_path):
     assert "landing: restitution first, held when slow" in out
     assert "ground.landing.speed" in out
     assert json.loads(tarsus("show", str(file), "--json").out)["landing"] == "restitute_first"
-    assert json.loads(tarsus("show", "cantilever", "--json").out)["landing"] == "capture_unless_pulled"
+    assert json.loads(tarsus("show", "hexapod", "--json").out)["landing"] == "capture_unless_pulled"

@@ -23,8 +23,22 @@ def _quick() -> None:
     patch.undo()
 
 
-def test_a_table_and_a_plan(tarsus, _quick):
-    result = tarsus("next", "cantilever", "--parameter", RATE, "--budget", "0.7 s", *SMALL)
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory) -> str:
+    """A cantilever whose numbers come without intervals."""
+    import tarsus as ts
+
+    scene = ts.load_scene("cantilever")
+    bare = {path: origin.model_copy(update={"interval": None}) for path, origin in scene.provenance.items()}
+    ground = {"ground.landing": None, "ground.adhesion.initial": 15.43e-9, RATE: 3.4e-6}
+    file = tmp_path_factory.mktemp("plain") / "plain.toml"
+    bare = {path: origin for path, origin in bare.items() if not path.startswith("ground.landing")}
+    ts.write_scene(ts.with_values(ts.with_values(scene, {"provenance": bare}), ground), file)
+    return str(file)
+
+
+def test_a_table_and_a_plan(tarsus, _quick, plain):
+    result = tarsus("next", plain, "--parameter", RATE, "--budget", "0.7 s", *SMALL)
     assert result.code == 0 and result.sentences == []
     lines = result.out.splitlines()
     assert lines[0] == f"{RATE} = 3.4 uN/s, known within a factor of 1.8 (95 %)"
@@ -33,9 +47,9 @@ def test_a_table_and_a_plan(tarsus, _quick):
     assert "of 0.7 s:" in result.out and lines[-1].startswith("Expected: known within ")
 
 
-def test_one_json_object(tarsus, _quick):
+def test_one_json_object(tarsus, _quick, plain):
     words = ("--gap", "70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
-    found = tarsus("next", "cantilever", "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
+    found = tarsus("next", plain, "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
     assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
     assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["signals"]} == {
         (15.0, 70e-6), (15.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
