@@ -14,6 +14,7 @@ from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
 from tarsus.study.relative import relative_error
 from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases
+from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
@@ -135,7 +136,7 @@ class CantileverReproduction:
 
 
 def reproduce_cantilever(
-    device: str | Sequence[Member] = "cantilever",
+    device: str | Sequence[Member] | None = None,
     rows: str | Path | None = None,
     progress: Progress | None = None,
 ) -> CantileverReproduction:
@@ -144,7 +145,8 @@ def reproduce_cantilever(
     Parameters
     ----------
     device
-        name or file of a device with one drive and one foot, or a mixture of devices.
+        name or file of a device with one drive and one foot, or a mixture of devices; the packaged mixture of the
+        cantilever's calibration when left out.
     rows
         a file of additional rows in the format of the packaged table (see `tarsus_reproduce.cases.read_cases`).
     progress
@@ -155,14 +157,14 @@ def reproduce_cantilever(
     InputError
         for an unknown device or a bad rows file.
     """
-    members = members_of(device)
+    members = members_of(packaged_members("cantilever") if device is None else device)
     cases = packaged_cases() + (read_cases(rows) if rows is not None else [])
     done: list[Row] = []
     for number, case in enumerate(cases):
         if progress is not None:
             progress(number, len(cases), f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}")
         done.append(simulate_case(members, case))
-    name = device if isinstance(device, str) else " + ".join(one.scene.name for one in members)
+    name = device if isinstance(device, str) else f"cantilever, a mixture of {len(members)}"
     return CantileverReproduction(name, tuple(done))
 
 

@@ -1,6 +1,6 @@
 """Packaged mixtures: the members of a calibration that fit a device's table, as small files.
 
-    python -m tarsus_reproduce.mixtures OUT > hexapod.json
+    python -m tarsus_reproduce.mixtures OUT > hexapod_mixture.json
 
 writes the file of the calibration whose result is in the folder OUT (`tarsus calibrate hexapod -o OUT`).
 """
@@ -29,7 +29,7 @@ MOST = 6
 """Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
 minute."""
 
-_PACKAGED = {"hexapod": "hexapod_mixture.json"}
+_PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
 
 
 def packaged_members(device: str) -> tuple[Member, ...]:
@@ -40,8 +40,9 @@ def packaged_members(device: str) -> tuple[Member, ...]:
     table = json.loads(files("tarsus_reproduce").joinpath("data", name).read_text(encoding="utf-8"))
     scene = load_scene(device)
     return tuple(
-        Member(with_values(scene, {"name": f"{device}, {branch['name']}", **one["values"]}), one["weight"])
+        Member(with_values(base, one["values"]), one["weight"])
         for branch in table["branches"]
+        for base in [with_values(scene, {"name": f"{device}, {branch['name']}", **branch["set"]})]
         for one in branch["members"]
     )
 
@@ -74,7 +75,11 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             members.append({"weight": float(f"{weight * part:.6g}"), "values": fitted})
-        branches.append({"name": one.branch.name, "weight": float(f"{weight:.6g}"), "members": members})
+        chosen = (study.choices[choice].options[option] for choice, option in one.branch.options.items())
+        fixed = {path: value for option in chosen for path, value in option.set.items()}
+        branches.append(
+            {"name": one.branch.name, "weight": float(f"{weight:.6g}"), "set": fixed, "members": members}
+        )
     return {
         "study": study.name,
         "seed": study.search.seed,
@@ -102,7 +107,7 @@ def main(words: list[str]) -> int:
     """Print the file of a calibration's folder."""
     if len(words) != 1:
         raise InputError("expected the folder of a calibration")
-    print(json.dumps(mixture_file(words[0]), indent=1))
+    print(json.dumps(mixture_file(words[0]), indent=1, default=dict))
     return 0
 
 

@@ -91,7 +91,7 @@ def test_files(written):
 
 
 def test_tables_for_people(tarsus, rows, reproduced_once):
-    result = tarsus("reproduce", "cantilever", "--rows", rows)
+    result = tarsus("reproduce", "cantilever", "--device", "cantilever", "--rows", rows)
     assert result.code == 0
     assert "5 Hz, 6 V, square" in result.out
     assert "mean error, absolute" in result.out

@@ -7,7 +7,8 @@ import math
 import pytest
 
 from tarsus_reproduce.cantilever import compare, errors, periods_of, reproduce_cantilever, simulate_case
-from tarsus_reproduce.cases import Observation, packaged_cases
+from tarsus_reproduce.cases import Case, Observation, packaged_cases
+from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.predictions import members_of
 
 
@@ -109,3 +110,25 @@ def test_a_mixture_of_two_devices_lies_between_them():
         assert min(one.low, other.low) <= mix.low and mix.high <= max(one.high, other.high)
         assert mix.high - mix.low >= 0.5 * abs(one.median - other.median)
     assert mixed.p_bounce == pytest.approx((first.p_bounce + second.p_bounce) / 2.0)
+
+
+def test_the_packaged_mixture_predicts_with_intervals():
+    """A row of no table: every member is simulated, weighed, and the interval is wider than one member's."""
+    members = members_of(packaged_members("cantilever"))
+    rules = {one.scene.ground.landing_rule.kind for one in members}
+    assert rules == {"capture_unless_pulled", "restitute_first"}
+    assert sum(one.weight for one in members) == pytest.approx(1.0)
+    case = Case(100.0, 6.0, "square", Observation(), Observation(), "rows.csv")
+    whole, alone = simulate_case(members, case), simulate_case(members[:1], case)
+    assert whole.ok and whole.role == "predicted"
+    for name in ("peak_um", "contact_ms"):
+        found, own = (getattr(row.predictions, name) for row in (whole, alone))
+        assert found.high - found.low > own.high - own.low
+        assert found.low <= found.median <= found.high
+    assert 80.0 < whole.ours.peak_um < 300.0 and 0.5 < whole.ours.contact_ms < 8.0
+
+
+@pytest.mark.slow  # all rows with all members take 20 s; one row stays in the default lane
+def test_the_packaged_mixture_agrees_as_the_gallery_says():
+    table = reproduce_cantilever().summary()["ours"]
+    assert table["peak"]["mean_absolute_percent"] <= 11.6 and table["contact"]["mean_absolute_percent"] <= 18.0

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tarsus_reproduce.cantilever import CantileverReproduction, Row
 
 
-def run(device: str, rows: Path | None, output: Path | None, *, json: bool, quiet: bool = False) -> int:
+def run(device: str | None, rows: Path | None, output: Path | None, *, json: bool, quiet: bool = False) -> int:
     """Reproduce, print and write; the exit code. Quiet: nothing is printed."""
     from tarsus.cli import console
     from tarsus_reproduce.cantilever import reproduce_cantilever
@@ -36,7 +36,7 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
 
     print(f"Micro-cantilever under periodic drive, device '{reproduction.device}'")
     print("source = the source's model, measured = its experiment; error = (measured - simulated)/measured")
-    print("ours = median over drive periods after transients (interval that holds 80 % of them)")
+    print("ours = median over drive periods after transients and members of a mixture (interval that holds 80 %)")
     for title, cells in _tables(reproduction):
         print(f"\n{title}")
         console.table(

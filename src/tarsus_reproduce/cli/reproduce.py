@@ -80,7 +80,7 @@ def reproduce(
             assert output is not None
             return everything.run(output, seeds, asked, json=json)
         if experiment == "cantilever":
-            return cantilever.run(device or "cantilever", rows, output, json=json)
+            return cantilever.run(device, rows, output, json=json)
         if experiment == "millipede":
             return millipede.run(device, output, asked, json=json)
         assert experiment is not None
