@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from laboratory import LABORATORY
 from tarsus.drive.waveforms import SweptSine
 from tarsus.errors import InputError
 from tarsus.experiment.campaign_folder import write_campaign
@@ -16,12 +17,12 @@ from tarsus.experiment.synthesis import Instrument, Purpose, Take, recorded
 
 
 def test_a_drive_that_follows_about_0_volts_is_swept_there() -> None:
-    assert sweep_level(ts.load_scene("cantilever").robot.drives["pzt"]) == (0.2, 0.0)
+    assert sweep_level(ts.load_scene(LABORATORY).robot.drives["pzt"]) == (0.2, 0.0)
 
 
 def test_a_drive_that_hardly_follows_there_is_swept_where_it_does() -> None:
     """Plays rest below 1.143 V, and the memory-free part turns near 0 V."""
-    drive = ts.load_scene("cantilever-1").robot.drives["pzt"]
+    drive = ts.load_scene(LABORATORY.with_name("laboratory_cantilever_1.toml")).robot.drives["pzt"]
     level, offset = sweep_level(drive)
     assert offset == 8.0
     assert level <= 0.1
@@ -34,7 +35,7 @@ def test_a_drive_that_hardly_follows_there_is_swept_where_it_does() -> None:
 
 
 def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
-    scene = ts.load_scene("cantilever-1")
+    scene = ts.load_scene(LABORATORY.with_name("laboratory_cantilever_1.toml"))
     wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.1, offset=8.0)
     take = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03, before=(8.2,))
     clean = Instrument(snr_db=300.0)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from laboratory import LABORATORY
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
@@ -37,7 +38,7 @@ ONCE = "ramps-60hz-100"
 @lru_cache(maxsize=1)
 def truth() -> Scene:
     """The device behind the records."""
-    return perturbed(load_scene("cantilever"), 0.2, seed=7)
+    return perturbed(load_scene(LABORATORY), 0.2, seed=7)
 
 
 @lru_cache(maxsize=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from laboratory import LABORATORY
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, perturbed, planned, rest_state
 from tarsus.files.library import load_scene
@@ -20,7 +21,7 @@ from tarsus.spec import with_values
 @pytest.mark.slow
 def test_a_pressed_foot_does_not_let_go(tmp_path):
     """Of this device most flights at 100 Hz also fit a release 0.04 ms early, with the foot pressed by 25 nN."""
-    truth = perturbed(load_scene("cantilever"), 0.2, seed=14)
+    truth = perturbed(load_scene(LABORATORY), 0.2, seed=14)
     take = next(one for one in planned(truth, 20e3, "pzt") if one.name == "ramps-100hz-100")
     write_campaign(truth, tmp_path, Instrument(), 14, takes=[take])
     opened = read_campaign(tmp_path)

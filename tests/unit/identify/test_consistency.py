@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from laboratory import LABORATORY
 from tarsus.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.experiment.synthesis import IN_AIR, RAMPS, Instrument, Purpose, Take, perturbed, recorded, rest_of
 from tarsus.files.library import load_scene
@@ -43,7 +44,7 @@ ALL = (
 @lru_cache(maxsize=8)
 def clean(takes: tuple[Take, ...], seed: int, rate: float) -> tuple[Trace, ...]:
     """Records of a device drawn by a seed, without noise."""
-    scene = perturbed(load_scene("cantilever"), 0.2, seed)
+    scene = perturbed(load_scene(LABORATORY), 0.2, seed)
     out = []
     for take in takes:
         record = recorded(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", 1)

@@ -10,6 +10,7 @@ import pytest
 from identify.campaigns import copied, folder, modes_as_found, only, truth
 from scipy.io import loadmat, savemat
 
+from laboratory import LABORATORY
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
@@ -80,7 +81,7 @@ def test_the_odd_repeat_is_named(tmp_path):
 # Slow: another device is synthesized and identified. Its sibling below keeps what is taken without a ground.
 @pytest.mark.slow
 def test_loops_in_the_air_show_no_ground(tmp_path):
-    other = perturbed(load_scene("cantilever"), 0.2, seed=501)
+    other = perturbed(load_scene(LABORATORY), 0.2, seed=501)
     takes = [take for take in planned(other, 20e3, "pzt") if take.purpose in (Purpose.MODAL, Purpose.LOOPS)]
     write_campaign(other, tmp_path, Instrument(), 501, takes=takes)
     found = identify(read_campaign(tmp_path))
@@ -161,7 +162,7 @@ def test_adhesion_does_not_push():
 
 
 def test_what_is_moved_by_its_uncertainty_stays_a_device():
-    scene = load_scene("cantilever")
+    scene = load_scene(LABORATORY)
     model = FootModel(scene, "tip", "pzt", ("tip", "center"))
     paths = ("ground.film.coefficient", "ground.restitution.coefficient", "robot.drives.pzt.law.linear")
     known = Known(model, paths, np.array([1e-21, 0.9, 1e-7]), np.zeros((1, 3)))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.errors import InputError
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
@@ -14,7 +15,7 @@ from tarsus.identify.limits import field_limits
 
 E = "ground.restitution.coefficient"
 BOUNCING = ts.load_scene(
-    "cantilever", volts=2, hz=100, **{"signals.pzt.kind": "ramped_square", "signals.pzt.duty": 0.25}
+    LABORATORY, volts=2, hz=100, **{"signals.pzt.kind": "ramped_square", "signals.pzt.duty": 0.25}
 )
 DURATION = 0.08
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from laboratory import LABORATORY
 from tarsus.experiment.synthesis import rest_state
 from tarsus.files.library import load_scene
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
@@ -15,7 +16,7 @@ from tarsus.spec import with_values
 
 @pytest.fixture(scope="module")
 def run():
-    scene = load_scene("cantilever", volts=8, hz=60, wave="ramped_square", **{"signals.pzt.duty": 1.0})
+    scene = load_scene(LABORATORY, volts=8, hz=60, wave="ramped_square", **{"signals.pzt.duty": 1.0})
     return simulate(with_values(scene, {"initial.displacement": rest_state(scene)}), 0.05)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from hexapod_records import POINTS, RESTITUTION, records, runs, true_column
+from laboratory import LABORATORY
 from tarsus.drive.waveforms import Square
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, Purpose, Take
@@ -47,7 +48,7 @@ def test_a_pair_that_does_not_belong_together_is_refused_with_the_reason(model):
 
 
 def test_a_record_in_the_air_is_met_within_its_noise(tmp_path):
-    scene = load_scene("cantilever")
+    scene = load_scene(LABORATORY)
     wave = Square(amplitude=6.75, frequency=300.0)
     take = Take("air", Purpose.AIR, wave, 0.05, gap=0.03, repeats=1)
     write_campaign(scene, tmp_path, Instrument(), 5, takes=[take])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from laboratory import LABORATORY
 from tarsus.errors import InputError
 from tarsus.identify.belief import Belief
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
@@ -49,7 +50,7 @@ def test_only_a_product_is_known_and_the_same_seed_gives_the_same_draws():
 def test_restitution_from_the_features_of_one_record():
     path = "ground.restitution.coefficient"
     ramped = {"signals.pzt.kind": "ramped_square", "signals.pzt.duty": 0.25}
-    scene = ts.load_scene("cantilever", volts=2, hz=100, **ramped)
+    scene = ts.load_scene(LABORATORY, volts=2, hz=100, **ramped)
     truth = ts.get_value(scene, path)
     observed = Observed(scene, features_of(ts.simulate(scene, 0.08)), 0.08)
     prior = Belief((path,), np.array([1.15 * truth]), np.array([[0.3**2]]))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.errors import InputError
 from tarsus.identify.belief import Belief
@@ -16,7 +17,7 @@ from tarsus.identify.ranking import RANKED, rank
 E = "ground.restitution.coefficient"
 A0, A = "ground.adhesion.initial", "ground.adhesion.rate"
 GROUND = (E, A0, A, "ground.film.coefficient", "ground.film.thickness")
-DEVICE = ts.load_scene("cantilever")
+DEVICE = ts.load_scene(LABORATORY)
 
 
 def ball() -> ts.Scene:
