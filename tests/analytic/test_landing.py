@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.core.modes import contact_mode
 from tarsus.drive.laws import LinearForce
@@ -209,7 +210,7 @@ def test_a_robot_on_three_legs_lands_alike_in_both_engines(rule):
     np.testing.assert_allclose(run.events["time"], other["time"], rtol=0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["cantilever", "hexapod", "millipede-30"])
+@pytest.mark.parametrize("name", [LABORATORY, "hexapod", "millipede-30"])
 def test_given_or_not_the_default_is_the_same(name):
     device = ts.load_scene(name)
     given = ts.with_values(device, {"ground.landing": ts.CaptureUnlessPulled()})

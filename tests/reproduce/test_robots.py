@@ -134,7 +134,7 @@ def test_worst_gains_and_energies_along_a_run():
     scene = ts.load_scene("hexapod")
     gains = {row.map: row for row in map_rows(scene, "hexapod")}
     assert gains["mass-weighted"].worst_gain == pytest.approx(1.0)
-    assert gains["dominant mode"].worst_gain == pytest.approx(2.44, abs=0.05)
+    assert gains["dominant mode"].worst_gain == pytest.approx(2.33, abs=0.05)  # at e = 0.515
     assert gains["printed"].worst_gain > 20.0
     assert all(row.passive_worst_gain == pytest.approx(1.0) for row in gains.values())
     run = ts.simulate(ts.with_values(scene, {"ground.impact": ts.MassWeighted()}), duration=0.2)

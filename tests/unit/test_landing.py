@@ -22,7 +22,7 @@ def test_a_rule_survives_its_file(rule):
 
 
 def test_a_table_is_a_rule_and_its_speed_has_a_path():
-    device = ts.load_scene("cantilever")
+    device = ts.load_scene("hexapod")
     assert device.ground.landing is None and device.ground.landing_rule == ts.CaptureUnlessPulled()
     slow = ts.with_values(device, {"ground.landing": {"kind": "restitute_first", "speed": "20 mm/s"}})
     assert ts.get_value(slow, "ground.landing.speed") == 0.02
