@@ -27,7 +27,7 @@ from tarsus.identify.chain import Identification, identify
 from tarsus.scene import Scene
 from tarsus.spec import float_paths
 
-DEVICE, SPREAD = "cantilever", 0.2
+DEVICE, SPREAD = "cantilever-capture", 0.2
 FILM = "C / g0^3"
 GOALS = {
     "robot.structure.frequencies": 5e-4,

@@ -45,7 +45,7 @@ class Story:
 
 def identified(seed: int = 8) -> Story:
     """Record a campaign on an unknown device, and identify it."""
-    truth = perturbed(ts.load_scene("cantilever"), 0.2, seed)
+    truth = perturbed(ts.load_scene("cantilever-capture"), 0.2, seed)
     with tempfile.TemporaryDirectory() as folder:
         write_campaign(truth, Path(folder), Instrument(snr_db=40.0), seed)
         # identify

@@ -31,7 +31,7 @@ INSTRUMENT = Instrument(share=0.015)
 
 def device() -> ts.Scene:
     """The packaged cantilever, with a guess of its adhesion."""
-    return ts.load_scene("cantilever", **{START: "150 nN", RATE: "3.4 uN/s"})
+    return ts.load_scene("cantilever-capture", **{START: "150 nN", RATE: "3.4 uN/s"})
 
 
 def recorded(candidate: Candidate, seed: int) -> Observed:
