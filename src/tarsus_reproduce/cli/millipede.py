@@ -37,7 +37,9 @@ def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, qu
         reproduction = reproduce_millipede(device or VARIANTS, progress=progress)
         drawn = _readings(device or VARIANTS[0], output, asked, progress)
         near = _scatter(reproduction, asked, progress) if asked.scatter else {}
-    result: dict[str, Any] = reproduction.to_dict() | {"readings": drawn.to_dict() | {"packaged": not asked.readings}}
+    result: dict[str, Any] = reproduction.to_dict() | {
+        "readings": drawn.to_dict() | {"packaged": not asked.readings}
+    }
     for name, table in near.items():
         result["variants"][name]["scatter"] = table
     if json:
