@@ -26,7 +26,7 @@ __all__ = ["Amplified", "Amplifier"]
 class Amplifier(Description):
     """One pole in a loop whose rate and whose output saturate; every limit that is absent does not act.
 
-    lag dV/dt = u - V with |dV/dt| <= slew_rate and low <= V <= high, of the command u. The lag is
+    lag dV/dt = u - V with ``|dV/dt|`` <= slew_rate and low <= V <= high, of the command u. The lag is
     1 / (2 pi bandwidth), or rise_time / ln 9. Small signals see the lag, large steps the slew rate until the error is
     below slew_rate times lag. At a rail the output stays while the command is beyond it and comes back with the
     command. At t = 0 the amplifier gives the last voltage of the drive's history, 0 V without one.
