@@ -32,17 +32,8 @@ from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
 
 # Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG, FRICTION, ADHESIVE, LANDING, USER = (
-    0,
-    2,
-    4,
-    6,
-    7,
-    10,
-    11,
-    12,
-    13,
-)
+FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG = 0, 2, 4, 6, 7
+FRICTION, ADHESIVE, LANDING, USER = 10, 11, 12, 13
 
 hooks.bind(
     {
@@ -294,7 +285,7 @@ def law_column(scene: Scene, path: str) -> int | None:
         for kind, _, _ in _PROTOCOLS:
             for name, law in scene.ground.laws.items():
                 if isinstance(law, kind):
-                    fields = law.names()
+                    fields = list(quantity_units(type(law)))
                     if name == keys[2]:
                         return column + fields.index(keys[3]) if keys[3] in fields else None
                     column += len(fields)
