@@ -190,6 +190,20 @@ def test_adhesion_of_any_strength(initial, rate, gap, signal):
         assert not np.any(run.events["kind"] == 3)
 
 
+def test_a_film_is_resolved_in_a_step_of_half_an_oscillation():
+    """At 32 Hz a step of 1/64 s brings the gap back to where a force found it: its end says nothing of the error.
+
+    Speed of landing: an independent solution (DOP853, relative tolerance 1e-13) of the same equation.
+    """
+    film = ts.Film(coefficient=3.0400345887930194e-21, thickness=2.3662972318957683e-05)
+    signal = ts.Square(amplitude=1.0, frequency=35.0)
+    scene = mass(
+        frequency=32.0, gap=0.0, signal=signal, restitution=ts.Restitution(coefficient=0.0), film=film
+    )
+    run = check(ts.simulate(scene))
+    assert run.events["speed_before"][0] == pytest.approx(1.3940093460159, rel=1e-9)
+
+
 def test_release_comes_where_the_pull_equals_the_strength():
     """A foot pressed on the ground, then lifted by a ramp of 2 V/ms at 0.1 mN/V: 1 um of spring and 50 uN to beat."""
     signal = ts.Ramp(start=-1.0, stop=39.0, duration=0.02)

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.core.nodes import TAU
+from tarsus.core.walk.tables import step_tables
 from tarsus.laws import Friction, SmoothLaw
 from tarsus.solve import batch as batches
 from tarsus.solve.codes import ResultCode
@@ -182,3 +184,13 @@ def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     assert run.at(np.array([0.01])).state.v[run.walker.row("block_x") != 0.0, 0] == pytest.approx(
         speed, rel=1e-9
     )
+
+
+def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():
+    """Its end is where it began, x = F/k (1 - cos pi): for a momentum sin(pi) = 0, yet the way between is not."""
+    mass, rate = 1e-6, 2.0 * math.pi * 32.0
+    tables = step_tables(np.array([mass]), np.array([mass * rate**2]), np.zeros(1), np.array([1.0 / 64.0]))
+    force, film = tables.reach[0, 0]
+    assert force == pytest.approx(2.0 / (mass * rate**2), rel=1e-6)
+    nodes = np.sin(math.pi * TAU) / (mass * rate)
+    assert film == pytest.approx(nodes.max(), rel=1e-6)

@@ -148,7 +148,8 @@ def tail(q, k, m, nd, mask, flags, tail_row, node_constant, values, nodes, const
         if mask >> foot & 1 or not flags[foot] & wanted:
             continue
         a = total(load(values, (i,)) * load(tail_row, ()))
-        reach = abs(node_constant[q, k, foot, i, N - 1])
+        # the farthest it moves the gap at any node: at the end of half an oscillation it is back where it began
+        reach = highest(magnitude(load(node_constant, (q, k, foot, i))))
         swing = abs(nodes[foot, N - 1] - nodes[foot, 0])
         # a stiff film holds the gap: an error of its momentum moves it by no more than the film's own slope lets it
         yielding = reach * abs(values[i, N - 1] - values[i, 0]) / swing if swing > 0.0 else 0.0

@@ -15,7 +15,7 @@ Body = namedtuple(
     "body_mass body_weight lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load",
 )
 # lengths (nk,); state (nk, nt, 4, N): u of u0, u of w0, w of u0, w of w0; force, film (nk, nt, 2, N, N): u and w at
-# the nodes (last axis) of a force and of a momentum at one node; reach (nk, nt, 2): |u| at the end of a constant one;
+# the nodes (last axis) of a force and of a momentum at one node; reach (nk, nt, 2): largest |u| under a constant one;
 # rate (nt,) [1/s] of the fastest motion; longest (nt,) first class that resolves the block's own oscillation.
 Tables = namedtuple("Tables", "lengths state force film reach rate longest")
 # Runs: parameters (nr, m, np), initial (nr, 2 n); codes, event_end, mark_end (nr,); finish (nr, 3).

@@ -64,6 +64,6 @@ def step_tables(mass: Floats, stiffness: Floats, damping: Floats, lengths: Float
     return Tables(
         lengths=np.ascontiguousarray(lengths), state=np.ascontiguousarray(exact.reshape(nk, nt, 4, N)),
         force=np.ascontiguousarray(response[0]), film=np.ascontiguousarray(response[1]),
-        reach=np.ascontiguousarray(np.abs(response[:, :, :, 0, :, N - 1].sum(axis=-1)).transpose(1, 2, 0)),
+        reach=np.ascontiguousarray(np.abs(response[:, :, :, 0].sum(axis=-2)).max(axis=-1).transpose(1, 2, 0)),
         rate=rate, longest=longest,
     )  # fmt: skip
