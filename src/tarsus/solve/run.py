@@ -43,7 +43,8 @@ class Ledger:
     work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
     friction, impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the
     kinetic energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the
-    largest term; over 1e-24 of the plan's force times length where every term is below that, for then all are rounding.
+    largest term; where every term is below 1e-24 of the plan's force times length, or below what rounding leaves of the
+    film's momentum, over that, for then all are rounding.
     """
 
     work_in: float
