@@ -30,7 +30,6 @@ __all__ = [
     "identified_paths",
     "perturbed",
     "planned",
-    "recorded",
     "recordings",
     "rest_of",
     "rest_state",
@@ -180,16 +179,8 @@ def identified_paths(scene: Scene) -> list[str]:
 
 def _rests_clear(scene: Scene) -> bool:
     x = np.array(rest_state(scene))
-    for foot in scene.robot.feet.values():
-        gap = foot.gap + foot.normal * float(scene.robot.structure.row(foot.point) @ x)
-        if gap < _CLEARANCE * foot.gap:
-            return False
-    return True
-
-
-def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed: int) -> Measurement:
-    """One record of an experiment, with the rest before it; see `recordings`."""
-    return next(recordings(scene, take, instrument, drive, (seed,)))
+    row, feet = scene.robot.structure.row, scene.robot.feet.values()
+    return all(foot.gap + foot.normal * float(row(foot.point) @ x) >= _CLEARANCE * foot.gap for foot in feet)
 
 
 def recordings(
@@ -231,8 +222,9 @@ def _motion(placed: Scene, take: Take, times: Floats) -> _Motion:
     points = tuple(dict.fromkeys((*feet, *structure.points)))
     rows = np.array([structure.row(name) for name in points])
     states = run.states(times)
-    start = np.array(placed.initial.displacement)
-    return _Motion(points, rows @ (states.x - start[:, None]), rows @ states.v)
+    return _Motion(
+        points, rows @ (states.x - np.array(placed.initial.displacement)[:, None]), rows @ states.v
+    )
 
 
 def _record(
@@ -241,8 +233,7 @@ def _record(
     random = np.random.default_rng([seed, 17])
     rate = instrument.rate / take.share
     rest = len(volts) - motion.moved.shape[1]
-    channels: list[Channel] = []
-    signals: list[Floats] = []
+    channels, signals = list[Channel](), list[Floats]()
     for name, speed in zip(motion.points, motion.speed, strict=True):
         channels.append(Channel(f"{name} velocity", Quantity.VELOCITY, point=name))
         signals.append(_noisy(speed, rest, instrument.snr_db, 0.0, random))
