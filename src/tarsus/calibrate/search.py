@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
-from scipy.stats import chi2, qmc
+from scipy.stats import qmc
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.degrees import scale_of_best
@@ -150,12 +150,13 @@ def chain(
 ) -> Chain:
     """Differential-evolution Markov chains (ter Braak 2006) whose density is exp(-cost / (2 scale)).
 
-    They start spread over the visited points of the likelihood region; the first third is dropped.
+    They start spread over the visited points that cost as much more than the best as a state of the chain does on
+    average, ``scale`` for each unknown; the first third is dropped.
     """
     chosen = problem.branches[branch]
     points, costs = costs_at(problem, archive, branch, without)
     nu = points.shape[1]
-    now = start_of(points, costs, size, scale * float(chi2.ppf(LEVEL, nu)))
+    now = start_of(points, costs, size, scale * nu)
     now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now, without)
     states = [now]
     for generation in range(generations):
