@@ -75,9 +75,9 @@ def ensemble_of(
 ) -> Ensemble:
     """Up to ``count`` members of a branch.
 
-    The best point, which weighs nothing of its own, and a sample of the states of the branch's chain that lie inside the
-    likelihood region, even in cost; one that is drawn several times weighs as often. Without a chain all visited points
-    of the region are states, weighted by their likelihood.
+    The best point, which weighs nothing of its own, and a sample of the states of the branch's chain that lie inside
+    the likelihood region, even in cost; one that is drawn several times weighs as often. Without a chain all visited
+    points of the region are states, weighted by their likelihood.
     """
     chosen = problem.branches[branch]
     points, costs = costs_at(problem, archive, branch, without)
@@ -99,8 +99,8 @@ def ensemble_of(
 
 
 def drawn(share: Floats, order: Floats, count: int) -> NDArray[np.intp]:
-    """Places (count,) of a sample of weighted points: evenly along the shares (n,) of the points put in this order (n,),
-    so that every stretch of the order is there as often as its share says."""
+    """Places (count,) of a sample of weighted points: evenly along the shares (n,) of the points put in this order
+    (n,), so that every stretch of the order is there as often as its share says."""
     rank = np.argsort(order, kind="stable")
     reached = np.cumsum(share[rank])
     at = (np.arange(count) + 0.5) / count * reached[-1]
