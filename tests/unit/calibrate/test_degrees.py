@@ -8,7 +8,7 @@ from calibrate.toys import cells, problem, search, unknowns
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
-from tarsus.calibrate.degrees import effective_unknowns, residual_scale, scale_of_best
+from tarsus.calibrate.degrees import effective_unknowns, freedom_of_best, residual_scale
 from tarsus.calibrate.problem import Given
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -65,7 +65,7 @@ def test_a_prior_that_holds_an_unknown_makes_residuals_smaller():
         sets[0, :2] = 0.3, 0.6
         sets[0, 2:] = 0.5
         archive.evaluate(0, sets)
-        scales.append(scale_of_best(one, archive, 0))
+        scales.append(freedom_of_best(one, archive, 0).scale)
     assert scales[0] == pytest.approx(200.0, rel=0.05), "400 tolerances squared over 4 - 2"
     assert scales[1] == pytest.approx(scales[0], rel=0.05), "two more unknowns that no cell sees"
 
@@ -113,4 +113,4 @@ def test_scatter_from_window_to_window_is_no_misfit():
     one = problem(table, scattered, unknowns("a"))
     archive = Archive(one)
     archive.evaluate(0, np.linspace(0.0, 1.0, 40)[:, None])
-    assert scale_of_best(one, archive, 0) == 1.0
+    assert freedom_of_best(one, archive, 0).scale == 1.0
