@@ -16,7 +16,11 @@ from itertools import compress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tarsus.calibrate.description import Study
+from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.mixture import load_mixture
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
@@ -26,7 +30,7 @@ from tarsus_reproduce.predictions import Member
 __all__ = ["mixture_file", "packaged_members"]
 
 MOST = 6
-"""Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
+"""Members of a branch that are kept, the best and a draw of the others: enough for its spread, and a page takes half a
 minute."""
 
 _PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
@@ -51,7 +55,8 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     """A calibration's mixture as plain data: of every member its weight and all floats that were fitted.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
-    how the reproduction reads it. A branch's members beyond `MOST` give their weight to those kept, in proportion.
+    how the reproduction reads it. Of a branch with more members than `MOST` the best is kept, and of the others as many
+    as are drawn evenly along their weights; those drawn share the weight of all but the best.
 
     Raises
     ------
@@ -66,9 +71,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     total = float(mixture.weights[plain].sum())
     for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
         run = mixture.lowered.forward.branches[one.branch.run]
-        order = sorted(range(1, len(one.points)), key=lambda i: -one.weights[i])
-        kept = [0, *order[: MOST - 1]]
-        share = one.weights[kept] / one.weights[kept].sum()
+        kept, share = thinned(one.weights, MOST)
         members = []
         for i, part in zip(kept, share, strict=True):
             values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
@@ -87,6 +90,15 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "study_sha256": _digest(Path(folder) / "study.toml"),
         "branches": branches,
     }
+
+
+def thinned(weights: NDArray[np.float64], most: int) -> tuple[list[int], NDArray[np.float64]]:
+    """Places of at most ``most`` of the weighted members (nm,), the first and a draw of the others; their weights."""
+    if len(weights) <= most:
+        return list(range(len(weights))), weights / weights.sum()
+    places, times = np.unique(drawn(weights[1:], np.arange(len(weights) - 1.0), most - 1), return_counts=True)
+    rest = 1.0 - weights[0] / weights.sum()
+    return [0, *(places + 1).tolist()], np.concatenate([[1.0 - rest], rest * times / times.sum()])
 
 
 def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:

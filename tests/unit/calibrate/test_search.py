@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from calibrate.toys import cells, problem, search, unknowns
 
+from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
+from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
 from tarsus.calibrate.problem import Given
+from tarsus.calibrate.search import screen
 from tarsus.files.sweepstore import SweepStore
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -144,6 +149,37 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path):
     third = calls
     solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
     assert calls == third, "a finished search simulates nothing"
+
+
+def test_sets_that_a_study_names_are_visited_by_every_branch_after_the_even_ones():
+    """A needle that an even spread misses: without its name the search does not find it."""
+
+    def needle(run: int, one: np.ndarray) -> np.ndarray:
+        off = np.abs(one - np.array(TRUTH)).max()
+        return (X if off < 1e-3 else 50.0 + X)[:, None, None]
+
+    table = cells(X[:, None])
+    plan = search(short=0, generations=0, spread=0)
+    lost = solve(problem(table, needle, unknowns("ab"), TWO), plan)
+    named = replace(problem(table, needle, unknowns("ab"), TWO), starts=np.array([TRUTH]))
+    found = solve(named, plan)
+    assert found.found[0].cost < 0.01 < lost.found[0].cost and found.found[1].cost < 0.01
+    archive = Archive(named)
+    screen(named, archive, plan)
+    points = archive.points(0)[0]
+    assert len(points) == plan.screening + 1 and points[-1].tolist() == list(TRUTH)
+
+
+def test_members_are_a_sample_and_not_its_edge():
+    """Thinned so that each is far from the others, members lay on the edge of the cloud they stood for."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(4000, 5))
+    cost = (points**2).sum(axis=1)
+    share = np.where(points[:, 0] > 0.0, 3.0, 1.0)
+    chosen = drawn(share, cost, 400)
+    assert cost[chosen].mean() == pytest.approx(5.0, rel=0.03)
+    assert np.quantile(cost[chosen], 0.9) == pytest.approx(np.quantile(cost, 0.9), rel=0.05)
+    assert (points[chosen, 0] > 0.0).mean() == pytest.approx(0.75, abs=0.06)
 
 
 def test_another_seed_is_another_search():
