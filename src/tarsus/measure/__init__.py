@@ -10,7 +10,7 @@ from tarsus.measure.periods import (
     scene_period,
     window_statistics,
 )
-from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics
+from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics, whole_run_measures
 from tarsus.measure.whole import whole_run_statistics
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "period_statistics",
     "scene_period",
     "walk_statistics",
+    "whole_run_measures",
     "whole_run_statistics",
     "window_statistics",
 ]

@@ -23,7 +23,7 @@ from tarsus.measure.switching import charging_energy
 from tarsus.measure.whole import whole_run_statistics
 from tarsus.structure import Walker
 
-__all__ = ["STANDSTILL", "measures_of", "walk_statistics"]
+__all__ = ["STANDSTILL", "measures_of", "walk_statistics", "whole_run_measures"]
 
 STANDSTILL = 1e-10
 """Stride [m] below which a walker stands: ratios to its stride have no value there."""
@@ -53,6 +53,11 @@ def measures_of(
     return Measures({**walk_statistics(run, period, skip), **feet, **whole}, feet.warnings)
 
 
+def whole_run_measures(run: Any) -> Measures:
+    """Those of `measures_of` that are of the whole run, of body and feet, with the same values; no period is looked at."""
+    return Measures({**dict(_whole_walk(run)), **whole_run_statistics(run)})
+
+
 def walk_statistics(run: Walked, period: float | None = None, skip: int | None = None) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
@@ -72,7 +77,7 @@ def walk_statistics(run: Walked, period: float | None = None, skip: int | None =
     if not isinstance(walker, Walker):
         return Measures({})
     way = _way(run, walker, period, skip)
-    return Measures(dict([*_on_the_way(way, walker), *_cost(run, way, walker), *_whole_run(run.marks)]))
+    return Measures(dict([*_on_the_way(way, walker), *_cost(run, way, walker), *_whole_walk(run)]))
 
 
 @dataclass(frozen=True)
@@ -177,8 +182,12 @@ def _cost(run: Walked, way: _Way, walker: Walker) -> Iterator[tuple[str, Measure
     )  # fmt: skip
 
 
-def _whole_run(marks: np.ndarray | None) -> Iterator[tuple[str, Measure]]:
-    """What the source plots of the body in a whole run from its start, transients included (Figs. 4.8-4.11)."""
+def _whole_walk(run: Walked) -> Iterator[tuple[str, Measure]]:
+    """What the source plots of the body in a whole run from its start, transients included (Figs. 4.8-4.11); nothing
+    for a structure that is no walker."""
+    if not isinstance(run.scene.robot.structure, Walker):
+        return
+    marks = run.marks
     heave = surge = math.nan
     if marks is not None and len(marks):
         heave = float(marks["highest"].max())

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
 
-from tarsus.measure import Measure, measures_of, scene_period
+from tarsus.measure import Measure, measures_of, scene_period, whole_run_measures
 from tarsus.scene import Scene
 from tarsus.solve.batch import BatchRun
 from tarsus.solve.codes import EVENT_TYPE, ResultCode
 
-__all__ = ["SCORES", "offered", "scored"]
+__all__ = ["Score", "offered", "score_of"]
 
 Score = Callable[[BatchRun], Mapping[str, Measure]]
-
-SCORES: tuple[Score, ...] = (measures_of,)
-"""Where measures come from: each takes a run and gives measures by name. A run without events must be no error, and
-must give every name and unit: it is how the names are known before anything runs."""
+"""Takes a run and gives measures by name. A run without events must be no error, and must give every name and unit: it is
+how the names are known before anything runs."""
 
 
 def offered(scene: Scene, duration: float) -> dict[str, Measure]:
@@ -31,13 +29,19 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     duration
         Model time of a run [s].
     """
-    empty: Any = BatchRun(
+    return dict(measures_of(_nothing_happened(scene, duration)))
+
+
+def score_of(names: Collection[str], scene: Scene, duration: float) -> Score:
+    """What gives those of `offered` that are named, perhaps others with them: whole-run measures need no periods, whose
+    statistics take most of the time."""
+    whole = whole_run_measures(_nothing_happened(scene, duration))
+    return whole_run_measures if set(names) <= set(whole) else measures_of
+
+
+def _nothing_happened(scene: Scene, duration: float) -> Any:
+    """A run of a scene without events."""
+    return BatchRun(
         np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE,
         scene,
     )  # fmt: skip
-    return {name: measure for score in SCORES for name, measure in score(empty).items()}
-
-
-def scored(run: BatchRun) -> dict[str, Measure]:
-    """Every measure of one run, by name."""
-    return {name: measure for score in SCORES for name, measure in score(run).items()}

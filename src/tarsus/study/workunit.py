@@ -11,7 +11,7 @@ from tarsus.solve import Batch, simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
 from tarsus.study.axes import Floats
-from tarsus.study.scores import scored
+from tarsus.study.scores import score_of
 from tarsus.study.sweep import Sweep
 
 __all__ = ["DONE", "OUTCOMES", "work_unit"]
@@ -51,6 +51,7 @@ def work_unit(
     count = len(next(iter(points.values())))
     feet = list(sweep.scene.robot.feet)
     names = sweep.measures
+    score = score_of(names, sweep.scene, sweep.seconds)
     code = np.full(count, _NUMBERS["REFUSED"])
     value, spread = (np.full((count, len(names)), np.nan) for _ in range(2))
     per_foot = np.full((count, len(names), len(feet)), np.nan)
@@ -59,7 +60,7 @@ def work_unit(
             code[k] = _NUMBERS[outcome.name]
             if outcome is not ResultCode.DONE:
                 continue
-            measures = scored(batch.run(k - first))
+            measures = score(batch.run(k - first))
             for j, name in enumerate(names):
                 measure = measures[name]
                 value[k, j], spread[k, j] = measure.value, measure.spread
