@@ -9,11 +9,19 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.measure import Scope, foot_history, measures_of, period_edges, walk_statistics
+from tarsus.measure import (
+    Scope,
+    foot_history,
+    measures_of,
+    period_edges,
+    walk_statistics,
+    whole_run_measures,
+)
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.solve.walkrun import structured_marks
+from tarsus.study.scores import score_of
 from walking_devices import creeping_millipede
 
 T = 0.02
@@ -252,3 +260,15 @@ def test_a_walk_that_stopped_at_once_has_measures_without_values(scene):
     early = ts.simulate(scene, 0.06, ts.Accuracy(steps=100))
     assert not early.ok and 0.0 < early.end_time < 0.06
     assert early.measures.duty_factor.value <= 1.0
+
+
+def test_measures_of_the_whole_run_are_the_same_alone(scene):
+    run = ts.simulate_batch(scene, {}, 0.06, threads=1).run(0)
+    every, whole = measures_of(run), whole_run_measures(run)
+    assert {"max_heave", "max_surge", "max_peak", "all_rebounds", "longest_contact"} <= set(whole)
+    assert whole["max_heave"].value > 0.0
+    assert {name: repr(one) for name, one in whole.items()} == {name: repr(every[name]) for name in whole}
+    other = ts.simulate_batch(ts.load_scene("cantilever"), {}, 0.01, threads=1).run(0)
+    assert "max_heave" not in whole_run_measures(other)
+    assert score_of([*whole], scene, 0.06) is whole_run_measures
+    assert score_of([*whole, "stride"], scene, 0.06) is measures_of

@@ -54,7 +54,7 @@ def measures_of(
 
 
 def whole_run_measures(run: Any) -> Measures:
-    """Those of `measures_of` that are of the whole run, of body and feet, with the same values; no period is looked at."""
+    """Those of `measures_of` that are of the whole run, of body and feet, with the same values."""
     return Measures({**dict(_whole_walk(run)), **whole_run_statistics(run)})
 
 

@@ -15,8 +15,8 @@ from tarsus.solve.codes import EVENT_TYPE, ResultCode
 __all__ = ["Score", "offered", "score_of"]
 
 Score = Callable[[BatchRun], Mapping[str, Measure]]
-"""Takes a run and gives measures by name. A run without events must be no error, and must give every name and unit: it is
-how the names are known before anything runs."""
+"""Takes a run and gives measures by name. A run without events must be no error, and must give every name and unit: it
+is how the names are known before anything runs."""
 
 
 def offered(scene: Scene, duration: float) -> dict[str, Measure]:
