@@ -107,6 +107,16 @@ def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found)
     assert np.isfinite(swept(found.outcomes[1], PAYLOAD).values["max_heave"]).all()
 
 
+def test_what_is_scored_alone_is_judged_alike(found):
+    whole = found.outcomes[0]
+    alone = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.06, scored_only=True)
+    assert alone.score == whole.score
+    every = {(one.trend, one.measure): one.finding for one in whole.trends}
+    assert [one.trend for one in alone.trends] == scored_trends(whole.reading)
+    assert all(repr(one.finding) == repr(every[one.trend, one.measure]) for one in alone.trends)
+    assert {name for one in alone.swept for name in one.values} == {one.measure for one in alone.trends}
+
+
 def test_figure_4_7_body_stands_on_the_sticky_ground(found):
     outcome = found.outcomes[0]
     first, second = outcome.examples
