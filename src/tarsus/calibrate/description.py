@@ -183,10 +183,13 @@ class Search(Description):
 
     Every branch gets `screening` sets spread evenly and `short` generations; those that are still
     `hopeless` times the best are dropped; the others get `generations`, and then `spread` generations that follow the
-    likelihood.
+    likelihood. Sets of `start` are visited beside those spread evenly.
     """
 
     seed: int = Field(default=1, ge=0)
+    start: tuple[dict[str, Value], ...] = Field(
+        default=(), description="sets to begin from in every branch: a value for each unknown, by name"
+    )
     population: int = Field(default=32, ge=5)
     screening: int = Field(default=128, ge=5, description="sets a branch at the start")
     short: int = Field(default=6, ge=0, description="generations before branches are dropped")

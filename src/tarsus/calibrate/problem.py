@@ -50,6 +50,12 @@ class Unknowns:
             self.low + (self.high - self.low) * cube,
         )
 
+    def cube(self, values: Floats) -> Floats:
+        """Points (..., nu) of the unit cube whose SI values these are."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            along_log = np.log(values / self.low) / np.log(self.high / self.low)
+        return np.where(self.log, along_log, (values - self.low) / (self.high - self.low))
+
     def prior_cost(self, cube: Floats) -> Floats:
         """Minus twice the log of the priors (...,), constants dropped."""
         values, total = self.values(cube), np.zeros(cube.shape[:-1])
@@ -71,7 +77,7 @@ class Problem:
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
     search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None.
+    peak: channel of the highest gap, or None; start (ns, nu): points of the unit cube to begin from, or None.
     """
 
     unknowns: Unknowns
@@ -82,6 +88,7 @@ class Problem:
     labels: tuple[str, ...]
     resolution: float = 0.0
     peak: int | None = None
+    start: Floats | None = None
 
     @property
     def trained(self) -> int:

@@ -65,7 +65,7 @@ def budget(problem: Problem, search: Search) -> int:
     branches = len(problem.branches)
     later = branches * search.population * (search.short + search.generations + search.spread + 3)
     rows = problem.trained * branches * search.leave_out_population * (2 * search.leave_out + 2)
-    return runs * search.screening + later + (rows if search.leave_out else 0)
+    return runs * (search.screening + len(search.start)) + later + (rows if search.leave_out else 0)
 
 
 def costs_at(
@@ -86,12 +86,14 @@ def residual_scale(cells: int, unknowns: int, cost: float) -> float:
 
 
 def screen(problem: Problem, archive: Archive, search: Search) -> None:
-    """The same Sobol set in every run branch."""
+    """The same Sobol set in every run branch, and after it the sets to begin from."""
     power = int(np.ceil(np.log2(search.screening)))
     sobol = qmc.Sobol(len(problem.unknowns), rng=np.random.default_rng([search.seed, SCREEN]))
     points = sobol.random_base2(power)[: search.screening]
     for run in sorted({branch.run for branch in problem.branches}):
         archive.evaluate(run, points)
+        if problem.start is not None:
+            archive.evaluate(run, problem.start)
 
 
 def evolve(

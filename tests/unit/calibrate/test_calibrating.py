@@ -170,6 +170,13 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "did you mean 'height'",
         ),
         ("[search]", "[search]\nwithn = 3", "withn"),
+        ("[search]", "[search]\nstart = [{{e = 0.8}}]", "search.start.0: 'push' has no value"),
+        ("[search]", "[search]\nstart = [{{e = 0.8, pusch = 1}}]", "did you mean 'push'"),
+        (
+            "[search]",
+            "[search]\nstart = [{{e = 0.8, push = 2}}]",
+            "search.start.0.push: expected a value within",
+        ),
     ],
 )
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
@@ -177,6 +184,13 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     with pytest.raises(InputError) as error:
         lower_study(*_described(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
     assert said in str(error.value)
+
+
+def test_a_search_begins_from_the_sets_that_it_is_given(tmp_path):
+    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.8125, push = 0.75}}]")
+    found = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
+    assert found.start is not None
+    assert found.unknowns.values(found.start)[0].tolist() == pytest.approx([0.8125, 0.75])
 
 
 def test_a_bad_table_is_told_with_its_lines(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from calibrate.toys import cells, problem, search, unknowns
@@ -144,6 +146,23 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path):
     third = calls
     solve(broken, plan, SweepStore.open(tmp_path, "x", 0, {}, resume=True))
     assert calls == third, "a finished search simulates nothing"
+
+
+def test_a_start_set_is_visited_in_every_branch_and_the_best_is_at_least_as_good():
+    """A hole too narrow for a search of 32 sets and a few generations, which the start set lies in."""
+
+    def hole(run: int, one: np.ndarray) -> np.ndarray:
+        far = np.abs(one - 0.123).max() if run == 0 else 1.0
+        return np.array([[[0.0 if far < 1e-4 else 1.0]]])
+
+    table = cells([[0.0]])
+    branches = (Branch({"well": "deep"}, 0, (0,)), Branch({"well": "none"}, 1, (0,)))
+    given = problem(table, hole, unknowns("abc"), branches)
+    assert solve(given, search(generations=3)).found[0].cost > 1.0
+    found = solve(replace(given, start=np.full((1, 3), 0.123)), search(generations=3))
+    assert found.found[0].cost < 0.1 and "hopeless" not in found.found[0].dropped
+    with_logs = replace(given.unknowns, low=np.full(3, 0.01), log=np.array([True, False, True]))
+    assert with_logs.values(with_logs.cube(np.full((1, 3), 0.2))) == pytest.approx(np.full((1, 3), 0.2))
 
 
 def test_another_seed_is_another_search():
