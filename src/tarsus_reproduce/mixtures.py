@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import Any
 
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.mixture import load_mixture
+from tarsus.calibrate.mixture import Mixture, load_mixture
+from tarsus.calibrate.prediction import Miss
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.spec import with_values
 from tarsus_reproduce.predictions import Member
 
-__all__ = ["mixture_file", "packaged_members"]
+__all__ = ["mixture_file", "packaged_members", "packaged_misses"]
 
 MOST = 6
 """Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
@@ -34,10 +35,9 @@ _PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixtur
 
 def packaged_members(device: str) -> tuple[Member, ...]:
     """The packaged mixture of a device, as scenes with weights; empty for a device without one."""
-    name = _PACKAGED.get(device)
-    if name is None:
+    table = _packaged(device)
+    if table is None:
         return ()
-    table = json.loads(files("tarsus_reproduce").joinpath("data", name).read_text(encoding="utf-8"))
     scene = load_scene(device)
     return tuple(
         Member(with_values(base, one["values"]), one["weight"])
@@ -47,8 +47,22 @@ def packaged_members(device: str) -> tuple[Member, ...]:
     )
 
 
+def packaged_misses(device: str) -> dict[str, Miss]:
+    """What a packaged mixture misses of the measures of its study, by their names there; empty without a mixture."""
+    table = _packaged(device) or {}
+    return {name: Miss(**one) for name, one in table.get("discrepancy", {}).items()}
+
+
+def _packaged(device: str) -> dict[str, Any] | None:
+    name = _PACKAGED.get(device)
+    if name is None:
+        return None
+    return json.loads(files("tarsus_reproduce").joinpath("data", name).read_text(encoding="utf-8"))
+
+
 def mixture_file(folder: str | Path) -> dict[str, Any]:
-    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted.
+    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted; and of every
+    measure what the model misses.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
     how the reproduction reads it. A branch's members beyond `MOST` give their weight to those kept, in proportion.
@@ -85,7 +99,22 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "seed": study.search.seed,
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.toml"),
+        "discrepancy": _discrepancy(mixture),
         "branches": branches,
+    }
+
+
+def _discrepancy(mixture: Mixture) -> dict[str, dict[str, float]]:
+    """Of every measure the fields of its `Miss`; the tolerance is that of the row where it is largest."""
+    cells, found = mixture.lowered.problem.objective.cells, mixture.discrepancy
+    return {
+        name: {
+            "absolute": float(f"{cells.absolute[:, k].max():.6g}"),
+            "relative": float(cells.relative[k]),
+            "sigma": float(f"{found.sigma[k]:.6g}"),
+            "wrong": float(f"{found.wrong[k]:.6g}"),
+        }
+        for k, name in enumerate(cells.names)
     }
 
 
