@@ -15,7 +15,7 @@ from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
 from tarsus.study.relative import relative_error
 from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases
-from tarsus_reproduce.mixtures import packaged_members, packaged_misses
+from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
@@ -102,10 +102,15 @@ class Row:
 
 @dataclass(frozen=True)
 class CantileverReproduction:
-    """All rows for one device, or a mixture of them."""
+    """All rows for one device, or a mixture of them.
+
+    calibration: for the packaged mixture what its calibration says of the fitted rows and of each row left out (see
+    `tarsus_reproduce.mixtures.packaged_errors`).
+    """
 
     device: str
     rows: tuple[Row, ...]
+    calibration: dict[str, Any] | None = None
 
     @property
     def ok(self) -> bool:
@@ -127,7 +132,8 @@ class CantileverReproduction:
         return whole
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: `device`, `rows`, `summary`; lengths in um and times in ms, as in the table."""
+        """Plain data: `device`, `rows`, `summary`, and `calibration` for the packaged mixture; lengths in um and times
+        in ms, as in the table."""
         return {
             "device": self.device,
             "ok": self.ok,
@@ -167,7 +173,9 @@ def reproduce_cantilever(
             progress(number, len(cases), f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}")
         done.append(simulate_case(members, case, misses))
     name = device if isinstance(device, str) else f"cantilever, a mixture of {len(members)}"
-    return CantileverReproduction(name, tuple(done))
+    return CantileverReproduction(
+        name, tuple(done), packaged_errors("cantilever") if device is None else None
+    )
 
 
 def periods_of(freq_hz: float) -> tuple[int, int]:

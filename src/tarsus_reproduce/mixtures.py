@@ -18,13 +18,14 @@ from typing import Any
 
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.mixture import Mixture, load_mixture
+from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.spec import with_values
 from tarsus_reproduce.predictions import Member
 
-__all__ = ["mixture_file", "packaged_members", "packaged_misses"]
+__all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]
 
 MOST = 6
 """Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
@@ -53,6 +54,14 @@ def packaged_misses(device: str) -> dict[str, Miss]:
     return {name: Miss(**one) for name, one in table.get("discrepancy", {}).items()}
 
 
+def packaged_errors(device: str) -> dict[str, Any] | None:
+    """Errors of a packaged mixture by its calibration, over the rows it was fitted to ("training") and over each as it
+    was predicted without it ("left_out", None where no row was): by measure of the study `mean_relative_error`,
+    `mean_absolute_error` in `unit`, `held` (share of values in their 80 % intervals) and `brier` (score of existence);
+    and `held` of all. None without a mixture."""
+    return (_packaged(device) or {}).get("errors")
+
+
 def _packaged(device: str) -> dict[str, Any] | None:
     name = _PACKAGED.get(device)
     if name is None:
@@ -61,8 +70,8 @@ def _packaged(device: str) -> dict[str, Any] | None:
 
 
 def mixture_file(folder: str | Path) -> dict[str, Any]:
-    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted; and of every
-    measure what the model misses.
+    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted; what the model
+    misses of every measure; and its errors over the fitted rows and over each row left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
     how the reproduction reads it. A branch's members beyond `MOST` give their weight to those kept, in proportion.
@@ -100,6 +109,9 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "table_sha256": _digest(Path(folder) / "table.csv"),
         "study_sha256": _digest(Path(folder) / "study.toml"),
         "discrepancy": _discrepancy(mixture),
+        "errors": _rounded(
+            json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
+        ),
         "branches": branches,
     }
 
@@ -116,6 +128,13 @@ def _discrepancy(mixture: Mixture) -> dict[str, dict[str, float]]:
         }
         for k, name in enumerate(cells.names)
     }
+
+
+def _rounded(value: Any) -> Any:
+    """Plain data with its floats to six digits."""
+    if isinstance(value, dict):
+        return {name: _rounded(one) for name, one in value.items()}
+    return float(f"{value:.6g}") if isinstance(value, float) else value
 
 
 def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:
