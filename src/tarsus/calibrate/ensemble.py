@@ -91,12 +91,32 @@ def ensemble_of(
         cloud, share = states.states[taken], np.ones(int(taken.sum()))
     pool = np.concatenate([points[best][None], cloud])
     share = np.concatenate([[1e-9 if len(cloud) else 1.0], share])
-    members = pool[spread_over(pool, count)]
-    nearest = np.argmin(np.linalg.norm(pool[:, None] - members[None], axis=-1), axis=1)
+    members = pool[medoids(pool, share, spread_over(pool, count))]
+    nearest = _nearest(pool, members)
     weights = np.bincount(nearest, weights=share, minlength=len(members))
     readings = archive.evaluate(chosen.run, members)
     cost = problem.total(problem.costs(readings, chosen), members, without)
     return Ensemble(chosen, members, weights / weights.sum(), cost, readings)
+
+
+def medoids(points: Floats, share: Floats, centres: list[int]) -> list[int]:
+    """Places of one point for each of the centres: of the points (n, nu) nearest to a centre the one that is nearest to
+    their mean, weighted with ``share`` (n,). The first stays.
+
+    Points that are far apart lie on the edge of a cloud; those in the middle of what they stand for do not.
+    """
+    nearest = _nearest(points, points[centres])
+    chosen = [centres[0]]
+    for place in range(1, len(centres)):
+        own = np.flatnonzero(nearest == place)
+        middle = np.average(points[own], axis=0, weights=share[own])
+        chosen.append(int(own[np.argmin(np.linalg.norm(points[own] - middle, axis=1))]))
+    return chosen
+
+
+def _nearest(points: Floats, centres: Floats) -> NDArray[np.intp]:
+    """Place of the nearest centre of each point."""
+    return np.argmin(np.linalg.norm(points[:, None] - centres[None], axis=-1), axis=1)
 
 
 def branch_weights(ensembles: list[Ensemble], scale: float) -> Floats:

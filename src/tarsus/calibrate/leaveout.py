@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.calibrate.archive import Archive
+from tarsus.calibrate.degrees import scale_of_best
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.ensemble import Ensemble, branch_weights, ensemble_of
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Problem
-from tarsus.calibrate.search import LEAVE_OUT, chain, costs_at, evolve, scale_of_best, start_of
+from tarsus.calibrate.search import LEAVE_OUT, chain, costs_at, evolve, start_of
 
 __all__ = ["Fit", "fit_of", "leave_out", "predictions_at"]
 

@@ -88,7 +88,6 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
     ]  # fmt: skip
     faults.stop()
     unknowns = _unknowns(study, built[0].rows[0].template, faults)
-    start = _start(study, unknowns, faults)
     faults.stop()
     built = [_with_tables(study, one, unknowns, faults) for one in built]
     _check_values(built, unknowns, faults)
@@ -109,8 +108,9 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
     objective = Objective(cells, tuple(limits), study.search.robust)
     problem = Problem(
         unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
-        study.sampling.resolution, channels.index(PEAK), start,
+        study.sampling.resolution, channels.index(PEAK), _starts(study, unknowns, faults),
     )  # fmt: skip
+    faults.stop()
     return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)
 
 
@@ -339,23 +339,26 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
     return Unknowns(tuple(study.unknowns), tuple(units), np.array(lows), np.array(highs), log, tuple(priors))
 
 
-def _start(study: Study, unknowns: Unknowns, faults: Faults) -> np.ndarray | None:
-    """Sets to begin from as points (ns, nu) of the unit cube; None where there are none."""
-    sets = []
-    for n, given in enumerate(study.search.start):
-        where = f"search.start.{n}"
-        strange = [name for name in given if name not in unknowns.names]
-        faults.add(*(f"{where}: there is no unknown '{k}'{nearest(k, unknowns.names)}" for k in strange))
-        values = np.full(len(unknowns), np.nan)
-        for i, (name, unit) in enumerate(zip(unknowns.names, unknowns.units, strict=True)):
-            if name not in given:
-                faults.add(f"{where}: '{name}' has no value")
+def _starts(study: Study, unknowns: Unknowns, faults: Faults) -> np.ndarray | None:
+    """Points of the unit cube that the search starts from; None where the study names none."""
+    out = []
+    for n, given in enumerate(study.search.start, start=1):
+        point = np.full(len(unknowns), 0.5)
+        for name, value in given.items():
+            where = f"search.start, set {n}"
+            if name not in unknowns.names:
+                faults.add(f"{where}: there is no unknown '{name}'{nearest(name, unknowns.names)}")
                 continue
-            values[i] = faults.quantity(given[name], unit, f"{where}.{name}")
-            if values[i] < unknowns.low[i] or values[i] > unknowns.high[i]:
-                faults.add(f"{where}.{name}: expected a value within its bounds, got {given[name]}")
-        sets.append(values)
-    return unknowns.cube(np.array(sets)) if sets and not faults else None
+            i = unknowns.names.index(name)
+            si = faults.quantity(value, unknowns.units[i], f"{where}, {name}")
+            if not unknowns.low[i] <= si <= unknowns.high[i]:
+                faults.add(f"{where}: '{name}' lies outside its bounds, got {value}")
+                continue
+            values = unknowns.values(point)
+            values[i] = si
+            point = unknowns.cube(values)
+        out.append(point)
+    return np.array(out).clip(0.0, 1.0) if out else None
 
 
 def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Faults) -> RunBranch:

@@ -17,6 +17,7 @@ from scipy.optimize import differential_evolution
 from scipy.stats import chi2, qmc
 
 from tarsus.calibrate.archive import Archive
+from tarsus.calibrate.degrees import scale_of_best
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.problem import Problem
 
@@ -26,7 +27,6 @@ __all__ = [
     "budget",
     "chain",
     "evolve",
-    "residual_scale",
     "screen",
     "search_branches",
     "spread_over",
@@ -77,23 +77,15 @@ def costs_at(
     return points, problem.total(problem.costs(readings, chosen), points, without)
 
 
-def residual_scale(cells: int, unknowns: int, cost: float) -> float:
-    """Squared residual scale: cost of the table's cells over their degrees of freedom, at least 1.
-
-    Cells less unknowns, but at least a quarter of the cells: with few cells the unknowns are not all used up by them.
-    """
-    return max(1.0, cost / max(cells - unknowns, 0.25 * cells, 1.0))
-
-
 def screen(problem: Problem, archive: Archive, search: Search) -> None:
-    """The same Sobol set in every run branch, and after it the sets to begin from."""
+    """The same sets in every run branch: a Sobol sequence, and after it those that the study starts from."""
     power = int(np.ceil(np.log2(search.screening)))
     sobol = qmc.Sobol(len(problem.unknowns), rng=np.random.default_rng([search.seed, SCREEN]))
     points = sobol.random_base2(power)[: search.screening]
+    if problem.starts is not None:
+        points = np.concatenate([points, problem.starts])
     for run in sorted({branch.run for branch in problem.branches}):
         archive.evaluate(run, points)
-        if problem.start is not None:
-            archive.evaluate(run, problem.start)
 
 
 def evolve(
@@ -233,16 +225,3 @@ def _scale(problem: Problem, archive: Archive, best: Mapping[int, float]) -> flo
     """Squared residual scale of the best branch at its best set."""
     b = min(best, key=lambda one: (best[one], one))
     return scale_of_best(problem, archive, b)
-
-
-def scale_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> float:
-    """Squared residual scale of a branch at its best set, of the rows that are fitted."""
-    chosen = problem.branches[branch]
-    points, readings = archive.points(chosen.run)
-    costs = problem.costs(readings, chosen)
-    i = int(np.argmin(problem.total(costs, points, without)))
-    rows = np.ones(problem.trained, dtype=bool)
-    if without is not None:
-        rows[without] = False
-    cells = int(np.isfinite(problem.objective.cells.observed[rows]).sum())
-    return residual_scale(cells, len(problem.unknowns), float(costs.rows[i, rows].sum()))

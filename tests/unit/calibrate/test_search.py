@@ -159,7 +159,7 @@ def test_a_start_set_is_visited_in_every_branch_and_the_best_is_at_least_as_good
     branches = (Branch({"well": "deep"}, 0, (0,)), Branch({"well": "none"}, 1, (0,)))
     given = problem(table, hole, unknowns("abc"), branches)
     assert solve(given, search(generations=3)).found[0].cost > 1.0
-    found = solve(replace(given, start=np.full((1, 3), 0.123)), search(generations=3))
+    found = solve(replace(given, starts=np.full((1, 3), 0.123)), search(generations=3))
     assert found.found[0].cost < 0.1 and "hopeless" not in found.found[0].dropped
     with_logs = replace(given.unknowns, low=np.full(3, 0.01), log=np.array([True, False, True]))
     assert with_logs.values(with_logs.cube(np.full((1, 3), 0.2))) == pytest.approx(np.full((1, 3), 0.2))
