@@ -86,6 +86,16 @@ def test_the_impact_map_is_mass_weighted():
     assert "agrees" in found.notes[0]
 
 
+def test_the_landing_rule_is_told_by_the_records():
+    found = identified().landing
+    assert found is not None and found.decided and not found.replaced
+    assert found.chosen == truth().ground.landing_rule
+    assert set(found.sets) >= {"ramps-20hz-50", "ramps-60hz-100"}
+    said = summary_of(identified())["landing"]
+    assert said["chosen"]["kind"] == "capture_unless_pulled" and "is preferred" in said["sentences"][0]
+    assert identified_device(identified()).origin("ground.landing").source is Source.CALIBRATED
+
+
 def test_held_out_records_are_met():
     comparisons = identified().comparisons
     assert len(comparisons) == 2
