@@ -107,11 +107,12 @@ def solve(
             progress(min(done, total), total, stage)
 
     archive = Archive(problem, store, on_sets)
-    found, scale = search_branches(problem, archive, search)
+    found, freedom = search_branches(problem, archive, search)
+    scale = freedom.scale
     costs = {b: one.cost for b, one in found.items() if not one.dropped}
     near = [b for b in costs if costs[b] <= min(costs.values()) + search.within * scale]
     ensembles = [ensemble_of(problem, archive, b, scale, search.members, found[b].chain) for b in near]
-    fit = fit_of(problem, ensembles, scale)
+    fit = fit_of(problem, ensembles, freedom)
     rows = range(problem.trained)
     trained = tuple(tuple(predictions_at(problem, fit, row)) for row in rows)
     left = None
@@ -157,9 +158,7 @@ def _left_out_discrepancy(
     """Discrepancy from left-out residuals; those of a row itself stay out of its own prediction, which is so a test of
     what is said of new rows."""
     others = np.arange(len(residuals)) != (-1 if without is None else without)
-    return discrepancy_of(
-        problem.objective.cells, residuals[others], wrong[others], len(problem.unknowns), fitted=False
-    )
+    return discrepancy_of(problem.objective.cells, residuals[others], wrong[others], 0.0, fitted=False)
 
 
 def calibrate(

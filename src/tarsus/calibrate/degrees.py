@@ -13,13 +13,15 @@ chaotic motion gives every regression some slope.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.problem import Problem
 
-__all__ = ["effective_unknowns", "residual_scale", "scale_of_best"]
+__all__ = ["Freedom", "effective_unknowns", "freedom_of_best", "residual_scale"]
 
 Floats = NDArray[np.float64]
 
@@ -56,8 +58,22 @@ def effective_unknowns(points: Floats, pulls: Floats, costs: Floats, precision: 
     return float((told / (1.0 + told)).sum())
 
 
-def scale_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> float:
-    """Squared residual scale of a branch at its best set, of the rows that are fitted."""
+@dataclass(frozen=True)
+class Freedom:
+    """Degrees of freedom of a fit: cells, unknowns that they determine, misfit of the cells at the best set."""
+
+    cells: int
+    unknowns: float
+    misfit: float
+
+    @property
+    def scale(self) -> float:
+        """Squared residual scale."""
+        return residual_scale(self.cells, self.unknowns, self.misfit)
+
+
+def freedom_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> Freedom:
+    """Degrees of freedom of a branch at its best set, of the rows that are fitted."""
     chosen = problem.branches[branch]
     points, readings = archive.points(chosen.run)
     costs = problem.costs(readings, chosen)
@@ -69,4 +85,4 @@ def scale_of_best(problem: Problem, archive: Archive, branch: int, without: int 
     known = np.isfinite(problem.objective.cells.observed[rows])
     pulls = costs.pulls[:, rows][:, known]
     unknowns = effective_unknowns(points, pulls, total, problem.unknowns.precision(points[i]))
-    return residual_scale(int(known.sum()), unknowns, float(costs.misfit[i, rows].sum()))
+    return Freedom(int(known.sum()), unknowns, float(costs.misfit[i, rows].sum()))

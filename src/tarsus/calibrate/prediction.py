@@ -8,7 +8,8 @@ fitted. On the scale on which cells are compared, taken at the model's value v, 
 
 q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the m fitted cells of
 the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
-normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it means
+normal, and f the usual correction for the k unknowns that all n cells determine (`tarsus.calibrate.degrees`), at
+most 2 because with few cells it means
 nothing. Sizes are in the table's own tolerances and include them; sigma is at least 1. Where rows were left out and
 predicted, their residuals take the place of the fitted ones, with f = 1. One standard deviation is at most a factor
 of `WORST`: a model that misses by more predicts nothing, which sigma tells and an interval cannot.
@@ -118,7 +119,7 @@ def median_and_interval(values: Floats, weights: Floats) -> tuple[float, float, 
 
 
 def discrepancy_of(
-    cells: Cells, residuals: Floats, wrong: Floats, unknowns: int, *, fitted: bool = True
+    cells: Cells, residuals: Floats, wrong: Floats, unknowns: float, *, fitted: bool = True
 ) -> Discrepancy:
     """Discrepancy from residuals (nr, nk) in tolerances and probabilities of the wrong existence (nr, nk), NaN where
     there is none.
@@ -127,7 +128,7 @@ def discrepancy_of(
     """
     known = np.isfinite(residuals)
     n = int(known.sum())
-    factor = min(2.0, float(np.sqrt(n / max(n - unknowns, 1)))) if fitted and n else 1.0
+    factor = min(2.0, float(np.sqrt(n / max(n - unknowns, 1.0)))) if fitted and n else 1.0
     everything = np.abs(residuals[known])
     sigma, error = np.ones(len(cells.names)), np.zeros(len(cells.names))
     for k in range(len(cells.names)):

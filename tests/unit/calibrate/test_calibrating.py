@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -170,8 +171,8 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "did you mean 'height'",
         ),
         ("[search]", "[search]\nwithn = 3", "withn"),
-        ("[search]", "[search]\nstart = [{{e = 0.8, pusch = 1}}]", "did you mean 'push'"),
-        ("[search]", "[search]\nstart = [{{e = 0.8, push = 2}}]", "set 1: 'push' lies outside its bounds"),
+        ("[search]", "[search]\nstart = [{{ee = 0.7}}]", "search.start, set 1: there is no unknown 'ee'"),
+        ("[search]", "[search]\nstart = [{{e = 0.99}}]", "set 1: 'e' lies outside its bounds, got 0.99"),
     ],
 )
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
@@ -225,6 +226,22 @@ softness = "1 mm"
     costs = lowered.problem.costs(readings, lowered.problem.branches[0])
     assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+
+
+def test_a_study_names_sets_to_start_from(tmp_path):
+    text = BALL.replace("[search]", '[search]\nstart = [{{e = 0.59}}, {{push = 0.3, e = "0.95"}}]')
+    problem = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
+    assert problem.starts is not None
+    np.testing.assert_allclose(problem.unknowns.values(problem.starts), [[0.59, 0.75], [0.95, 0.3]])
+
+
+def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n70,1,1\n")))
+    branch = lowered.forward.branches[0]
+    bad = replace(branch.rows[1], fixed={"robot.feet.ball.gap": -1.0})
+    forward = replace(lowered.forward, branches=(replace(branch, rows=(branch.rows[0], bad)),))
+    readings = forward(0, np.array([[0.8, 0.5]]), (0, 1))
+    assert np.isfinite(readings[0, 0]).any() and np.isinf(readings[0, 1]).all()
 
 
 def test_draws_start_with_velocities_of_their_own_and_all_sets_with_the_same(tmp_path):

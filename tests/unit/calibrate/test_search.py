@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from calibrate.toys import cells, problem, search, unknowns
 
+from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
+from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
 from tarsus.calibrate.problem import Given
+from tarsus.calibrate.search import screen
 from tarsus.files.sweepstore import SweepStore
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -148,21 +151,35 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path):
     assert calls == third, "a finished search simulates nothing"
 
 
-def test_a_start_set_is_visited_in_every_branch_and_the_best_is_at_least_as_good():
-    """A hole too narrow for a search of 32 sets and a few generations, which the start set lies in."""
+def test_sets_that_a_study_names_are_visited_by_every_branch_after_the_even_ones():
+    """A needle that an even spread misses: without its name the search does not find it."""
 
-    def hole(run: int, one: np.ndarray) -> np.ndarray:
-        far = np.abs(one - 0.123).max() if run == 0 else 1.0
-        return np.array([[[0.0 if far < 1e-4 else 1.0]]])
+    def needle(run: int, one: np.ndarray) -> np.ndarray:
+        off = np.abs(one - np.array(TRUTH)).max()
+        return (X if off < 1e-3 else 50.0 + X)[:, None, None]
 
-    table = cells([[0.0]])
-    branches = (Branch({"well": "deep"}, 0, (0,)), Branch({"well": "none"}, 1, (0,)))
-    given = problem(table, hole, unknowns("abc"), branches)
-    assert solve(given, search(generations=3)).found[0].cost > 1.0
-    found = solve(replace(given, starts=np.full((1, 3), 0.123)), search(generations=3))
-    assert found.found[0].cost < 0.1 and "hopeless" not in found.found[0].dropped
-    with_logs = replace(given.unknowns, low=np.full(3, 0.01), log=np.array([True, False, True]))
-    assert with_logs.values(with_logs.cube(np.full((1, 3), 0.2))) == pytest.approx(np.full((1, 3), 0.2))
+    table = cells(X[:, None])
+    plan = search(short=0, generations=0, spread=0)
+    lost = solve(problem(table, needle, unknowns("ab"), TWO), plan)
+    named = replace(problem(table, needle, unknowns("ab"), TWO), starts=np.array([TRUTH]))
+    found = solve(named, plan)
+    assert found.found[0].cost < 0.01 < lost.found[0].cost and found.found[1].cost < 0.01
+    archive = Archive(named)
+    screen(named, archive, plan)
+    points = archive.points(0)[0]
+    assert len(points) == plan.screening + 1 and points[-1].tolist() == list(TRUTH)
+
+
+def test_members_are_a_sample_and_not_its_edge():
+    """Thinned so that each is far from the others, members lay on the edge of the cloud they stood for."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(4000, 5))
+    cost = (points**2).sum(axis=1)
+    share = np.where(points[:, 0] > 0.0, 3.0, 1.0)
+    chosen = drawn(share, cost, 400)
+    assert cost[chosen].mean() == pytest.approx(5.0, rel=0.03)
+    assert np.quantile(cost[chosen], 0.9) == pytest.approx(np.quantile(cost, 0.9), rel=0.05)
+    assert (points[chosen, 0] > 0.0).mean() == pytest.approx(0.75, abs=0.06)
 
 
 def test_another_seed_is_another_search():
