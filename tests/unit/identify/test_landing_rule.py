@@ -22,8 +22,9 @@ RATE, NOISE_X, NOISE_V = 20e3, 5e-8, 2e-4
 
 
 def device(rule) -> FootModel:
-    """A laboratory device that knows restitution and adhesion, under a landing rule."""
-    scene = ts.with_values(ts.load_scene(LABORATORY), {"ground.landing": rule})
+    """The laboratory's device under a landing rule, with adhesion that holds what lands slowly."""
+    sticky = {"ground.adhesion.initial": 2e-7, "ground.adhesion.rate": 3e-6}
+    scene = ts.with_values(ts.load_scene(LABORATORY), {"ground.landing": rule, **sticky})
     return FootModel(scene, "tip", "pzt", ("tip",))
 
 
