@@ -45,16 +45,11 @@ def test_the_rule_behind_the_records_is_found_whatever_the_device_file_says(true
     pairs = [record(device(true), name, signal) for name, signal in SIGNALS.items()]
     verdict = judge_landing(device(assumed), [trace for trace, _ in pairs], SIGNALS, pairs[0][1])
     assert verdict is not None and verdict.sets == tuple(SIGNALS)
-    assert verdict.chosen.kind == true.kind and verdict.decided
-    assert verdict.replaced
+    assert verdict.chosen.kind == true.kind and verdict.replaced
     said = " ".join(verdict.sentences())
-    assert (
-        f"{true.kind}" in said
-        and "preferred" in said
-        and f"{assumed.kind}" in said
-        and "was replaced" in said
-    )
+    assert f"{true.kind}" in said and f"{assumed.kind}" in said and "was replaced" in said
     if true == RESTITUTE:
+        assert verdict.decided and "is preferred" in said
         assert verdict.chosen.speed == pytest.approx(20e-3, rel=1.0), "within the factor between those tried"
 
 
