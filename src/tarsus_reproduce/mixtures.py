@@ -16,7 +16,10 @@ from itertools import compress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tarsus.calibrate.description import Study
+from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.mixture import Mixture, load_mixture
 from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
@@ -28,8 +31,7 @@ from tarsus_reproduce.predictions import Member
 __all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]
 
 MOST = 6
-"""Members of a branch that are kept, the best and those of most weight: enough for its spread, and a page takes half a
-minute."""
+"""Members of a branch that are kept, a sample by weight: enough for its spread, and a page takes half a minute."""
 
 _PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
 
@@ -74,7 +76,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     misses of every measure; and its errors over the fitted rows and over each row left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
-    how the reproduction reads it. A branch's members beyond `MOST` give their weight to those kept, in proportion.
+    how the reproduction reads it. Of a branch's members those are kept that lie evenly along their weights.
 
     Raises
     ------
@@ -89,11 +91,9 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     total = float(mixture.weights[plain].sum())
     for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
         run = mixture.lowered.forward.branches[one.branch.run]
-        order = sorted(range(1, len(one.points)), key=lambda i: -one.weights[i])
-        kept = [0, *order[: MOST - 1]]
-        share = one.weights[kept] / one.weights[kept].sum()
+        kept, times = np.unique(drawn(one.weights, np.arange(len(one.weights)), MOST), return_counts=True)
         members = []
-        for i, part in zip(kept, share, strict=True):
+        for i, part in zip(kept, times / MOST, strict=True):
             values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
