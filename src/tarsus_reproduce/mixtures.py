@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.ensemble import drawn
@@ -31,7 +32,8 @@ from tarsus_reproduce.predictions import Member
 __all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]
 
 MOST = 6
-"""Members of a branch that are kept, a sample by weight: enough for its spread, and a page takes half a minute."""
+"""Members of a branch that are kept, the best and a draw of the others: enough for its spread, and a page takes half a
+minute."""
 
 _PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
 
@@ -76,7 +78,8 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     misses of every measure; and its errors over the fitted rows and over each row left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
-    how the reproduction reads it. Of a branch's members those are kept that lie evenly along their weights.
+    how the reproduction reads it. Of a branch with more members than `MOST` the best is kept, and of the others as many
+    as are drawn evenly along their weights; those drawn share the weight of all but the best.
 
     Raises
     ------
@@ -91,9 +94,9 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
     total = float(mixture.weights[plain].sum())
     for weight, one in zip(mixture.weights[plain] / total, compress(mixture.ensembles, plain), strict=True):
         run = mixture.lowered.forward.branches[one.branch.run]
-        kept, times = np.unique(drawn(one.weights, np.arange(len(one.weights)), MOST), return_counts=True)
+        kept, share = thinned(one.weights, MOST)
         members = []
-        for i, part in zip(kept, times / MOST, strict=True):
+        for i, part in zip(kept, share, strict=True):
             values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
@@ -135,6 +138,15 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _rounded(one) for name, one in value.items()}
     return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def thinned(weights: NDArray[np.float64], most: int) -> tuple[list[int], NDArray[np.float64]]:
+    """Places of at most ``most`` of the weighted members (nm,), the first and a draw of the others; their weights."""
+    if len(weights) <= most:
+        return list(range(len(weights))), weights / weights.sum()
+    places, times = np.unique(drawn(weights[1:], np.arange(len(weights) - 1.0), most - 1), return_counts=True)
+    rest = 1.0 - weights[0] / weights.sum()
+    return [0, *(places + 1).tolist()], np.concatenate([[1.0 - rest], rest * times / times.sum()])
 
 
 def column_names(study: Study, options: Mapping[str, str]) -> dict[str, str]:

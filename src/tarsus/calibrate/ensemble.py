@@ -75,7 +75,7 @@ def ensemble_of(
 ) -> Ensemble:
     """Up to ``count`` members of a branch.
 
-    The best point, which weighs nothing of its own, and a sample of the states of the branch's chain that lie inside
+    The best point, which weighs as one draw, and a sample of the states of the branch's chain that lie inside
     the likelihood region, even in cost; one that is drawn several times weighs as often. Without a chain all visited
     points of the region are states, weighted by their likelihood.
     """
@@ -92,7 +92,7 @@ def ensemble_of(
             cloud, share, order = states.states[taken], np.ones(int(taken.sum())), cost[taken]
     places, times = np.unique(drawn(share, order, count - 1), return_counts=True)
     members = np.concatenate([points[best][None], cloud[places]])
-    weights = np.concatenate([[1e-9], times])
+    weights = np.concatenate([[1.0], times])
     readings = archive.evaluate(chosen.run, members)
     cost = problem.total(problem.costs(readings, chosen), members, without)
     return Ensemble(chosen, members, weights / weights.sum(), cost, readings)

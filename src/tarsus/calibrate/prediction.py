@@ -9,10 +9,10 @@ fitted. On the scale on which cells are compared, taken at the model's value v, 
 q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the m fitted cells of
 the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
 normal, and f the usual correction for the k unknowns that all n cells determine (`tarsus.calibrate.degrees`), at
-most 2 because with few cells it means
-nothing. Sizes are in the table's own tolerances and include them; sigma is at least 1. Where rows were left out and
-predicted, their residuals take the place of the fitted ones, with f = 1. One standard deviation is at most a factor
-of `WORST`: a model that misses by more predicts nothing, which sigma tells and an interval cannot.
+most 2 because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at
+least 1. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1. One
+standard deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and
+an interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
 the fitted rows, so p (1 - w) + (1 - p) w is given.
