@@ -31,9 +31,9 @@ from tarsus_reproduce.predictions import Member
 
 __all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]
 
-MOST = 6
-"""Members of a branch that are kept, the best and a draw of the others: enough for its spread, and a page takes half a
-minute."""
+MOST = 24
+"""Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
+contact durations is off by a percent more than with all, and a page takes a minute."""
 
 _PACKAGED = {"cantilever": "cantilever_mixture.json", "hexapod": "hexapod_mixture.json"}
 

@@ -76,6 +76,7 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
 def _left_out(calibration: dict[str, Any]) -> list[tuple[str, str, str]]:
     """Errors of the packaged mixture over the rows it was fitted to, and over each row predicted without it."""
     both = [calibration["training"], calibration["left_out"]]
+    held = [_whole(one["held"] if one else None) for one in both]
 
     def line(title: str, name: str, key: str, show: Callable[[float | None], str]) -> tuple[str, str, str]:
         first, second = (show(one["measures"][name][key] if one else None) for one in both)
@@ -90,7 +91,7 @@ def _left_out(calibration: dict[str, Any]) -> list[tuple[str, str, str]]:
             line(f"{name}: values in the 80 % interval", name, "held", _whole)
             for name in ("bounces", "peak", "contact")
         ),
-        ("all: values in the 80 % interval", *(_whole(one["held"] if one else None) for one in both)),
+        ("all: values in the 80 % interval", held[0], held[1]),
     ]
 
 

@@ -50,6 +50,7 @@ def test_the_rule_behind_the_records_is_found_whatever_the_device_file_says(true
     assert f"{true.kind}" in said and f"{assumed.kind}" in said and "was replaced" in said
     if true == RESTITUTE:
         assert verdict.decided and "is preferred" in said
+        assert isinstance(verdict.chosen, RestituteFirst)
         assert verdict.chosen.speed == pytest.approx(20e-3, rel=1.0), "within the factor between those tried"
 
 
