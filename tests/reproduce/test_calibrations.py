@@ -13,7 +13,7 @@ from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import load_study
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
-from tarsus_reproduce.mixtures import packaged_members, thinned
+from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses, thinned
 from tarsus_reproduce.predictions import members_of
 from tarsus_reproduce.robots import scenario_scene
 from tarsus_reproduce.scenarios import packaged_scenarios
@@ -133,3 +133,15 @@ def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_20_to_40_um
         for n in range(len(gaps)):
             assert window_statistics(batch.run(n), 0.2, 0.3)["impacts"].value == 0.0, (gaps[n], shares[n])
     assert np.mean(errors) < 0.20
+
+
+def test_the_cantilever_s_mixture_knows_what_it_misses_and_how_well_rows_left_out_were_predicted():
+    misses, errors = packaged_misses("cantilever"), packaged_errors("cantilever")
+    assert set(misses) == {"bounces", "peak", "contact"} and all(one.sigma >= 1.0 for one in misses.values())
+    assert errors is not None
+    trained, left = errors["training"]["measures"], errors["left_out"]["measures"]
+    assert (
+        trained["peak"]["mean_relative_error"] <= 0.116 and trained["contact"]["mean_relative_error"] <= 0.18
+    )
+    assert all(0.65 <= one["held"] <= 0.95 for one in left.values())
+    assert left["bounces"]["brier"] <= 0.25

@@ -182,6 +182,13 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     assert said in str(error.value)
 
 
+def test_a_search_begins_from_the_sets_that_it_is_given(tmp_path):
+    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.8125}}, {{push = 0.3}}]")
+    found = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
+    assert found.starts is not None, "what a set does not name is in the middle of its bounds"
+    assert found.unknowns.values(found.starts) == pytest.approx(np.array([[0.8125, 0.75], [0.725, 0.3]]))
+
+
 def test_a_bad_table_is_told_with_its_lines(tmp_path):
     with pytest.raises(InputError) as error:
         load_study(ball_study(tmp_path, "50,1,1,4\n60,1\n70,1,2,3,4\n"))

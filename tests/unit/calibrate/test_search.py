@@ -208,3 +208,20 @@ def _best_without(constant, row: int) -> float:
     screen(constant, archive, plan)
     fit = leave_out(constant, archive, plan, [0], row)
     return float(constant.unknowns.values(fit.ensembles[0].points[0])[0])
+
+
+def test_a_row_left_out_is_as_uncertain_as_the_other_rows_left_out_were_wrong():
+    """A line through two of three points of a parabola misses neither, and the third by 1 or 2."""
+    x = np.array([1.0, 2.0, 3.0])
+    table = cells(20.0 + x[:, None] ** 2, absolute=0.1)
+    given = problem(
+        table,
+        lambda run, one: (20.0 + one[0] + one[1] * x)[:, None, None],
+        unknowns("ab", -9.0, 9.0),
+        robust=1e3,
+    )
+    found = solve(given, search(generations=20, leave_out=20))
+    assert found.left_out is not None
+    told = [one for (one,) in found.left_out]
+    assert [one.median for one in told] == pytest.approx([19.0, 25.0, 27.0], abs=0.2)
+    assert all(1.5 < one.high - one.low < 8.0 for one in told), "the tolerance alone is 0.3 wide"
