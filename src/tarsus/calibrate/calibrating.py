@@ -81,6 +81,12 @@ class Calibrated:
     simulated: int = 0
 
 
+ENOUGH_ROWS = 4
+"""Rows from which the misses of rows left out are the discrepancy of new ones. Leaving one of fewer out takes a third of
+the table or more away: its miss then tells that the unknowns are no longer determined, which the ensemble of the whole
+table does not share."""
+
+
 def solve(
     problem: Problem, search: Search, store: SweepStore | None = None, progress: Progress | None = None
 ) -> Solution:
@@ -123,9 +129,10 @@ def solve(
             stage = f"without {problem.labels[row]}"
             fits.append(leave_out(problem, archive, search, near, row))
         residuals, wrong = _left_out_residuals(problem, fits)
-        discrepancy = _left_out_discrepancy(problem, residuals, wrong)
-        others = [_left_out_discrepancy(problem, residuals, wrong, row) for row in rows]
-        fits = [replace(one, discrepancy=found) for one, found in zip(fits, others, strict=True)]
+        if problem.trained >= ENOUGH_ROWS:
+            discrepancy = _left_out_discrepancy(problem, residuals, wrong)
+            others = [_left_out_discrepancy(problem, residuals, wrong, row) for row in rows]
+            fits = [replace(one, discrepancy=found) for one, found in zip(fits, others, strict=True)]
         left = tuple(tuple(predictions_at(problem, one, row)) for row, one in zip(rows, fits, strict=True))
     return Solution(
         problem, found, fit, tuple(near),

@@ -10,7 +10,8 @@ q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + 
 the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
 normal, and f the usual correction for the k unknowns that all n cells determine (`tarsus.calibrate.degrees`), at
 most 2 because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at
-least 1. Where rows were left out and predicted, their residuals take the place of the fitted ones, with f = 1. One
+least 1. Where four or more rows were left out and predicted, their residuals take the place of the fitted ones, with
+f = 1: of fewer, one left out leaves the unknowns undetermined, and its residual tells that instead. One
 standard deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and
 an interval cannot.
 
