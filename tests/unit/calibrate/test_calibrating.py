@@ -296,5 +296,5 @@ def test_what_three_rows_left_out_miss_is_not_taken_for_the_model(finished):
     """The rows left out of a table of three miss because the unknowns are no longer determined."""
     solution = finished[0].solution
     assert solution.problem.trained == 3 < ENOUGH_ROWS
-    assert solution.left is not None
+    assert solution.left_out is not None
     assert np.array_equal(solution.discrepancy.sigma, solution.fit.discrepancy.sigma)
