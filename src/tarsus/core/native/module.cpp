@@ -1,3 +1,7 @@
 #include <nanobind/nanobind.h>
 
-NB_MODULE(_native, m) { m.attr("lanes") = 8; }
+namespace tarsus {
+void bind_plan(nanobind::module_&);
+}
+
+NB_MODULE(_native, m) { tarsus::bind_plan(m); }

@@ -1,0 +1,114 @@
+// What runs share, as Python objects: nodes, signals, laws, settings.
+#include "convert.hpp"
+#include "kinds.hpp"
+#include "laws.hpp"
+#include "march.hpp"
+#include "signals.hpp"
+
+namespace tarsus {
+
+namespace {
+
+Nodes nodes_of(nb::handle module) {
+  Nodes nodes;
+  copy_to(nodes.tau, N, module, "TAU");
+  copy_to(&nodes.monomial[0][0], N * N, module, "MONOMIAL");
+  copy_to(nodes.tail, N, module, "TAIL");
+  copy_to(&nodes.derivative[0][0], N * N, module, "DERIVATIVE");
+  copy_to(&nodes.once[0][0], N * N, module, "ONCE");
+  copy_to(&nodes.twice[0][0], N * N, module, "TWICE");
+  return nodes;
+}
+
+Signals signals_of(nb::handle group) {
+  Signals out;
+  out.first = field<int64_t>(group, "first");
+  out.loop = field<int64_t>(group, "loop");
+  out.start = field<double>(group, "start");
+  out.end = field<double>(group, "end");
+  out.coef = field<double>(group, "coef");
+  out.until = field<double>(group, "until");
+  out.over = field<double>(group, "over");
+  out.period = field<double>(group, "period");
+  out.span = field<double>(group, "span");
+  out.flat = booleans(group, "flat");
+  out.sharp = booleans(group, "sharp");
+  return out;
+}
+
+// A program and the memory it points into.
+struct KeptProgram {
+  std::vector<int32_t> code;
+  std::vector<double> constants;
+  Program program;
+};
+
+struct KeptLaws : Laws {
+  std::vector<KeptProgram> kept;
+};
+
+void make_laws(KeptLaws* out, const Integers& flags, const Integers& volts, int columns, nb::list terms, nb::list programs) {
+  new (out) KeptLaws();
+  out->feet = int(flags.size());
+  out->columns = columns;
+  out->flags = copied(flags);
+  out->volts = copied(volts);
+  for (nb::handle item : terms) {
+    const auto term = nb::cast<nb::tuple>(item);  // hook, twin, program, first column
+    out->terms[nb::cast<int>(term[0])].push_back({nb::cast<int>(term[1]), nb::cast<int>(term[2]), nb::cast<int>(term[3])});
+  }
+  out->kept.reserve(nb::len(programs));
+  for (nb::handle item : programs) {
+    KeptProgram kept;
+    kept.code = field<int32_t>(item, "code");
+    kept.constants = field<double>(item, "constants");
+    kept.program.count = int(kept.code.size() / 4);
+    kept.program.arguments = nb::cast<int>(item.attr("arguments"));
+    kept.program.parameters = nb::cast<int>(item.attr("parameters"));
+    kept.program.registers = nb::cast<int>(item.attr("registers"));
+    kept.program.result = nb::cast<int>(item.attr("result"));
+    if (kept.program.registers > MOST_REGISTERS) throw std::invalid_argument("a program has too many registers");
+    out->kept.push_back(std::move(kept));
+    out->kept.back().program.code = out->kept.back().code.data();
+    out->kept.back().program.constants = out->kept.back().constants.data();
+    out->programs.push_back(out->kept.back().program);
+  }
+}
+
+}  // namespace
+
+void bind_plan(nb::module_& m) {
+  nb::class_<Nodes>(m, "Nodes").def("__init__", [](Nodes* out, nb::handle source) { new (out) Nodes(nodes_of(source)); });
+  nb::class_<Signals>(m, "Signals").def("__init__", [](Signals* out, nb::handle group) { new (out) Signals(signals_of(group)); });
+  nb::class_<Laws>(m, "LawsBase");
+  nb::class_<KeptLaws, Laws>(m, "Laws").def("__init__", &make_laws);
+  nb::class_<Settings>(m, "Settings")
+      .def(nb::init<>())
+      .def_rw("end", &Settings::end)
+      .def_rw("period", &Settings::period)
+      .def_rw("gap", &Settings::gap)
+      .def_rw("drive", &Settings::drive)
+      .def_rw("gap_zero", &Settings::gap_zero)
+      .def_rw("force_zero", &Settings::force_zero)
+      .def_rw("speed_zero", &Settings::speed_zero)
+      .def_rw("rest_height", &Settings::rest_height)
+      .def_rw("least_progress", &Settings::least_progress)
+      .def_rw("probe", &Settings::probe)
+      .def_rw("most_steps", &Settings::most_steps)
+      .def_rw("first_class", &Settings::first_class)
+      .def_rw("track", &Settings::track)
+      .def_rw("record", &Settings::record);
+  m.attr("HOOKS") = nb::make_tuple("momentum", "force", "rebound", "strength", "friction", "excess");
+  nb::dict twins;
+  twins["Film.momentum"] = int(FILM_MOMENTUM);
+  twins["Electrostatic.force"] = int(ELECTROSTATIC_FORCE);
+  twins["LegElectrostatic.force"] = int(LEG_ELECTROSTATIC_FORCE);
+  twins["Restitution.rebound"] = int(RESTITUTION_REBOUND);
+  twins["Adhesion.strength"] = int(ADHESION_STRENGTH);
+  twins["Friction.bound"] = int(FRICTION_BOUND);
+  twins["AdhesiveFriction.bound"] = int(ADHESIVE_FRICTION_BOUND);
+  twins["RestituteFirst.excess"] = int(RESTITUTE_FIRST_EXCESS);
+  m.attr("TWINS") = twins;
+}
+
+}  // namespace tarsus

@@ -1,0 +1,216 @@
+// What acts between a foot and the ground: six functions of plain numbers, each a sum of terms.
+//
+// A term is a law: one of the twins written here in C++ (the law files of tarsus.laws are their only other home, and a
+// conformance test holds them together), or the program made of a law's plain Python. A foot's parameters are one row;
+// a term knows where its own begin. What terms there are is data, so a new law needs nothing here.
+#pragma once
+#include <vector>
+
+#include "program.hpp"
+
+namespace tarsus {
+
+enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, HOOKS };
+
+enum Twin {
+  NO_TWIN = -1,
+  FILM_MOMENTUM,
+  ELECTROSTATIC_FORCE,
+  LEG_ELECTROSTATIC_FORCE,
+  RESTITUTION_REBOUND,
+  ADHESION_STRENGTH,
+  FRICTION_BOUND,
+  ADHESIVE_FRICTION_BOUND,
+  RESTITUTE_FIRST_EXCESS
+};
+
+enum LawFlag {
+  HAS_MOMENTUM = 1,
+  HAS_FORCE = 2,
+  USES_RATE = 4,
+  HAS_LATCH = 8,
+  MAP_AS_IS = 16,         // the impact map acts as it is, not through its passive projection
+  RESTITUTES_FIRST = 32,  // landing rules; with neither a foot is captured unless pulled
+  PULL_AS_PRINTED = 64
+};
+
+struct Term {
+  int twin = NO_TWIN, program = -1, first = 0;
+};
+
+// Momentum [N s] of a squeeze film at a gap [m]: C / 2 (g + g0)^2.
+template <class Real>
+TARSUS_INLINE Real film_momentum(const Real& gap, double coefficient, double thickness) {
+  const Real distance = gap + thickness;
+  return (0.5 * coefficient) / (distance * distance);
+}
+
+// Attraction [N] along a leg that turns about its hip.
+inline double leg_attraction(double gap, double volts, double coefficient, double offset, double rest) {
+  if (coefficient == 0.0) return 0.0;
+  const double height = offset + rest, x = (gap - rest) / height;
+  double share = 0.0;
+  if (std::fabs(x) < 0.02) {  // series of [ln(1 + x) - x / (1 + x)] / x^2, to 1e-15
+    for (int n = 11; n > 1; n--) share = -x * share + (n - 1.0) / n;
+  } else {
+    share = (std::log(1.0 + x) - x / (1.0 + x)) / (x * x);
+  }
+  return -coefficient * volts * volts * share / (height * height);
+}
+
+constexpr int MOST_REGISTERS = 512;  // of a program; tarsus.laws.program refuses longer laws
+
+// The laws of all feet of one plan; shared by its runs.
+struct Laws {
+  int feet = 0, columns = 0;
+  std::vector<int64_t> flags, volts;  // per foot; volts: channel of its electrode, or -1
+  std::vector<Term> terms[HOOKS];
+  std::vector<Program> programs;
+};
+
+// The laws as one run sees them: with the parameters of that run.
+struct ActingLaws {
+  const Laws& laws;
+  const double* parameters = nullptr;  // (feet, columns)
+  mutable Row rows[MOST_REGISTERS];
+  mutable double numbers[MOST_REGISTERS];
+
+  explicit ActingLaws(const Laws& l) : laws(l) {}
+
+  bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
+  const double* of(int foot, const Term& term) const { return parameters + foot * laws.columns + term.first; }
+
+  // The film alone makes momentum: the law that the innermost loops may write out.
+  bool film_alone() const { return laws.terms[MOMENTUM].size() == 1 && laws.terms[MOMENTUM][0].twin == FILM_MOMENTUM; }
+  // The strength grows linearly with age: Adhesion alone, or none.
+  bool linear_strength() const {
+    return laws.terms[STRENGTH].empty() ||
+           (laws.terms[STRENGTH].size() == 1 && laws.terms[STRENGTH][0].twin == ADHESION_STRENGTH);
+  }
+
+  // Momentum [N s] at a gap [m]; the force on the foot is its rate of change. ``Real`` is double or Row. A law is
+  // promised to be finite on the ground and above; below, where a step's trial may reach, its value on the ground
+  // stands for one that is not.
+  template <class Real>
+  TARSUS_INLINE Real momentum(int foot, const Real& gap) const {
+    Real sum = Real(0.0);
+    for (const Term& term : laws.terms[MOMENTUM]) {
+      const double* p = of(foot, term);
+      if (term.twin == FILM_MOMENTUM) {
+        sum += film_momentum(gap, p[0], p[1]);
+      } else {
+        sum += by_program(term, &gap, p);
+      }
+    }
+    return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
+  }
+
+  // Derivative of the momentum by the gap [N s/m], by central differences over a probe [m] for programs.
+  double momentum_slope(int foot, double gap, double probe) const {
+    if (film_alone()) {
+      const double* p = of(foot, laws.terms[MOMENTUM][0]);
+      return -2.0 * film_momentum(gap, p[0], p[1]) / (gap + p[1]);
+    }
+    return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
+  }
+
+  // Smooth force [N] along the normal.
+  template <class Real>
+  Real force(int foot, const Real& gap, const Real& rate, const Real& volts, const Real& time) const {
+    Real sum = Real(0.0);
+    for (const Term& term : laws.terms[FORCE]) {
+      const double* p = of(foot, term);
+      if (term.twin == ELECTROSTATIC_FORCE) {
+        const Real distance = gap + p[1];
+        sum += -p[0] * (volts * volts) / (distance * distance);
+      } else if (term.twin == LEG_ELECTROSTATIC_FORCE) {
+        sum += along_leg(gap, volts, p);
+      } else {
+        const Real arguments[4] = {gap, rate, volts, time};
+        sum += by_program(term, arguments, p);
+      }
+    }
+    return on_ground(sum, gap, [&] { return ground_force(foot, rate, volts, time); });
+  }
+
+  // Departing speed [m/s] after an impact.
+  double rebound(int foot, double speed) const {
+    double out = 0.0;
+    for (const Term& term : laws.terms[REBOUND]) {
+      const double* p = of(foot, term);
+      out += term.twin == RESTITUTION_REBOUND ? p[0] * speed : by_program(term, &speed, p);
+    }
+    return out;
+  }
+
+  // Largest pull [N] that a contact of that age [s] holds.
+  template <class Real>
+  Real strength(int foot, const Real& age) const {
+    Real sum = Real(0.0);
+    for (const Term& term : laws.terms[STRENGTH]) {
+      const double* p = of(foot, term);
+      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(term, &age, p);
+    }
+    return sum;
+  }
+
+  // Largest friction force [N] of a contact of that strength f_a [N] with the margin N + f_a [N].
+  template <class Real>
+  Real friction(int foot, const Real& margin, const Real& held) const {
+    Real sum = Real(0.0);
+    for (const Term& term : laws.terms[FRICTION]) {
+      const double* p = of(foot, term);
+      if (term.twin == FRICTION_BOUND) {
+        sum += p[0] * margin;
+      } else if (term.twin == ADHESIVE_FRICTION_BOUND) {
+        sum += p[0] * held;
+      } else {
+        const Real arguments[2] = {margin, held};
+        sum += by_program(term, arguments, p);
+      }
+    }
+    return sum;
+  }
+
+  // How much faster [m/s] a foot departs than one that may be held.
+  double excess(int foot, double departing) const {
+    double out = 0.0;
+    for (const Term& term : laws.terms[EXCESS]) {
+      const double* p = of(foot, term);
+      out += term.twin == RESTITUTE_FIRST_EXCESS ? departing - p[0] : by_program(term, &departing, p);
+    }
+    return out;
+  }
+
+ private:
+  TARSUS_APART double by_program(const Term& term, const double* arguments, const double* p) const {
+    return run(laws.programs[term.program], arguments, p, numbers);
+  }
+  TARSUS_APART Row by_program(const Term& term, const Row* arguments, const double* p) const {
+    return run(laws.programs[term.program], arguments, p, rows);
+  }
+  static double along_leg(double gap, double volts, const double* p) { return leg_attraction(gap, volts, p[0], p[1], p[2]); }
+  static Row along_leg(const Row& gap, const Row& volts, const double* p) {
+    return each(gap, volts, [p](double g, double v) { return leg_attraction(g, v, p[0], p[1], p[2]); });
+  }
+  double ground_force(int foot, double rate, double volts, double time) const { return force(foot, 0.0, rate, volts, time); }
+  Row ground_force(int foot, const Row& rate, const Row& volts, const Row& time) const {
+    Row out;
+    for (int j = 0; j < N; j++) out.set(j, force(foot, 0.0, rate[j], volts[j], time[j]));
+    return out;
+  }
+  template <class F>
+  TARSUS_INLINE static double on_ground(double value, double gap, F&& there) {
+    return gap < 0.0 && !std::isfinite(value) ? there() : value;
+  }
+  template <class F>
+  TARSUS_INLINE static Row on_ground(const Row& value, const Row& gap, F&& there) {
+    if (__builtin_expect(finite(value), 1)) return value;
+    const Row ground = Row(there());
+    Row out;
+    for (int j = 0; j < N; j++) out.set(j, gap[j] < 0.0 && !std::isfinite(value[j]) ? ground[j] : value[j]);
+    return out;
+  }
+};
+
+}  // namespace tarsus
