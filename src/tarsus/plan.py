@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tarsus.core import hooks
+from tarsus.core import _native, hooks
 from tarsus.core.arrays import Laws
 from tarsus.core.modes import LinearSystem
 from tarsus.core.signals import Signals
@@ -25,6 +26,7 @@ from tarsus.laws.friction import AdhesiveFriction, Friction
 from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
 from tarsus.laws.landing import PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
+from tarsus.laws.program import program_of
 from tarsus.laws.restitution import Restitution
 from tarsus.scene import Ground, Scene
 from tarsus.spec import quantity_units
@@ -74,6 +76,16 @@ class FootLaws:
     addresses: np.ndarray
     starts: dict[int, int]
     volts: np.ndarray
+    terms: tuple[tuple[int, int, int, int], ...] = ()
+    """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
+    programs: tuple[Any, ...] = ()
+
+    @cached_property
+    def native(self) -> _native.Laws:
+        """The laws as the native engine holds them; their parameters come with every batch."""
+        return _native.Laws(
+            self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
+        )
 
     def own(self) -> OwnLaws:
         """A copy with parameter memory of its own, which the users' functions read."""
@@ -227,6 +239,21 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
         row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
     if ground.electrostatic is None:
         row[ELECTROSTATIC + 1] = 1.0
+    terms = [
+        (_native.HOOKS.index(hook), _native.TWINS[twin], -1, column)
+        for law, hook, twin, column in (
+            (ground.film, "momentum", "Film.momentum", FILM),
+            (ground.electrostatic, "force", "Electrostatic.force", ELECTROSTATIC),
+            (ground.leg_electrostatic, "force", "LegElectrostatic.force", LEG),
+            (ground.restitution, "rebound", "Restitution.rebound", RESTITUTION),
+            (ground.adhesion, "strength", "Adhesion.strength", ADHESION),
+            (ground.friction, "friction", f"{type(ground.friction).__name__}.bound", _slot("friction", ground.friction)),
+        )
+        if law is not None
+    ]
+    if isinstance(ground.landing, RestituteFirst):
+        terms.append((_native.HOOKS.index("excess"), _native.TWINS["RestituteFirst.excess"], -1, LANDING))
+    programs: list[Any] = []
     own = np.zeros(8, dtype=np.int64)
     extra: list[float] = []
     starts: dict[int, int] = {}
@@ -241,14 +268,18 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             tuple((type(law).function(), len(law.parameters())) for law in laws), len(kind.leading)
         )
         starts[column] = len(extra)
+        if column in (hooks.REBOUND, hooks.STRENGTH):  # takes the place of the built-in one
+            terms = [term for term in terms if term[0] != column]
         for law in laws:
+            terms.append((column, -1, len(programs), USER + len(extra)))
+            programs.append(program_of(type(law)))
             extra += law.parameters()
             if isinstance(law, SmoothLaw) and law.uses_rate:
                 flags |= hooks.USES_RATE
         flags |= flag
     return FootLaws(
         np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)), own, starts,
-        np.full(m, -1, dtype=np.int64),
+        np.full(m, -1, dtype=np.int64), tuple(terms), tuple(programs),
     )  # fmt: skip
 
 
