@@ -1,3 +1,8 @@
 #include <nanobind/nanobind.h>
 
-NB_MODULE(_native, m) { m.attr("lanes") = 8; }
+#include "built.hpp"
+
+NB_MODULE(_native, m) {
+  m.attr("lanes") = 8;
+  m.attr("built") = tarsus::built();
+}
