@@ -1,7 +1,8 @@
 """Build backend: scikit-build-core, with two things of our own.
 
-Where the machine has no C++ compiler that works, the one that comes as a wheel is used (``ziglang``); and an editable
-installation is one line that puts ``src`` on the path, so that PYTHONPATH, new files and data files behave as in any checkout.
+Where the machine has no C++ compiler that works, the one that comes as a wheel is used (``ziglang``); and an
+editable installation is one line that puts ``src`` on the path, so that PYTHONPATH, new files and data files behave
+as in any checkout.
 """
 
 from __future__ import annotations
@@ -41,7 +42,10 @@ __all__ = [
 ROOT = Path(__file__).resolve().parent.parent
 COMPILERS = ("c++", "g++", "clang++")
 ZIG = "ziglang>=0.13"
-PROGRAM = "#include <cmath>\n#include <vector>\nint main() { if constexpr (true) return int(std::vector<double>(1).size()) - 1; }\n"
+PROGRAM = """
+#include <vector>
+int main() { if constexpr (true) return int(std::vector<double>(1).size()) - 1; }
+"""
 
 
 def _compiles(compiler: str) -> bool:
@@ -51,7 +55,10 @@ def _compiles(compiler: str) -> bool:
         source.write_text(PROGRAM)
         command = [compiler, "-std=c++17", str(source), "-o", str(Path(folder, "probe"))]
         try:
-            return subprocess.run(command, capture_output=True, timeout=60, stdin=subprocess.DEVNULL).returncode == 0
+            return (
+                subprocess.run(command, capture_output=True, timeout=60, stdin=subprocess.DEVNULL).returncode
+                == 0
+            )
         except (OSError, subprocess.TimeoutExpired):
             return False
 
@@ -92,6 +99,9 @@ def _use_compiler() -> None:
         )
         script.chmod(0o755)
     os.environ["CXX"] = str(tools["c++"])
+    # Zig compiles the C++ library itself, once for each way to optimise and to link: CMake's trials go its way.
+    os.environ["CXXFLAGS"] = f"-O3 {os.environ.get('CXXFLAGS', '')}"
+    os.environ["LDFLAGS"] = f"-s {os.environ.get('LDFLAGS', '')}"
     given = os.environ.get("CMAKE_ARGS", "")
     chosen = shlex.join([f"-DCMAKE_AR={tools['ar']}", f"-DCMAKE_RANLIB={tools['ranlib']}"])
     os.environ["CMAKE_ARGS"] = f"{given} {chosen}".strip()
@@ -119,12 +129,16 @@ def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
     return _with_compiler(_build.get_requires_for_build_editable(config_settings))
 
 
-def build_wheel(wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None) -> str:
+def build_wheel(
+    wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None
+) -> str:
     _use_compiler()
     return _build.build_wheel(wheel_directory, config_settings, metadata_directory)
 
 
-def build_editable(wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None) -> str:
+def build_editable(
+    wheel_directory: str, config_settings: Any = None, metadata_directory: str | None = None
+) -> str:
     """The module is put beside its sources by CMake; the wheel holds the metadata and one line that names ``src``."""
     _use_compiler()
     name = _build.build_editable(wheel_directory, config_settings, metadata_directory)
@@ -135,7 +149,11 @@ def build_editable(wheel_directory: str, config_settings: Any = None, metadata_d
 def _name_sources(wheel: Path) -> None:
     """Replace what scikit-build-core puts beside the metadata, a finder that goes before PYTHONPATH, by a path file."""
     with zipfile.ZipFile(wheel) as old:
-        files = {name: old.read(name) for name in old.namelist() if ".dist-info/" in name and not name.endswith("/")}
+        files = {
+            name: old.read(name)
+            for name in old.namelist()
+            if ".dist-info/" in name and not name.endswith("/")
+        }
     record = next(name for name in files if name.endswith(".dist-info/RECORD"))
     del files[record]
     files = {"tarsus.pth": f"{ROOT / 'src'}\n".encode(), **files}
