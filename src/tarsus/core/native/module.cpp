@@ -1,7 +1,12 @@
 #include <nanobind/nanobind.h>
 
+#include "built.hpp"
+
 namespace tarsus {
 void bind_plan(nanobind::module_&);
 }
 
-NB_MODULE(_native, m) { tarsus::bind_plan(m); }
+NB_MODULE(_native, m) {
+  m.attr("built") = tarsus::built();
+  tarsus::bind_plan(m);
+}
