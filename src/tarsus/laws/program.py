@@ -285,7 +285,11 @@ def add_programs(programs: Sequence[Program]) -> Program:
     for program in programs:
         own = slice(taken, taken + program.parameters)
         taken += program.parameters
-        values: list[Number] = [*builder.inputs[:arguments], *builder.inputs[own], *program.constants.tolist()]
+        values: list[Number] = [
+            *builder.inputs[:arguments],
+            *builder.inputs[own],
+            *program.constants.tolist(),
+        ]
         for number, *operands in program.code.tolist():
             op = Op(number)
             values.append(builder.apply(op, *(values[o] for o in operands[: op.operands])))

@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 
 from tarsus.errors import InputError
 from tarsus.laws.program import LIMIT, Builder, Number, Op, Program, Value
+from tarsus.laws.source import definition
 
 __all__ = ["translate"]
 
@@ -49,7 +50,7 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
         Where it contains what a law may not, with its name and the line in its file.
     """
     named = name or function.__qualname__.rpartition("<locals>.")[2]
-    tree = _definition(function, named)
+    tree = definition(function, named)
     taken = [a.arg for a in (*tree.args.posonlyargs, *tree.args.args)]
     arguments = len(taken) if leading is None else leading
     builder = Builder(arguments, len(taken) - arguments)
@@ -61,54 +62,6 @@ def translate(function: Callable[..., float], leading: int | None = None, name: 
         return builder.finish(body.number(tree, result))
     except OverflowError:
         body.refuse(tree, "it contains an integer that is too large for a float")
-
-
-@lru_cache(maxsize=256)
-def _definition(function: Callable[..., Any], name: str) -> ast.FunctionDef:
-    """The function's syntax tree, with the line numbers of its file."""
-    if not isinstance(function, FunctionType) or hasattr(function, "__wrapped__"):
-        raise InputError(f"{name}: a law is a plain function written with 'def', without decorators")
-    line = function.__code__.co_firstlineno
-    if function.__name__ == "<lambda>":
-        raise InputError(f"{name}, line {line}: a lambda is not a law; write the function with 'def'")
-    try:
-        lines, _ = inspect.getsourcelines(function)
-        text = "".join(lines)
-        indented = text[:1].isspace()
-        tree = ast.parse("if True:\n" + text if indented else text)
-    except (OSError, TypeError, SyntaxError):
-        raise InputError(f"{name}: its source cannot be read; write the law in a file") from None
-    ast.increment_lineno(tree, line - (2 if indented else 1))
-    outer = tree.body[0]
-    found = outer.body[0] if isinstance(outer, ast.If) else outer
-    if not isinstance(found, ast.FunctionDef) or not _same(function, found):
-        raise InputError(f"{name}, line {line}: its file has changed since it was loaded; load it again")
-    for decorator in found.decorator_list:
-        if not (isinstance(decorator, ast.Name) and decorator.id == "staticmethod"):
-            raise InputError(
-                f"{name}, line {decorator.lineno}: the decorator '{ast.unparse(decorator)}' is not allowed on a law"
-            )
-    return found
-
-
-def _same(function: FunctionType, tree: ast.FunctionDef) -> bool:
-    """Whether the tree is that of the function, and not of a file edited since: it names and says the same."""
-    bare = ast.FunctionDef(tree.name, tree.args, tree.body, [], None, lineno=1, col_offset=0)
-    module = ast.fix_missing_locations(ast.Module([bare], []))
-    try:
-        compiled = compile(module, "<law>", "exec", dont_inherit=True)
-    except SyntaxError:  # a name of an enclosing function that the tree alone does not show
-        return True
-    code = next((c for c in compiled.co_consts if inspect.iscode(c)), None)
-    own = function.__code__
-    if code is None:
-        return False
-
-    def said(c: Any) -> tuple[Any, ...]:
-        numbers = [(type(x), x) for x in c.co_consts if isinstance(x, (int, float))]
-        return c.co_varnames, sorted({*c.co_names, *c.co_freevars}), numbers
-
-    return said(code) == said(own)
 
 
 _MATH: dict[Any, Op] = {getattr(math, op.name.lower()): op for op in Op if hasattr(math, op.name.lower())}
@@ -435,6 +388,8 @@ class _Body:
         keywords = {str(k.arg): self.expression(k.value, state) for k in node.keywords}
         if isinstance(called, FunctionType):
             return self.helper(node, named, called, arguments, keywords)
+        if called in _SEQUENCES:
+            return self.sequence(node, named, called, arguments, keywords)
         if keywords:
             self.refuse(node, f"'{named}' takes no keywords in a law")
         op = _MATH.get(called) or _PLAIN.get(called) if _hashable(called) else None
@@ -455,8 +410,6 @@ class _Body:
             for other in arguments[1:]:
                 result = self.apply(node, op, result, other)
             return result
-        if called in _SEQUENCES:
-            return self.sequence(node, named, called, arguments)
         if called is math.log:
             return self.apply(node, Op.DIVIDE, *(self.apply(node, Op.LOG, x) for x in arguments))
         if len(arguments) == 1 and called is float:
@@ -468,12 +421,16 @@ class _Body:
             return self.apply(node, Op.MULTIPLY, arguments[0], factor)
         self.refuse(node, f"'{named}' cannot be called: {ALLOWED}")
 
-    def sequence(self, node: ast.Call, named: str, called: Any, arguments: list[Any]) -> Any:
+    def sequence(
+        self, node: ast.Call, named: str, called: Any, arguments: list[Any], keywords: dict[str, Any]
+    ) -> Any:
         known = (lambda x: isinstance(x, int)) if called is range else (lambda x: isinstance(x, (tuple, int)))
-        if not all(known(x) for x in arguments):
-            self.refuse(node, f"the bounds of '{named}' must be known numbers: each turn of a loop is written out")
+        if not all(known(x) for x in (*arguments, *keywords.values())):
+            self.refuse(
+                node, f"the bounds of '{named}' must be known numbers: each turn of a loop is written out"
+            )
         try:
-            found = called(*arguments)
+            found = called(*arguments, **keywords)
             if isinstance(found, int):
                 return found
             if isinstance(found, range) and len(found) > TURNS:
@@ -490,7 +447,7 @@ class _Body:
             self.refuse(node, f"'{named}' calls itself: {ALLOWED}")
         if called.__module__ != self.function.__module__:
             self.refuse(node, f"'{named}' is defined in another file; a law calls functions of its own file")
-        tree = _definition(called, named)
+        tree = definition(called, named)
         try:
             bound = inspect.signature(called).bind(*arguments, **keywords)
         except TypeError as error:

@@ -153,7 +153,7 @@ class Linker {
   };
 
   void translate(const int32_t* row) {
-    if (row[0] < 0 || row[0] >= op::COUNT) throw std::invalid_argument("unknown operation in a program");
+    if (row[0] < 0 || row[0] >= op::COUNT) throw std::invalid_argument("unknown operation of a program");
     const int taken = operands(row[0]);
     Place of[3] = {};
     bool fixed = true;
