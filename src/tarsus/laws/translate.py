@@ -214,8 +214,9 @@ class _Body:
             return then
         if isinstance(then, tuple) and isinstance(other, tuple) and len(then) == len(other):
             return tuple(self.joined(test, a, b) for a, b in zip(then, other, strict=True))
-        both = isinstance(then, (Value, int, float)) and isinstance(other, (Value, int, float))
-        return self.builder.apply(Op.SELECT, test, then, other) if both else _UNSET
+        if isinstance(then, (Value, int, float)) and isinstance(other, (Value, int, float)):
+            return self.builder.apply(Op.SELECT, test, then, other)
+        return _UNSET
 
     def loop(
         self, node: ast.For, target: ast.expr, turns: Sequence[Any], body: Sequence[ast.stmt], state: _State
@@ -358,13 +359,13 @@ class _Body:
     def logical(self, node: ast.AST, op: ast.boolop, values: Sequence[ast.expr], state: _State) -> Any:
         result = self.number(node, self.expression(values[0], state))
         for value in values[1:]:
-            known = not isinstance(result, Value)
-            if known and bool(result) is isinstance(op, ast.Or):
-                return result
+            if not isinstance(result, Value):
+                if bool(result) is isinstance(op, ast.Or):
+                    return result
+                result = self.number(node, self.expression(value, state))
+                continue
             found = self.number(node, self.expression(value, state))
-            if known:
-                result = found
-            elif isinstance(op, ast.And):
+            if isinstance(op, ast.And):
                 result = self.both(node, result, found)
             else:
                 result = self.apply(node, Op.SELECT, result, True if result.boolean else result, found)

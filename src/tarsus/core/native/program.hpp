@@ -37,10 +37,13 @@ namespace tarsus {
   X(POWER) X(FLOOR_DIVIDE) X(MODULO) X(FMOD) X(HYPOT) X(ATAN2) X(COPYSIGN) X(EXP) X(EXPM1) X(LOG)      \
   X(LOG1P) X(LOG2) X(LOG10) X(SIN) X(COS) X(TAN) X(ASIN) X(ACOS) X(ATAN) X(SINH) X(COSH) X(TANH)       \
   X(ASINH) X(ACOSH) X(ATANH) X(ERF) X(ERFC) X(ISFINITE) X(ISNAN) X(ISINF)
-// Forms with a fixed operand (its place marked F, of a value V), which then need not be spread over a row.
+// Forms with a fixed operand (F beside a value V), which then need not be spread over a row; and with the result of the
+// instruction before (L), which is still in a register: memory would add its delay to every link of a chain.
 #define TARSUS_FORMS(X)                                                                                \
   X(SPREAD) X(SQUARE) X(ADD_VF) X(SUBTRACT_VF) X(SUBTRACT_FV) X(MULTIPLY_VF) X(DIVIDE_VF) X(DIVIDE_FV) \
-  X(SELECT_VVF) X(SELECT_VFV) X(SELECT_VFF)
+  X(SELECT_VVF) X(SELECT_VFV) X(SELECT_VFF)                                                            \
+  X(SQUARE_L) X(ADD_LV) X(ADD_LF) X(SUBTRACT_LV) X(SUBTRACT_VL) X(SUBTRACT_LF) X(SUBTRACT_FL)          \
+  X(MULTIPLY_LV) X(MULTIPLY_LF) X(DIVIDE_LV) X(DIVIDE_VL) X(DIVIDE_LF) X(DIVIDE_FL)
 
 namespace op {
 enum Op : uint16_t {
@@ -67,35 +70,50 @@ struct Program {
 // next[i] = result of instruction i, from values at ``own`` and fixed ones at ``fixed``.
 template <class Real, class Fixed>
 TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, const Fixed* fixed, Real* next) {
+  Real last = Real(0.0);
   for (int i = 0; i < count; i++) {
     const Instruction it = code[i];
     const Real& a = own[it.a];
     switch (it.op) {
-      case op::COPY: next[i] = a; break;
-      case op::ADD: next[i] = a + own[it.b]; break;
-      case op::ADD_VF: next[i] = a + fixed[it.b]; break;
-      case op::SUBTRACT: next[i] = a - own[it.b]; break;
-      case op::SUBTRACT_VF: next[i] = a - fixed[it.b]; break;
-      case op::SUBTRACT_FV: next[i] = fixed[it.b] - a; break;
-      case op::MULTIPLY: next[i] = a * own[it.b]; break;
-      case op::MULTIPLY_VF: next[i] = a * fixed[it.b]; break;
-      case op::SQUARE: next[i] = squared(a); break;
-      case op::DIVIDE: next[i] = a / own[it.b]; break;
-      case op::DIVIDE_VF: next[i] = a / fixed[it.b]; break;
-      case op::DIVIDE_FV: next[i] = fixed[it.b] / a; break;
-      case op::NEGATE: next[i] = -a; break;
-      case op::SELECT: next[i] = select(a, own[it.b], own[it.c]); break;
-      case op::SELECT_VVF: next[i] = select(a, own[it.b], Real(fixed[it.c])); break;
-      case op::SELECT_VFV: next[i] = select(a, Real(fixed[it.b]), own[it.c]); break;
-      case op::SELECT_VFF: next[i] = select(a, Real(fixed[it.b]), Real(fixed[it.c])); break;
-      case op::SPREAD: next[i] = Real(fixed[it.a]); break;
-#define X(name, function) case op::name: next[i] = function(a); break;
+      case op::COPY: last = a; break;
+      case op::ADD: last = a + own[it.b]; break;
+      case op::ADD_VF: last = a + fixed[it.b]; break;
+      case op::ADD_LV: last = last + own[it.b]; break;
+      case op::ADD_LF: last = last + fixed[it.b]; break;
+      case op::SUBTRACT: last = a - own[it.b]; break;
+      case op::SUBTRACT_VF: last = a - fixed[it.b]; break;
+      case op::SUBTRACT_FV: last = fixed[it.b] - a; break;
+      case op::SUBTRACT_LV: last = last - own[it.b]; break;
+      case op::SUBTRACT_VL: last = own[it.b] - last; break;
+      case op::SUBTRACT_LF: last = last - fixed[it.b]; break;
+      case op::SUBTRACT_FL: last = fixed[it.b] - last; break;
+      case op::MULTIPLY: last = a * own[it.b]; break;
+      case op::MULTIPLY_VF: last = a * fixed[it.b]; break;
+      case op::MULTIPLY_LV: last = last * own[it.b]; break;
+      case op::MULTIPLY_LF: last = last * fixed[it.b]; break;
+      case op::SQUARE: last = squared(a); break;
+      case op::SQUARE_L: last = squared(last); break;
+      case op::DIVIDE: last = a / own[it.b]; break;
+      case op::DIVIDE_VF: last = a / fixed[it.b]; break;
+      case op::DIVIDE_FV: last = fixed[it.b] / a; break;
+      case op::DIVIDE_LV: last = last / own[it.b]; break;
+      case op::DIVIDE_VL: last = own[it.b] / last; break;
+      case op::DIVIDE_LF: last = last / fixed[it.b]; break;
+      case op::DIVIDE_FL: last = fixed[it.b] / last; break;
+      case op::NEGATE: last = -a; break;
+      case op::SELECT: last = select(a, own[it.b], own[it.c]); break;
+      case op::SELECT_VVF: last = select(a, own[it.b], Real(fixed[it.c])); break;
+      case op::SELECT_VFV: last = select(a, Real(fixed[it.b]), own[it.c]); break;
+      case op::SELECT_VFF: last = select(a, Real(fixed[it.b]), Real(fixed[it.c])); break;
+      case op::SPREAD: last = Real(fixed[it.a]); break;
+#define X(name, function) case op::name: last = function(a); break;
       TARSUS_FUNCTIONS_OF_ONE(X)
 #undef X
-#define X(name, function) case op::name: next[i] = function(a, own[it.b]); break;
+#define X(name, function) case op::name: last = function(a, own[it.b]); break;
       TARSUS_FUNCTIONS_OF_TWO(X)
 #undef X
     }
+    next[i] = last;
   }
 }
 
@@ -174,19 +192,29 @@ class Linker {
   int mixed(int operation, Place* of, int taken) {
     const bool f0 = of[0].fixed, f1 = of[1].fixed, f2 = of[2].fixed;
     const int a = of[0].at, b = of[1].at, c = of[2].at;
+    const int last = program_.body.empty() ? -1 : program_.registers() - 1;
+    const bool l0 = !f0 && a == last, l1 = !f1 && b == last;
     switch (operation) {
       case op::ADD:
-        if (f0 || f1) return f0 ? emit(op::ADD_VF, b, a) : emit(op::ADD_VF, a, b);
+        if (f0) return l1 ? emit(op::ADD_LF, 0, a) : emit(op::ADD_VF, b, a);
+        if (f1) return l0 ? emit(op::ADD_LF, 0, b) : emit(op::ADD_VF, a, b);
+        if (l0 || l1) return emit(op::ADD_LV, 0, l0 ? b : a);
         break;
       case op::MULTIPLY:
-        if (f0 || f1) return f0 ? emit(op::MULTIPLY_VF, b, a) : emit(op::MULTIPLY_VF, a, b);
-        if (a == b) return emit(op::SQUARE, a);
+        if (f0) return l1 ? emit(op::MULTIPLY_LF, 0, a) : emit(op::MULTIPLY_VF, b, a);
+        if (f1) return l0 ? emit(op::MULTIPLY_LF, 0, b) : emit(op::MULTIPLY_VF, a, b);
+        if (a == b) return emit(l0 ? op::SQUARE_L : op::SQUARE, a);
+        if (l0 || l1) return emit(op::MULTIPLY_LV, 0, l0 ? b : a);
         break;
       case op::SUBTRACT:
-        if (f0 || f1) return f0 ? emit(op::SUBTRACT_FV, b, a) : emit(op::SUBTRACT_VF, a, b);
+        if (f0) return l1 ? emit(op::SUBTRACT_FL, 0, a) : emit(op::SUBTRACT_FV, b, a);
+        if (f1) return l0 ? emit(op::SUBTRACT_LF, 0, b) : emit(op::SUBTRACT_VF, a, b);
+        if (l0 || l1) return l0 ? emit(op::SUBTRACT_LV, 0, b) : emit(op::SUBTRACT_VL, 0, a);
         break;
       case op::DIVIDE:
-        if (f0 || f1) return f0 ? emit(op::DIVIDE_FV, b, a) : emit(op::DIVIDE_VF, a, b);
+        if (f0) return l1 ? emit(op::DIVIDE_FL, 0, a) : emit(op::DIVIDE_FV, b, a);
+        if (f1) return l0 ? emit(op::DIVIDE_LF, 0, b) : emit(op::DIVIDE_VF, a, b);
+        if (l0 || l1) return l0 ? emit(op::DIVIDE_LV, 0, b) : emit(op::DIVIDE_VL, 0, a);
         break;
       case op::SELECT:
         if (!f0 && (f1 || f2)) return emit(f1 ? (f2 ? op::SELECT_VFF : op::SELECT_VFV) : op::SELECT_VVF, a, b, c);
