@@ -4,9 +4,11 @@
 
 namespace tarsus {
 void bind_plan(nanobind::module_&);
+void bind_program(nanobind::module_&);
 }
 
 NB_MODULE(_native, m) {
   m.attr("built") = tarsus::built();
   tarsus::bind_plan(m);
+  tarsus::bind_program(m);
 }
