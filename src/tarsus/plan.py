@@ -80,6 +80,11 @@ class FootLaws:
     """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
     programs: tuple[Any, ...] = ()
 
+    @property
+    def use_rates(self) -> bool:
+        """Whether a law of a foot in the air asks for its gap rate."""
+        return bool(np.any(self.flags & hooks.USES_RATE))
+
     @cached_property
     def native(self) -> _native.Laws:
         """The laws as the native engine holds them; their parameters come with every batch."""
@@ -133,6 +138,11 @@ class Plan:
     @property
     def drives(self) -> int:
         return self.system.loads.shape[1]
+
+    @cached_property
+    def native_signals(self) -> _native.Signals:
+        """The drive channels as the native engine holds them."""
+        return _native.Signals(self.signals)
 
 
 def lower_scene(scene: Scene) -> Plan:

@@ -117,12 +117,12 @@ def announce_compiling(scene: Any = None) -> bool:
 
     scene: what is going to run; walkers have an engine of their own.
     """
-    from tarsus.solve import engine, march
-    from tarsus.solve.engine import COMPILE_SECONDS
+    from tarsus.solve import march
+    from tarsus.solve.march import COMPILE_SECONDS
     from tarsus.structure.walker import Walker
 
     walks = scene is not None and isinstance(scene.robot.structure, Walker)
-    needed = march.needs_compiling() if walks else engine.needs_compiling()
+    needed = walks and march.needs_compiling()
     if needed:
         text = f"compiling the engine once, about {COMPILE_SECONDS} s"
         print(f"tarsus: {text}", file=sys.stderr, flush=True)

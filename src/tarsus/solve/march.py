@@ -25,6 +25,9 @@ from tarsus.walkplan import WalkPlan
 _march = None
 _compiling = threading.Lock()
 
+COMPILE_SECONDS = 10
+"""About how long compiling the engine takes, for telling those who wait [s]."""
+
 
 def march() -> Any:
     """The compiled engine, made on first use (its machine code is kept on disk between processes)."""

@@ -1,20 +1,3 @@
-<<<<<<< HEAD
-// A law as a small vector program, made of its plain Python by tarsus.laws.program.
-#pragma once
-#include "simd.hpp"
-
-namespace tarsus {
-
-struct Program {
-  const int32_t* code = nullptr;      // (count, 4): operation, three registers
-  const double* constants = nullptr;
-  int count = 0, arguments = 0, parameters = 0, registers = 0, result = 0;
-};
-
-template <class Real>
-Real run(const Program&, const Real*, const double*, Real*) {
-  return Real(0.0);
-=======
 // A law as a program (tarsus.laws.program): operations on numbers, carried out for eight nodes at once.
 //
 // ``link`` reads the plain list once. What depends on parameters and constants alone is set apart: ``prepare`` computes
@@ -278,7 +261,6 @@ class Linker {
 
 inline Program link(const int32_t* code, int count, const double* constants, int number, int arguments, int parameters) {
   return Linker(code, count, constants, number, arguments, parameters).link();
->>>>>>> program
 }
 
 }  // namespace tarsus
