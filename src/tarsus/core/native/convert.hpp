@@ -49,4 +49,14 @@ nb::object returned(std::vector<T>&& values, size_t width = 0) {
   return nb::cast(nb::ndarray<T, nb::numpy>(kept->data(), {kept->size() / width, width}, owner));
 }
 
+// Rows of numbers, structs of doubles all, as a numpy array (size, width) without copying.
+template <class Rows>
+nb::object returned_rows(std::vector<Rows>&& rows) {
+  static_assert(sizeof(Rows) % sizeof(double) == 0, "a row is made of doubles");
+  auto* kept = new std::vector<Rows>(std::move(rows));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Rows>*>(p); });
+  auto* first = reinterpret_cast<double*>(kept->data());
+  return nb::cast(nb::ndarray<double, nb::numpy>(first, {kept->size(), sizeof(Rows) / sizeof(double)}, owner));
+}
+
 }  // namespace tarsus

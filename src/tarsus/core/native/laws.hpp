@@ -106,7 +106,8 @@ struct ActingLaws {
   }
 
   // Derivative of the momentum by the gap [N s/m], by central differences over a probe [m] for programs.
-  double momentum_slope(int foot, double gap, double probe) const {
+  template <class Real>
+  Real momentum_slope(int foot, const Real& gap, double probe) const {
     if (film_alone()) {
       const double* p = of(foot, laws.terms[MOMENTUM][0]);
       return -2.0 * film_momentum(gap, p[0], p[1]) / (gap + p[1]);

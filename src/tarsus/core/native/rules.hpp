@@ -38,6 +38,15 @@ inline double rest_time(double t, const Landing& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - ratio);
 }
 
+// Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the
+// ground by mu times as much at most. What adhesion adds is a force, which brakes nothing in no time. Returns the kinetic
+// energy [J] that takes.
+inline double impact_friction(const ActingLaws& laws, int foot, double mass, double change, double& along) {
+  const double before = along, most = laws.friction(foot, change, 0.0);
+  along = before > 0.0 ? std::max(before - most, 0.0) : std::min(before + most, 0.0);
+  return 0.5 * mass * (before * before - along * along);
+}
+
 // Angle [rad] in [0, pi/2] of the passive projection of an impact map that throws e and skews: Newton's method, bracketed.
 inline double passive_angle(double e, double skew) {
   if (e >= 1.0) return 0.0;

@@ -17,7 +17,7 @@ import numpy as np
 from tarsus.core import hooks
 from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM
 from tarsus.core.jit import fused, inner, rare
-from tarsus.core.nodes import DERIVATIVE, MONOMIAL, TAIL, TAU, N
+from tarsus.core.nodes import ONCE, TAIL, TAU, TWICE, N
 from tarsus.core.row import highest, load, magnitude, store, total
 from tarsus.core.signals import fill
 from tarsus.core.walk import arrays as a
@@ -27,13 +27,6 @@ from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 SWEEPS = 24
 UNDEFINED = -math.inf  # error of a step in which a number is infinite or undefined
 _tau = TAU
-_derivative = DERIVATIVE
-_powers = np.arange(1, N + 1)
-# row l: integrals up to every node of the Lagrange polynomial of node l, once and twice
-ONCE = np.ascontiguousarray((TAU[:, None] ** _powers @ (MONOMIAL / _powers[:, None])).T)
-TWICE = np.ascontiguousarray(
-    (TAU[:, None] ** (_powers + 1) @ (MONOMIAL / (_powers * (_powers + 1))[:, None])).T
-)
 _once, _twice, _tail = ONCE, TWICE, np.ascontiguousarray(TAIL)
 
 
