@@ -115,14 +115,14 @@ def spinner(text: str) -> Iterator[None]:
 def announce_compiling(scene: Any = None) -> bool:
     """Say on stderr, terminal or not, when the first run of this process will compile its engine; whether it will.
 
-    scene: what is going to run; walkers have an engine of their own.
+    scene: what is going to run; the engine of walkers needs no compiling.
     """
-    from tarsus.solve import engine, march
+    from tarsus.solve import engine
     from tarsus.solve.engine import COMPILE_SECONDS
     from tarsus.structure.walker import Walker
 
     walks = scene is not None and isinstance(scene.robot.structure, Walker)
-    needed = march.needs_compiling() if walks else engine.needs_compiling()
+    needed = not walks and engine.needs_compiling()
     if needed:
         text = f"compiling the engine once, about {COMPILE_SECONDS} s"
         print(f"tarsus: {text}", file=sys.stderr, flush=True)
