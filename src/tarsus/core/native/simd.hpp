@@ -7,6 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
 
 #if defined(_MSC_VER) && !defined(__clang__)
 #error "Rows are written with the vector extension of gcc and clang; build with clang-cl here."
@@ -106,43 +109,45 @@ TARSUS_INLINE Row magnitude(const Row& a) {
   return out;
 }
 
-// The sum is taken in halves, as machines reduce a vector.
-TARSUS_INLINE double total(const Row& a) {
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
-}
-
 TARSUS_INLINE double larger(double a, double b) { return a > b ? a : b; }
 TARSUS_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 
-// Largest and smallest value; NaN is passed over where another follows, so ask ``finite`` where that matters.
+// Sum, largest and smallest of a row, taken in halves, as machines reduce a vector. The largest passes over NaN where
+// another value follows, so ask ``finite`` where that matters. any_less: whether any a < b; any_not_below: whether any
+// is not a <= b, which is true of NaN.
+#ifdef __AVX512F__
+TARSUS_INLINE double total(const Row& a) { return _mm512_reduce_add_pd((__m512d)a.part[0]); }
+TARSUS_INLINE double highest(const Row& a) { return _mm512_reduce_max_pd((__m512d)a.part[0]); }
+TARSUS_INLINE double lowest(const Row& a) { return _mm512_reduce_min_pd((__m512d)a.part[0]); }
+TARSUS_INLINE bool any_less(const Row& a, const Row& b) {
+  return _mm512_cmp_pd_mask((__m512d)a.part[0], (__m512d)b.part[0], _CMP_LT_OQ) != 0;
+}
+TARSUS_INLINE bool any_not_below(const Row& a, const Row& b) {
+  return _mm512_cmp_pd_mask((__m512d)a.part[0], (__m512d)b.part[0], _CMP_NLE_UQ) != 0;
+}
+#else
+TARSUS_INLINE double total(const Row& a) {
+  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
+}
 TARSUS_INLINE double highest(const Row& a) {
   return larger(larger(larger(a[0], a[4]), larger(a[2], a[6])), larger(larger(a[1], a[5]), larger(a[3], a[7])));
 }
-
 TARSUS_INLINE double lowest(const Row& a) {
   return smaller(smaller(smaller(a[0], a[4]), smaller(a[2], a[6])), smaller(smaller(a[1], a[5]), smaller(a[3], a[7])));
 }
+TARSUS_INLINE bool any_less(const Row& a, const Row& b) {
+  bool some = false;
+  for (int j = 0; j < N; j++) some |= a[j] < b[j];
+  return some;
+}
+TARSUS_INLINE bool any_not_below(const Row& a, const Row& b) {
+  bool some = false;
+  for (int j = 0; j < N; j++) some |= !(a[j] <= b[j]);
+  return some;
+}
+#endif
 
 TARSUS_INLINE bool finite(const Row& a) { return std::isfinite(total(a)); }
-
-// Whether any a < b, and whether any is not a <= b (true of NaN).
-TARSUS_INLINE bool any_less(const Row& a, const Row& b) {
-  long long some = 0;
-  for (int p = 0; p < PARTS; p++) {
-    const Bits less = a.part[p] < b.part[p];
-    for (int j = 0; j < WIDTH; j++) some |= less[j];
-  }
-  return some != 0;
-}
-
-TARSUS_INLINE bool any_not_below(const Row& a, const Row& b) {
-  long long all = -1;
-  for (int p = 0; p < PARTS; p++) {
-    const Bits below = a.part[p] <= b.part[p];
-    for (int j = 0; j < WIDTH; j++) all &= below[j];
-  }
-  return all == 0;
-}
 
 // sum_j rows[j] x[j], rows of 8 one after the other: a matrix of 8 x 8, row j what a unit at node j gives.
 TARSUS_INLINE Row combine(const double* rows, const Row& x) {
