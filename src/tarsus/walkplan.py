@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from tarsus.core import _native
 from tarsus.core.walk.arrays import Body
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
@@ -25,6 +27,11 @@ class WalkPlan:
     plan: Plan
     body: Body
     blocks: np.ndarray
+
+    @cached_property
+    def native(self) -> _native.LeggedBody:
+        """The body as the engine holds it."""
+        return _native.LeggedBody(self.body)
 
 
 def lower_walker(scene: Scene) -> WalkPlan:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from tarsus.core.walk.arrays import Tables
+from tarsus.core import _native
 from tarsus.laws import PullAsPrinted
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
@@ -88,7 +88,7 @@ class ByLegs:
 
     walk: WalkPlan
     duration: float
-    tables: Tables
+    tables: _native.LegTables
 
     @property
     def plan(self) -> Plan:

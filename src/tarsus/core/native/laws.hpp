@@ -58,8 +58,6 @@ inline double leg_attraction(double gap, double volts, double coefficient, doubl
   return -coefficient * volts * volts * share / (height * height);
 }
 
-constexpr int MOST_REGISTERS = 512;  // of a program; tarsus.laws.program refuses longer laws
-
 // The laws of all feet of one plan; shared by its runs.
 struct Laws {
   int feet = 0, columns = 0;
@@ -68,14 +66,34 @@ struct Laws {
   std::vector<Program> programs;
 };
 
-// The laws as one run sees them: with the parameters of that run.
+// The laws as one run sees them: with the parameters of that run, and what programs make of them alone.
 struct ActingLaws {
   const Laws& laws;
   const double* parameters = nullptr;  // (feet, columns)
-  mutable Row rows[MOST_REGISTERS];
-  mutable double numbers[MOST_REGISTERS];
 
-  explicit ActingLaws(const Laws& l) : laws(l) {}
+  explicit ActingLaws(const Laws& l) : laws(l), place(l.programs.size()) {
+    size_t most = 0;
+    for (size_t n = 0; n < l.programs.size(); n++) {
+      place[n] = width;
+      width += l.programs[n].fixed();
+      most = std::max(most, size_t(l.programs[n].registers()));
+    }
+    fixed.resize(width * l.feet);
+    rows.resize(most);
+    numbers.resize(most);
+  }
+
+  // Go on with other parameters.
+  void use(const double* values) {
+    parameters = values;
+    if (width == 0) return;
+    for (const auto& terms : laws.terms)
+      for (const Term& term : terms)
+        if (term.program >= 0)
+          for (int foot = 0; foot < laws.feet; foot++) {
+            prepare(laws.programs[term.program], of(foot, term), fixed.data() + foot * width + place[term.program]);
+          }
+  }
 
   bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
   const double* of(int foot, const Term& term) const { return parameters + foot * laws.columns + term.first; }
@@ -99,7 +117,7 @@ struct ActingLaws {
       if (term.twin == FILM_MOMENTUM) {
         sum += film_momentum(gap, p[0], p[1]);
       } else {
-        sum += by_program(term, &gap, p);
+        sum += by_program(foot, term, &gap);
       }
     }
     return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
@@ -128,7 +146,7 @@ struct ActingLaws {
         sum += along_leg(gap, volts, p);
       } else {
         const Real arguments[4] = {gap, rate, volts, time};
-        sum += by_program(term, arguments, p);
+        sum += by_program(foot, term, arguments);
       }
     }
     return on_ground(sum, gap, [&] { return ground_force(foot, rate, volts, time); });
@@ -139,7 +157,7 @@ struct ActingLaws {
     double out = 0.0;
     for (const Term& term : laws.terms[REBOUND]) {
       const double* p = of(foot, term);
-      out += term.twin == RESTITUTION_REBOUND ? p[0] * speed : by_program(term, &speed, p);
+      out += term.twin == RESTITUTION_REBOUND ? p[0] * speed : by_program(foot, term, &speed);
     }
     return out;
   }
@@ -150,7 +168,7 @@ struct ActingLaws {
     Real sum = Real(0.0);
     for (const Term& term : laws.terms[STRENGTH]) {
       const double* p = of(foot, term);
-      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(term, &age, p);
+      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(foot, term, &age);
     }
     return sum;
   }
@@ -167,7 +185,7 @@ struct ActingLaws {
         sum += p[0] * held;
       } else {
         const Real arguments[2] = {margin, held};
-        sum += by_program(term, arguments, p);
+        sum += by_program(foot, term, arguments);
       }
     }
     return sum;
@@ -178,17 +196,29 @@ struct ActingLaws {
     double out = 0.0;
     for (const Term& term : laws.terms[EXCESS]) {
       const double* p = of(foot, term);
-      out += term.twin == RESTITUTE_FIRST_EXCESS ? departing - p[0] : by_program(term, &departing, p);
+      out += term.twin == RESTITUTE_FIRST_EXCESS ? departing - p[0] : by_program(foot, term, &departing);
     }
     return out;
   }
 
  private:
-  TARSUS_APART double by_program(const Term& term, const double* arguments, const double* p) const {
-    return run(laws.programs[term.program], arguments, p, numbers);
+  size_t width = 0;  // of the fixed values of a foot
+  std::vector<size_t> place;
+  std::vector<double> fixed;
+  mutable std::vector<Row> rows;
+  mutable std::vector<double> numbers;
+
+  template <class Real>
+  Real evaluated(int foot, const Term& term, const Real* arguments, Real* registers) const {
+    const Program& program = laws.programs[term.program];
+    for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
+    return evaluate(program, fixed.data() + foot * width + place[term.program], registers);
   }
-  TARSUS_APART Row by_program(const Term& term, const Row* arguments, const double* p) const {
-    return run(laws.programs[term.program], arguments, p, rows);
+  TARSUS_APART double by_program(int foot, const Term& term, const double* arguments) const {
+    return evaluated(foot, term, arguments, numbers.data());
+  }
+  TARSUS_APART Row by_program(int foot, const Term& term, const Row* arguments) const {
+    return evaluated(foot, term, arguments, rows.data());
   }
   static double along_leg(double gap, double volts, const double* p) { return leg_attraction(gap, volts, p[0], p[1], p[2]); }
   static Row along_leg(const Row& gap, const Row& volts, const double* p) {

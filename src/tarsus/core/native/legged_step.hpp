@@ -1,0 +1,313 @@
+// One step of a legged robot: body and legs consistent at its nodes.
+//
+// Each leg is exact for the motion of its hip, a polynomial of degree 7 through the nodes. The body follows from momentum:
+// with S the feet that nothing holds in a direction, w their rates without the film's momentum and H the held ones,
+//
+//   M (b' - b'(0)) = - sum_S R m (w - w(0)) + int [sum_S R load + sum_H R k (u - a) + load_b] - sum_H R c (a - a(0)),
+//
+// so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until they agree.
+#pragma once
+#include "legged_film.hpp"
+
+namespace tarsus {
+
+constexpr int SWEEPS = 24;
+constexpr double UNSETTLED = -1.0, UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
+
+// Drives at the nodes of the step, and what they and the weight put on every foot.
+inline void fill_drives(Legged& s, double h) {
+  for (int c = 0; c < s.player.signals.channels(); c++) {
+    s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
+  }
+  for (int i = 0; i < s.legs(); i++) {
+    const Leg& leg = s.body.legs[i];
+    Row up = Row(-leg.weight), along = Row(0.0);
+    for (int n = leg.first; n < leg.last; n++) {
+      const Row& force = s.channels[s.body.drive[n]];
+      up += force * s.body.gain[2 * n];
+      along += force * s.body.gain[2 * n + 1];
+    }
+    s.rows[i].load[UP] = up;
+    s.rows[i].load[ALONG] = along;
+  }
+}
+
+// What the contact of a held foot holds at the nodes: f_a, and f_a less the smooth force.
+inline void held_strength(Legged& s, int i, double h) {
+  const int f = s.body.legs[i].foot;
+  LegRows& r = s.rows[i];
+  const Row now = s.nodes.times() * h + s.clock.time;
+  r.strength = s.laws.strength(f, now - s.feet[i].since);
+  r.smooth = r.strength;
+  if (s.feet[i].force) r.smooth -= s.laws.force(f, Row(0.0), Row(0.0), s.volts(f), now);
+}
+
+// First motion of the body, which goes on as it went before, and first forces at the feet.
+inline void first_guess(Legged& s, double h) {
+  const Row time = s.nodes.times() * h;
+  for (int b = 0; b < s.coordinates(); b++) {
+    Row v = Row(0.0), x = Row(0.0);
+    for (int n = AHEAD - 1; n >= 0; n--) {
+      v = v * time + s.ahead[b][n];
+      x = x * time + s.ahead[b][n] / (n + 1);
+    }
+    s.at.v[b] = v;
+    s.at.x[b] = x * time + s.x[b];
+  }
+  for (int i : s.body.leg) {
+    const Leg& leg = s.body.legs[i];
+    const Foot& foot = s.feet[i];
+    LegRows& r = s.rows[i];
+    if (foot.contact != AIR) {
+      held_strength(s, i, h);
+      continue;
+    }
+    const double gap = foot.u[UP] + leg.gap;
+    double rate = foot.w[UP];
+    r.gap = Row(gap);
+    if (foot.film) {
+      const double momentum = s.laws.momentum(leg.foot, gap);
+      rate += momentum / leg.mass;
+      r.film = Row(momentum);
+    }
+    if (foot.force) r.smooth = s.laws.force(leg.foot, Row(gap), Row(rate), s.volts(leg.foot), Row(s.clock.time));
+  }
+}
+
+// How the body answers its own held legs within a step: columns of (1 + drag int + push int int)^-1.
+inline void make_solver(const Nodes& nodes, double drag, double push, Row* solver) {
+  Row left[N];
+  for (int r = 0; r < N; r++) {
+    left[r] = load(nodes.once[r]) * drag + load(nodes.twice[r]) * push;
+    left[r].set(r, left[r][r] + 1.0);
+    solver[r] = Row(0.0);
+    solver[r].set(r, 1.0);
+  }
+  for (int p = 0; p < N; p++) {  // diagonally dominant for the lengths in use: no pivoting
+    const double scale = 1.0 / left[p][p];
+    left[p] = left[p] * scale;
+    solver[p] = solver[p] * scale;
+    for (int r = 0; r < N; r++) {
+      const double factor = left[r][p];
+      if (r == p || factor == 0.0) continue;
+      left[r] -= left[p] * factor;
+      solver[r] -= solver[p] * factor;
+    }
+  }
+}
+
+// Stiffness and damping that held feet put on every coordinate of the body, and the solver for them.
+inline void make_solvers(Legged& s, double h) {
+  double push[MOST_COORDINATES] = {}, drag[MOST_COORDINATES] = {};
+  for (int i : s.body.leg) {
+    const Leg& leg = s.body.legs[i];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (!s.feet[i].held(d)) continue;
+      for (int n = 0; n < leg.hip[d].count; n++) {
+        const double squared = leg.hip[d].by[n] * leg.hip[d].by[n];
+        push[leg.hip[d].at[n]] += squared * leg.stiffness[d];
+        drag[leg.hip[d].at[n]] += squared * leg.damping[d];
+      }
+    }
+  }
+  for (int b = 0; b < s.coordinates(); b++) {
+    push[b] *= h * h / s.body.mass[b];
+    drag[b] *= h / s.body.mass[b];
+    if (push[b] == s.solver_push[b] && drag[b] == s.solver_drag[b]) continue;
+    s.solver_push[b] = push[b];
+    s.solver_drag[b] = drag[b];
+    make_solver(s.nodes, drag[b], push[b], s.solver[b]);
+  }
+}
+
+// Loads on the body itself; nothing carried yet.
+inline void clear_body(Legged& s) {
+  const int nb = s.coordinates();
+  for (int b = 0; b < nb; b++) {
+    Row push = Row(-s.body.weight[b]);
+    for (int d = 0; d < s.body.drives; d++) {
+      const double load = s.body.load[d * nb + b];
+      if (load != 0.0) push += s.channels[d] * load;
+    }
+    s.at.push[b] = push;
+    s.at.drag[b] = s.at.momentum[b] = s.at.place[b] = Row(0.0);
+  }
+}
+
+// u and w of a leg at the nodes under the forces q, without the film.
+TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const Row& q, Row& u, Row& w) {
+  u = load(table.state[0]) * u0 + load(table.state[1]) * w0 + combine(&table.force[0][0][0], q);
+  w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
+}
+
+// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns the largest change of the gap:
+// infinite where a stiff film does not settle, NaN where a number is undefined.
+TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, double h, LegRows& r) {
+  const Leg& leg = s.body.legs[i];
+  const Foot& foot = s.feet[i];
+  const Row before = r.gap;
+  if (foot.film) {
+    if (is_stiff(s, table, leg.foot, r.gap) && !stiff_film(s, table, i, r)) return INF;
+    r.u[UP] += combine(&table.film[0][0][0], r.film);
+    r.w[UP] += combine(&table.film[1][0][0], r.film);
+    r.gap = r.u[UP] + leg.gap;
+    r.film = s.laws.momentum(leg.foot, r.gap);
+    r.rate = r.w[UP] + r.film * (1.0 / leg.mass);
+  } else {
+    r.gap = r.u[UP] + leg.gap;
+    r.rate = r.w[UP];
+  }
+  if (foot.force) {
+    const Row now = s.nodes.times() * h + s.clock.time;
+    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+    if (!finite(r.smooth)) return NOT_A_NUMBER;
+  }
+  if (!finite(r.gap)) return NOT_A_NUMBER;
+  return highest(magnitude(r.gap - before));
+}
+
+// What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and damper.
+TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h, const LegRows& r) {
+  const Leg& leg = s.body.legs[i];
+  const Foot& foot = s.feet[i];
+  const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
+  Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
+  if (d == UP && foot.film) place -= combine(&s.nodes.once[0][0], r.film) * h;
+  leg.hip[d].carry(own, s.at.push);
+  leg.hip[d].carry(momentum, s.at.momentum);
+  leg.hip[d].carry(place, s.at.place);
+}
+
+// What a held foot does to the body through spring and damper; ``hip``: its hip at the nodes.
+TARSUS_INLINE void carry_held(Legged& s, int i, int d, const Row& hip) {
+  const Leg& leg = s.body.legs[i];
+  leg.hip[d].carry((hip - s.feet[i].u[d]) * -leg.stiffness[d], s.at.push);
+  leg.hip[d].carry((hip - leg.hip[d].motion(s.x)) * -leg.damping[d], s.at.drag);
+}
+
+// Upward: a free foot moves, a held one has a margin N + f_a = f_a - pull - smooth force. Returns as ``air_laws``.
+TARSUS_INLINE double upward(Legged& s, int i, int k, double h) {
+  const Leg& leg = s.body.legs[i];
+  const Foot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const Row hip = leg.hip[UP].motion(s.at.x), rate = leg.hip[UP].motion(s.at.v);
+  if (foot.contact != AIR) {
+    r.margin = r.smooth - ((hip - foot.u[UP]) * leg.stiffness[UP] + rate * leg.damping[UP] + r.load[UP]);
+    carry_held(s, i, UP, hip);
+    return finite(r.margin) ? 0.0 : NOT_A_NUMBER;
+  }
+  Row own = r.load[UP];
+  if (foot.force) own += r.smooth;
+  r.q[UP] = own + hip * leg.stiffness[UP] + rate * leg.damping[UP];
+  const LegStep& table = s.tables.of(k, leg.kind[UP]);
+  free_motion(table, foot.u[UP], foot.w[UP], r.q[UP], r.u[UP], r.w[UP]);
+  const double change = leg.foot >= 0 ? air_laws(s, i, table, h, r) : 0.0;
+  carry_free(s, i, UP, own, h, r);
+  return change;
+}
+
+// Along the way: a foot that sticks feels a force, any other moves.
+TARSUS_INLINE void along(Legged& s, int i, int k, double h) {
+  const Leg& leg = s.body.legs[i];
+  const Foot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const Row hip = leg.hip[ALONG].motion(s.at.x);
+  Row own = r.load[ALONG];
+  const Row spring = hip * leg.stiffness[ALONG] + leg.hip[ALONG].motion(s.at.v) * leg.damping[ALONG];
+  if (foot.contact == STUCK) {
+    r.along = own + spring - foot.u[ALONG] * leg.stiffness[ALONG];
+    carry_held(s, i, ALONG, hip);
+    return;
+  }
+  if (foot.contact == SLIPPING) {
+    r.bound = s.laws.friction(leg.foot, r.margin, r.strength);
+    own -= r.bound * foot.sense;
+  }
+  r.q[ALONG] = own + spring;
+  free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+  carry_free(s, i, ALONG, own, h, r);
+}
+
+// The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m].
+inline double follow(Legged& s, double h) {
+  BodyRows& at = s.at;
+  double change = 0.0;
+  for (int b = 0; b < s.coordinates(); b++) {
+    const double m = 1.0 / s.body.mass[b];
+    const Row v = combine(&s.nodes.once[0][0], at.push[b]) * (h * m) - at.momentum[b] * m + at.drag[b] * m + s.v[b];
+    Row x = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h * m) - at.place[b] * m;
+    x += combine(&s.nodes.once[0][0], at.drag[b]) * (h * m) + s.nodes.times() * (h * s.v[b]) + s.x[b];
+    const Row misfit = x - at.x[b];
+    const Row step = combine(reinterpret_cast<const double*>(s.solver[b]), misfit);
+    // the velocity answers the step through the same held legs
+    at.v[b] = v - step * (s.solver_drag[b] / h) - combine(&s.nodes.once[0][0], step) * (s.solver_push[b] / h);
+    at.x[b] += step;
+    if (!finite(step)) return NOT_A_NUMBER;
+    change = std::max(change, highest(magnitude(step)) * s.body.lever[b]);
+  }
+  return change;
+}
+
+// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives.
+inline double error_of(const Legged& s, int k, double h) {
+  const Nodes& nodes = s.nodes;
+  double worst = 0.0;
+  for (int i = 0; i < s.legs(); i++) {
+    const LegRows& r = s.rows[i];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (s.feet[i].held(d)) continue;
+      const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
+      double error = nodes.truncation(r.q[d]) * table.reach_force;
+      if (d == UP && s.feet[i].filmed()) {
+        const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
+        // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
+        const double yields = swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
+        error += nodes.truncation(r.film) * table.reach_film / (1.0 + yields);
+      }
+      worst = std::max(worst, error);
+    }
+  }
+  for (int b = 0; b < s.coordinates(); b++) {
+    const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);
+    worst = std::max(worst, error * h / s.body.mass[b] * s.body.lever[b]);
+  }
+  worst /= s.settings.gap;
+  for (int d = 0; d < s.body.drives; d++) {
+    const double span = s.player.signals.span[d];
+    if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
+  }
+  return worst;
+}
+
+struct Attempt {
+  double error;  // over the tolerance, or UNSETTLED, UNDEFINED
+  int sweeps;
+};
+
+// Make the nodes of a step of class k.
+inline Attempt attempt(Legged& s, int k) {
+  const double h = s.tables.lengths[k], tolerance = 1e-3 * s.settings.gap;
+  fill_drives(s, h);
+  first_guess(s, h);
+  make_solvers(s, h);
+  double before = INF;
+  for (int n = 0; n < SWEEPS; n++) {
+    clear_body(s);
+    double change = 0.0;
+    for (int i = 0; i < s.legs(); i++) {
+      const double moved = upward(s, i, k, h);
+      if (!std::isfinite(moved)) return {std::isnan(moved) ? UNDEFINED : UNSETTLED, n};
+      along(s, i, k, h);
+      change = std::max(change, moved);
+    }
+    const double moved = follow(s, h);
+    if (!std::isfinite(moved)) return {UNDEFINED, n};
+    change = std::max(n > 0 ? change : INF, moved);
+    if (change <= tolerance) return {error_of(s, k, h), n + 1};
+    if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
+    before = change;
+  }
+  return {UNSETTLED, SWEEPS};
+}
+
+}  // namespace tarsus
