@@ -99,9 +99,6 @@ def _use_compiler() -> None:
         )
         script.chmod(0o755)
     os.environ["CXX"] = str(tools["c++"])
-    # Zig compiles the C++ library itself, once for each way to optimise and to link: CMake's trials go its way.
-    os.environ["CXXFLAGS"] = f"-O3 {os.environ.get('CXXFLAGS', '')}"
-    os.environ["LDFLAGS"] = f"-s {os.environ.get('LDFLAGS', '')}"
     given = os.environ.get("CMAKE_ARGS", "")
     chosen = shlex.join([f"-DCMAKE_AR={tools['ar']}", f"-DCMAKE_RANLIB={tools['ranlib']}"])
     os.environ["CMAKE_ARGS"] = f"{given} {chosen}".strip()
