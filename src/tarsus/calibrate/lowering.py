@@ -22,6 +22,7 @@ from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finit
 from tarsus.calibrate.table import Table, number_of
 from tarsus.errors import InputError
 from tarsus.explain import nearest
+from tarsus.measure import no_measure
 from tarsus.scene import Scene
 from tarsus.spec import float_paths, with_values
 from tarsus.units import parse_quantity
@@ -145,7 +146,7 @@ def _channels(study: Study, faults: Faults) -> list[str]:
     for where, measure, motion in wanted:
         known = [*known_measures(), *MOTION] if motion else list(known_measures())
         if measure not in known:
-            faults.add(f"{where}: there is no measure '{measure}'{nearest(measure, known)}")
+            faults.add(f"{where}: {no_measure(measure, known)}")
     return list(dict.fromkeys([*(measure for _, measure, _ in wanted), PEAK]))
 
 

@@ -20,7 +20,7 @@ from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import STILL, Trace
 from tarsus.measure import RESOLUTION, Counting, FootHistory, by_window
 from tarsus.measure.periods import periods_used
-from tarsus.solve import simulate
+from tarsus.solve import ResultCode, simulate
 
 __all__ = ["Comparison", "Contacts", "compare", "contacts_of"]
 
@@ -154,9 +154,9 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
     driven = trace.time >= -1e-9
     time = np.maximum(trace.time[driven], 0.0)
     run = simulate(model.driven(signal), float(time[-1]) + trace.step)
-    if not run.ok:
+    if run.ended is not ResultCode.DONE:
         raise InputError(
-            f"{trace.file}: the identified device cannot be simulated with this drive: {run.code}"
+            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
         )
     states = run.states(time)
     k, normal = trace.point(model.foot_point), model.normal

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
-from tarsus.measure import Measures, measures_of, scene_period
+from tarsus.measure import Measures, measures_of, no_measure, scene_period
 from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
@@ -128,13 +128,19 @@ class Batch:
         return measures_of(self.run(i), **options)
 
     def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
-        """One measure of every run (nr,); NaN for runs that did not reach their end."""
-        return np.array(
-            [
-                self.measures(i, **options)[name].value if code is ResultCode.DONE else np.nan
-                for i, code in enumerate(self.codes)
-            ]
-        )
+        """One measure of every run (nr,), computed alone; NaN for runs that did not reach their end.
+
+        Raises InputError for a name that no measure has, once a run that reached its end is asked.
+        """
+        values = np.full(len(self), np.nan)
+        for i, code in enumerate(self.codes):
+            if code is not ResultCode.DONE:
+                continue
+            found = self.measures(i, names=(name,), **options)
+            if name not in found:
+                raise InputError(no_measure(name, self.measures(i)))
+            values[i] = found[name].value
+        return values
 
 
 def simulate_batch(
