@@ -176,8 +176,6 @@ inline double logarithm_of_one_plus(double a) { return std::log1p(a); }
 constexpr double LN2_HIGH = 6.93147180369123816490e-01;  // 20 zeros at its end: exact times a small integer
 constexpr double LN2_LOW = 1.90821492927058770002e-10;
 constexpr double WHOLE = 6755399441055744.0;  // 1.5 * 2^52: added to a number, its last digits are the whole part
-TARSUS_INLINE Bits bits_of(const Vector& a) { return reinterpret_cast<Bits>(a); }
-TARSUS_INLINE Vector vector_of(const Bits& a) { return reinterpret_cast<Vector>(a); }
 
 // x = k ln 2 + r, exp(r) by a rational approximation, times 2^k in two steps so that ends are reached gently.
 TARSUS_APART inline Row exponential(const Row& a) {
@@ -186,13 +184,13 @@ TARSUS_APART inline Row exponential(const Row& a) {
   for (int p = 0; p < PARTS; p++) {
     const Vector shifted = x.part[p] * 1.44269504088896338700 + WHOLE;
     const Vector k = shifted - WHOLE;
-    const Bits whole = bits_of(shifted) - bits_of(WHOLE - Vector{});
+    const Bits whole = reinterpret_cast<Bits>(shifted) - reinterpret_cast<Bits>(WHOLE - Vector{});
     const Vector high = x.part[p] - k * LN2_HIGH, low = k * LN2_LOW, r = high - low, t = r * r;
     const Vector c = r - t * (1.66666666666666019037e-01 + t * (-2.77777777770155933842e-03 +
         t * (6.61375632143793436117e-05 + t * (-1.65339022054652515390e-06 + t * 4.13813679705723846039e-08))));
     const Vector y = 1.0 - ((low - (r * c) / (2.0 - c)) - high);
     const Bits half = whole >> 1;
-    out.part[p] = y * vector_of((half + 1023) << 52) * vector_of((whole - half + 1023) << 52);
+    out.part[p] = y * reinterpret_cast<Vector>((half + 1023) << 52) * reinterpret_cast<Vector>((whole - half + 1023) << 52);
   }
   return out;
 }
@@ -205,10 +203,10 @@ TARSUS_APART inline Row logarithm(const Row& a) {
     const Bits tiny = given < 2.2250738585072014e-308;
     const Vector x = tiny ? given * 18014398509481984.0 : given;  // 2^54
     const long long root = 0x3fe6a09e00000000LL, one = 0x3ff0000000000000LL;
-    const Bits raised = bits_of(x) + (one - root);
+    const Bits raised = reinterpret_cast<Bits>(x) + (one - root);
     const Bits exponent = (raised >> 52) - 1023 - (tiny & 54);
-    const Vector f = vector_of((raised & 0x000fffffffffffffLL) + root) - 1.0;
-    const Vector k = vector_of(exponent + bits_of(WHOLE - Vector{})) - WHOLE;
+    const Vector f = reinterpret_cast<Vector>((raised & 0x000fffffffffffffLL) + root) - 1.0;
+    const Vector k = reinterpret_cast<Vector>(exponent + reinterpret_cast<Bits>(WHOLE - Vector{})) - WHOLE;
     const Vector square = 0.5 * f * f, s = f / (2.0 + f), z = s * s, w = z * z;
     const Vector even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
     const Vector odd = z * (6.666666666666735130e-01 + w * (2.857142874366239149e-01 +
