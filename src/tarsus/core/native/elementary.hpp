@@ -1,5 +1,5 @@
-// Elementary functions of numbers and rows under one name each, as a law's program means them: comparisons give 1 or 0,
-// nothing traps, and a row gives at every node what a number gives.
+// Elementary functions of numbers and rows under one name each, as a law's program means them: comparisons
+// give 1 or 0, nothing traps, and a row gives at every node what a number gives.
 #pragma once
 #include "simd.hpp"
 
@@ -78,8 +78,9 @@ TARSUS_INLINE Row with_sign(const Row& a, const Row& b) {
   Row out;
   const long long size = 0x7fffffffffffffffLL;
   for (int p = 0; p < PARTS; p++) {
-    const Bits bits = (reinterpret_cast<Bits>(a.part[p]) & size) | (reinterpret_cast<Bits>(b.part[p]) & ~size);
-    out.part[p] = reinterpret_cast<Vector>(bits);
+    const Bits own = reinterpret_cast<Bits>(a.part[p]) & size;
+    const Bits sign = reinterpret_cast<Bits>(b.part[p]) & ~size;
+    out.part[p] = reinterpret_cast<Vector>(own | sign);
   }
   return out;
 }
@@ -107,16 +108,18 @@ TARSUS_ROW_WHOLE(truncated)
 TARSUS_ROW_WHOLE(rounded)
 #undef TARSUS_ROW_WHOLE
 
-// Libraries mix instructions of old and new machines, which costs 200 ns a call while the upper halves of vector
-// registers are in use (measured, glibc 2.36); compilers forget to clear them where a row comes by address. With
-// AVX-512 some upper halves cannot be cleared, so what laws use most is computed here instead, see below.
+// Libraries mix instructions of old and new machines, which costs 200 ns a call while the upper halves of
+// vector registers are in use (measured, glibc 2.36); compilers forget to clear them where a row comes by
+// address. With AVX-512 some upper halves cannot be cleared, so what laws use most is computed here instead,
+// see below.
 TARSUS_INLINE void clear_upper_halves() {
 #if defined(__AVX__)
   __builtin_ia32_vzeroupper();
 #endif
 }
 
-// Those of the machine's mathematical library, node by node; apart, so that the rows around them stay in registers.
+// Those of the machine's mathematical library, node by node; apart, so that the rows around them stay in
+// registers.
 template <class F>
 TARSUS_INLINE Row by_library(const Row& a, F&& function) {
   alignas(64) double value[N];
@@ -175,7 +178,7 @@ inline double logarithm_of_one_plus(double a) { return std::log1p(a); }
 
 constexpr double LN2_HIGH = 6.93147180369123816490e-01;  // 20 zeros at its end: exact times a small integer
 constexpr double LN2_LOW = 1.90821492927058770002e-10;
-constexpr double WHOLE = 6755399441055744.0;  // 1.5 * 2^52: added to a number, its last digits are the whole part
+constexpr double WHOLE = 6755399441055744.0;  // 1.5 * 2^52: added to a number, it leaves the whole part last
 
 // x = k ln 2 + r, exp(r) by a rational approximation, times 2^k in two steps so that ends are reached gently.
 TARSUS_APART inline Row exponential(const Row& a) {
@@ -186,11 +189,13 @@ TARSUS_APART inline Row exponential(const Row& a) {
     const Vector k = shifted - WHOLE;
     const Bits whole = reinterpret_cast<Bits>(shifted) - reinterpret_cast<Bits>(WHOLE - Vector{});
     const Vector high = x.part[p] - k * LN2_HIGH, low = k * LN2_LOW, r = high - low, t = r * r;
+    const Vector tail = -1.65339022054652515390e-06 + t * 4.13813679705723846039e-08;
     const Vector c = r - t * (1.66666666666666019037e-01 + t * (-2.77777777770155933842e-03 +
-        t * (6.61375632143793436117e-05 + t * (-1.65339022054652515390e-06 + t * 4.13813679705723846039e-08))));
+        t * (6.61375632143793436117e-05 + t * tail)));
     const Vector y = 1.0 - ((low - (r * c) / (2.0 - c)) - high);
     const Bits half = whole >> 1;
-    out.part[p] = y * reinterpret_cast<Vector>((half + 1023) << 52) * reinterpret_cast<Vector>((whole - half + 1023) << 52);
+    const Vector first = reinterpret_cast<Vector>((half + 1023) << 52);
+    out.part[p] = y * first * reinterpret_cast<Vector>((whole - half + 1023) << 52);
   }
   return out;
 }
@@ -208,7 +213,8 @@ TARSUS_APART inline Row logarithm(const Row& a) {
     const Vector f = reinterpret_cast<Vector>((raised & 0x000fffffffffffffLL) + root) - 1.0;
     const Vector k = reinterpret_cast<Vector>(exponent + reinterpret_cast<Bits>(WHOLE - Vector{})) - WHOLE;
     const Vector square = 0.5 * f * f, s = f / (2.0 + f), z = s * s, w = z * z;
-    const Vector even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01));
+    const Vector even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 +
+        w * 1.531383769920937332e-01));
     const Vector odd = z * (6.666666666666735130e-01 + w * (2.857142874366239149e-01 +
         w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
     Vector y = k * LN2_HIGH - ((square - (s * (square + (even + odd)) + k * LN2_LOW)) - f);
