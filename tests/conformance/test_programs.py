@@ -149,7 +149,8 @@ def helper_of(x: float) -> float:
 
 
 def integer_powers(x, y):
-    return x**2 + x**3 - y**-2 + x**0 + x**8 / (y * y + 1) ** 4 + (y * y) ** 0.5 + (x * x + 1) ** -0.5 + abs(x) ** 2.5 / (y * y + 1) ** 1.5
+    total = x**2 + x**3 - y**-2 + x**0 + x**8 / (y * y + 1) ** 4 + abs(x) ** 2.5 / (y * y + 1) ** 1.5
+    return total + (y * y) ** 0.5 + (x * x + 1) ** -0.5
 
 
 def general_powers(x, y):
