@@ -83,7 +83,7 @@ struct ModalSystem : Modal {
 
   // Start a run from displacements and velocities (2 n), with the parameters (feet, columns) of its laws.
   void begin(const double* initial, const double* parameters) {
-    laws.parameters = parameters;
+    laws.take(parameters);
     physical.assign(initial, initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {
       foot = Foot();
