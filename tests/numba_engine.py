@@ -15,6 +15,7 @@ from tarsus.core.flow import TERMS
 from tarsus.core.kernel import make_advance
 from tarsus.core.modes import contact_mode
 from tarsus.core.nodes import N
+from tarsus.core.signals import Signals
 from tarsus.core.stack import ModeBook, step_lengths
 from tarsus.plan import Plan, source_hash
 from tarsus.solve.engine import Accuracy
@@ -63,6 +64,13 @@ class OracleRuns:
     physical: np.ndarray
 
 
+def signals_of(plan: Plan) -> Signals:
+    """The plan's channels as the compiled engines take them."""
+    native = plan.signals
+    fields = {name: getattr(native, name) for name in Signals._fields}
+    return Signals(**{**fields, "flat": fields["flat"].astype(bool), "sharp": fields["sharp"].astype(bool)})
+
+
 def execute(
     plan: Plan,
     duration: float,
@@ -107,7 +115,7 @@ def execute(
     events: list[np.ndarray] = []
     rows: list[np.ndarray] = []
     while True:
-        code = kernel(*book.arrays(), plan.signals, laws.arrays, batch, state, output, work, verdict)
+        code = kernel(*book.arrays(), signals_of(plan), laws.arrays, batch, state, output, work, verdict)
         if code == a.NEED_MODE:
             book.require(int(state.count[a.PENDING]))
             continue
@@ -150,7 +158,7 @@ def _new_state(
     real[a.PROBE] = 1e-7 * plan.length
     return a.State(
         count=count, real=real, w=np.zeros(size), physical=np.zeros(2 * len(plan.system.mass)),
-        cursor=np.zeros((max(len(plan.signals.loop), 1), 2), dtype=np.int64), since=np.zeros(m),
+        cursor=np.zeros((max(len(plan.channels), 1), 2), dtype=np.int64), since=np.zeros(m),
         order=np.zeros(m, dtype=np.int64), apex=np.zeros((m, 3)),
     )  # fmt: skip
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from numba_engine import signals_of
 from tarsus.core import arrays as events_of
 from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.nodes import N
@@ -111,7 +112,7 @@ def walk(
     marks: list[np.ndarray] = []
     kernel = march()
     while True:
-        code = kernel(plan.body, tables, base.signals, laws.arrays, batch, state, output, work)
+        code = kernel(plan.body, tables, signals_of(base), laws.arrays, batch, state, output, work)
         events.append(output.events[: state.count[a.EVENTS]].copy())
         marks.append(output.marks[: state.count[a.MARKROWS]].copy())
         state.count[a.BASE] += state.count[a.EVENTS]
@@ -160,7 +161,7 @@ def _new_state(
         count=count, real=real, body=np.zeros((2, nb)), foot=np.zeros((nl, 2, 2)), contact=np.zeros(m, dtype=np.int64),
         sense=np.zeros(m), since=np.zeros(m), order=np.zeros(m, dtype=np.int64), apex=np.zeros((max(m, 1), 3)),
         slipped=np.zeros(m), heave=np.zeros(2), energy=np.zeros(a.ENERGIES), ahead=np.zeros((nb, a.AHEAD)),
-        cursor=np.zeros((max(len(base.signals.loop), 1), 2), dtype=np.int64),
+        cursor=np.zeros((max(len(base.channels), 1), 2), dtype=np.int64),
     )  # fmt: skip
 
 

@@ -30,8 +30,9 @@ class WalkPlan:
 
     @cached_property
     def native(self) -> _native.LeggedBody:
-        """The body as the engine holds it."""
-        return _native.LeggedBody(self.body)
+        """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
+        nb, weight = len(self.body.body_mass), -self.plan.system.weight
+        return _native.LeggedBody(self.body._replace(body_weight=weight[:nb].copy(), weight=weight[nb + 1 :: 2].copy()))
 
 
 def lower_walker(scene: Scene) -> WalkPlan:

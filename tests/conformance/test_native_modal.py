@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from tarsus.core.arrays import E_APEX, E_FOOT, E_INTEGRAL, E_KIND, E_TIME, PERIO
 from tarsus.files.toml import parse_scene
 from tarsus.measure import scene_period
 from tarsus.plan import lower_scene
+from tarsus.slots import rows_of
 from tarsus.solve.engine import Accuracy, SharedBook, execute
 from tarsus.study import bench
 
@@ -187,7 +189,8 @@ def test_a_batch_is_its_runs_one_by_one():
     book = SharedBook(plan, 0.1)
     parameters = np.repeat(plan.laws.parameters[None], 5, axis=0)
     parameters[:, :, 6] = np.linspace(0.2, 0.6, 5)[:, None]
-    raw = execute(plan, 0.1, parameters=parameters, book=book)
+    rows = replace(rows_of(plan, 5), parameters=parameters)
+    raw = execute(plan, 0.1, rows=rows, book=book)
     for i in range(5):
-        alone = execute(plan, 0.1, parameters=parameters[i : i + 1], book=book)
+        alone = execute(plan, 0.1, rows=replace(rows_of(plan), parameters=parameters[i : i + 1]), book=book)
         np.testing.assert_array_equal(raw.of(i), alone.events)

@@ -11,6 +11,7 @@ import numba_walk
 import tarsus as ts
 from tarsus.drive.gait import Ripple, Wave
 from tarsus.scene import Ground, Initial, Scene, Standing
+from tarsus.slots import rows_of
 from tarsus.solve import march as native
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.simulate import RECORDED
@@ -154,8 +155,9 @@ def test_a_batch_of_runs_with_parameters_and_starts_of_their_own() -> None:
     initial = np.repeat(plan.plan.initial[None], 4, axis=0)
     initial[:, 1] += np.linspace(0.0, 1e-6, 4)
     initial[:, -3] += np.linspace(0.0, 1e-3, 4)
-    how = {"parameters": parameters, "initial": initial, "period": 1e-3, "track": False}
-    same(native.walk(plan, 5e-3, **how), numba_walk.walk(plan, 5e-3, **how), 4)
+    rows = dataclasses.replace(rows_of(plan.plan, 4, 1e-3), parameters=parameters, initial=initial)
+    other = numba_walk.walk(plan, 5e-3, parameters=parameters, initial=initial, period=1e-3, track=False)
+    same(native.walk(plan, 5e-3, rows=rows, track=False), other, 4)
 
 
 def test_a_run_that_may_not_take_so_many_steps_ends() -> None:

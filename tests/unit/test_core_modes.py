@@ -14,7 +14,7 @@ STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0,
 SYSTEM = LinearSystem(
     mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
     normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
-    loads=np.array([[0.5], [1.0], [0.0]]), constant=np.array([-1.0, 0.0, -0.5]),
+    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([-1.0, 0.0, -0.5]),
 )  # fmt: skip
 
 

@@ -15,17 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of, no_measure, scene_period
-from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
+from tarsus.slots import check_bounds, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, RawRuns
-from tarsus.solve.engines import Engine, Shared, engine_for
+from tarsus.solve.engines import Shared, engine_for
 from tarsus.solve.march import RawWalks
 from tarsus.solve.simulate import check_duration, simulate
 from tarsus.solve.walkrun import structured_marks
 from tarsus.spec import with_values
 from tarsus.structure.walker import Walker
-from tarsus.units import format_quantity
 
 T = TypeVar("T")
 
@@ -162,7 +161,8 @@ def simulate_batch(
         The scene; values that do not vary are its own.
     vary
         Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
-        length. Runs that differ in parameters of ground laws and in initial state only share everything else.
+        length. Runs that differ in slots only (`tarsus.slots`: laws, gaps, gravity, initial state, drives over time)
+        share one plan and its tables; every other value makes a plan, and as a rule tables, of its own.
     duration
         Model time of every run [s].
     threads
@@ -186,82 +186,77 @@ def simulate_batch(
     check_duration(seconds)
     values = _columns(vary)
     count = len(next(iter(values.values()))) if values else 1
-    native = {path: law_column(scene, path) for path in values}
-    own = [path for path, where in native.items() if where is not None]
-    starts = {path: initial_column(scene, path) for path in values if path not in own}
-    starts = {path: column for path, column in starts.items() if column is not None}
-    rest = [path for path in values if path not in own and path not in starts]
-    for path in own:
-        for edge in (values[path].min(), values[path].max()):
-            with_values(scene, {path: float(edge)})  # bounds are intervals: both ends suffice
+    data, rest = _divided(scene, values)
     groups: dict[tuple[float, ...], list[int]] = {}
-    for i in range(count):
-        groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
+    for i, chosen in enumerate(zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count):
+        groups.setdefault(chosen, []).append(i)
     shared = shared or Shared()
     periods = np.zeros(count)
-    jobs: list[tuple[Engine, np.ndarray, np.ndarray, float, NDArray[np.int64]]] = []
     results: list[tuple[RawRuns | RawWalks, int] | None] = [None] * count
+    if ledger:
+        return _with_accounts(scene, values, seconds, accuracy, threads, shared)
 
-    def work(job: tuple[Engine, np.ndarray, np.ndarray, float, NDArray[np.int64]]) -> None:
-        engine, parameters, initial, period, members = job
-        raw = engine.run(parameters, initial, period, accuracy, track)
+    def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> None:
+        chosen, members = job
+        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
+        engine = engine_for(variant, seconds, shared)
+        own = {path: values[path][members] for path in data}
+        if own:
+            rows = rows_for(variant, engine.plan, own, seconds)
+        else:
+            rows = rows_of(engine.plan, len(members), scene_period(variant, seconds))
+        periods[members] = rows.periods
+        raw = engine.run(rows, accuracy, track)
         for k, i in enumerate(members):
             results[i] = (raw, k)
 
-    for chosen, several in groups.items():
-        members = np.array(several)
-        variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
-        engine = engine_for(variant, seconds, shared)
-        plan = engine.plan
-        period = scene_period(variant, seconds)
-        periods[members] = period
-        parameters = np.repeat(plan.laws.parameters[None], len(members), axis=0)
-        for path in own:
-            column = native[path]
-            assert column is not None
-            parameters[:, :, column] = values[path][members, None]
-        initial = np.repeat(plan.initial[None], len(members), axis=0)
-        for path, column in starts.items():
-            initial[:, column] = values[path][members]
-        if starts:
-            _check_starts(scene, plan, initial)
-        for first in range(0, len(members), _CHUNK):
-            part = slice(first, first + _CHUNK)
-            jobs.append((engine, parameters[part], initial[part], period, members[part]))
-    if ledger:
-        return _with_accounts(scene, values, seconds, periods, accuracy, threads)
+    jobs = [
+        (chosen, np.array(members[first : first + _CHUNK]))
+        for chosen, members in groups.items()
+        for first in range(0, len(members), _CHUNK)
+    ]
     _spread(work, jobs, threads)
     return Batch(scene, values, seconds, periods, [r for r in results if r is not None])
 
 
+def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str], list[str]]:
+    """Paths that are data of a plan, within their bounds, and those that make a plan of their own."""
+    places = {path: slot(scene, path) for path in values}
+    for path, place in places.items():
+        if place is not None and place.bounded:
+            check_bounds(scene, path, values[path])
+    return [path for path, p in places.items() if p is not None], [path for path, p in places.items() if p is None]
+
+
 def _spread(work: Callable[[T], None], jobs: Sequence[T], threads: int | None) -> None:
-    """Do jobs on threads; the first alone, which compiles the engine once."""
+    """Do jobs on threads."""
     workers = threads or os.cpu_count() or 1
     if workers == 1 or len(jobs) == 1:
         for job in jobs:
             work(job)
         return
-    work(jobs[0])
     with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(work, jobs[1:]))
+        list(pool.map(work, jobs))
 
 
 def _with_accounts(
     scene: Scene,
     values: Mapping[str, np.ndarray],
     seconds: float,
-    periods: NDArray[np.float64],
     accuracy: Accuracy | None,
     threads: int | None,
+    shared: Shared,
 ) -> Batch:
     """The batch made of single runs, each with its energy account."""
+    periods = np.zeros(len(next(iter(values.values()))) if values else 1)
     parts: dict[int, tuple[RawRuns | RawWalks, int]] = {}
     unclosed: set[int] = set()
 
     def work(i: int) -> None:
         run = simulate(
-            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy
+            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy, shared=shared
         )
+        periods[i] = run.period
         if run.code is ResultCode.LEDGER_OPEN:
             unclosed.add(i)
         raw = run.raw
@@ -290,16 +285,3 @@ def _columns(vary: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     if problems:
         raise InputError(problems)
     return values
-
-
-def _check_starts(scene: Scene, plan: Plan, initial: np.ndarray) -> None:
-    """No run starts with a foot below the ground."""
-    rest = plan.system.rest_gap
-    moved = initial[:, : len(plan.system.mass)] @ plan.system.normals
-    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
-    for run, foot in np.argwhere(below)[:1]:
-        name = list(scene.robot.feet)[foot]
-        depth = format_quantity(-float(rest[foot] + moved[run, foot]), "m")
-        raise InputError(
-            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
-        )

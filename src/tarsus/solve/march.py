@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tarsus.core import _native, nodes
+from tarsus.core import _native
+from tarsus.core.book import NODES
 from tarsus.core.stack import step_lengths
 from tarsus.core.walk.tables import step_tables
-from tarsus.plan import Plan
-from tarsus.solve.engine import Accuracy
+from tarsus.slots import Rows, rows_of
+from tarsus.solve.engine import Accuracy, unit_settings
 from tarsus.walkplan import WalkPlan
 
 
@@ -20,8 +21,8 @@ class RawWalks:
     """What the engine made of nr runs: codes (nr,); event rows and mark rows of run i end at event_end[i], mark_end[i].
 
     finish (nr, 3): end time [s], steps, rejected steps. samples (ns, width), of the last run: body's displacements and
-    velocities (2 nb), legs (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5). end: the last run's
-    body (2, nb), feet (nl, 2, 2), contact (m,) of its feet and energies (5,) at its end.
+    velocities (2 nb), legs (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5). end: the last
+    run's body (2, nb), feet (nl, 2, 2), contact (m,) of its feet and energies (5,) at its end.
     """
 
     codes: np.ndarray
@@ -46,8 +47,7 @@ def walk(
     plan: WalkPlan,
     duration: float,
     *,
-    parameters: np.ndarray | None = None,
-    initial: np.ndarray | None = None,
+    rows: Rows | None = None,
     tables: _native.LegTables | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
@@ -55,44 +55,24 @@ def walk(
     account: bool = False,
     times: np.ndarray | None = None,
 ) -> RawWalks:
-    """Run a walker's plan for ``duration`` [s], once or for many law parameters (nr, m, np) and starts (nr, 2n).
+    """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
 
-    period [s]: marks note the way at the end of every drive period; track: find the apex of every flight; account:
-    integrate energies; times (ns,) [s], increasing: when to sample motion and contacts (of a single run).
+    period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
+    find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
+    contacts (of a single run).
     """
     base = plan.plan
     tables = tables if tables is not None else tables_of(plan, duration)
-    if parameters is None:
-        parameters = base.laws.parameters[None]
-    if initial is None:
-        initial = np.broadcast_to(base.initial, (len(parameters), len(base.initial)))
-    settings = settings_of(base, duration, accuracy or Accuracy(), step_lengths(duration), period, track)
+    rows = rows_of(base, 1, period) if rows is None else rows
+    settings = unit_settings(base, duration, accuracy or Accuracy())
+    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / base.rate))
+    settings.track, settings.record = track, False
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
-        plan.native, tables, _native.Nodes(nodes), _native.Signals(base.signals), base.laws.native,
-        np.ascontiguousarray(parameters), np.ascontiguousarray(initial), settings,
+        plan.native, tables, NODES, rows.signals, base.laws.native, rows, settings,
         np.zeros(0) if times is None else np.array(times, dtype=float), account,
     )  # fmt: skip
     end = (body, feet.reshape(-1, 2, 2), contact, energy)
     return RawWalks(codes, events, event_end, marks, mark_end, finish, samples, end)
-
-
-def settings_of(
-    plan: Plan, duration: float, accuracy: Accuracy, lengths: np.ndarray, period: float, track: bool
-) -> _native.Settings:
-    """Relative tolerances as absolute ones; lengths (nk,) [s] of the engine's steps."""
-    settings = _native.Settings()
-    settings.end, settings.period = duration, period
-    settings.gap, settings.drive = accuracy.gap * plan.length, accuracy.drive
-    settings.gap_zero = 1e-14 * plan.length
-    settings.force_zero = 1e-13 * plan.force
-    settings.speed_zero = 1e-13 * plan.length * plan.rate
-    settings.rest_height = 0.1 * accuracy.gap * plan.length
-    settings.least_progress = 1e-10 / plan.rate
-    settings.probe = 1e-7 * plan.length
-    settings.most_steps = accuracy.steps
-    settings.first_class = int(np.searchsorted(-lengths, -0.5 / plan.rate))
-    settings.track, settings.record = track, False
-    return settings
 
 
 def tables_of(plan: WalkPlan, duration: float) -> _native.LegTables:

@@ -78,7 +78,7 @@ inline double drive_error(const Modal& m) {
   double error = 0.0;
   for (int d = 0; d < m.sizes.drives; d++) {
     const int i = 2 * m.sizes.feet + d;
-    const double span = m.player.signals.span[d];
+    const double span = m.player.cursor[d].span;
     if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation(m.values[i]) / span);
   }
   return error / m.settings.drive;

@@ -143,6 +143,10 @@ inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
           mode.markov[(o * ni + i) * MARKOV + BEFORE + c] +=
               first * mode.inputs[i * 2 * ns + b] + second * mode.inputs[i * 2 * ns + ns + b];
         }
+        for (int s = 0; s < sizes.sources(); s++) {
+          const double* in = mode.bias_inputs + s * 2 * ns;
+          mode.bias_markov[(s * sizes.feet + o) * MARKOV + BEFORE + c] += first * in[b] + second * in[ns + b];
+        }
       }
       power = times(power, scaled);
     }
@@ -273,6 +277,31 @@ inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, 
   }
 }
 
+// What a unit of every source does over [0, tau_j h]: the state at the end, and the outputs.
+inline void fill_bias(StepClass& step, const ContactMode& mode, Duhamel& phi) {
+  const Sizes& sizes = mode.sizes;
+  const int ns = sizes.stride, nb = mode.blocks_used;
+  std::vector<double> response(2 * nb);
+  for (int s = 0; s < sizes.sources(); s++) {
+    const double* in = mode.bias_inputs + s * 2 * ns;
+    for (int j = 0; j < N; j++) {
+      for (int b = 0; b < nb; b++) {
+        for (int c = 0; c < 2; c++) {
+          const double first = total(load(phi.at(j, b, c, 0))), second = total(load(phi.at(j, b, c, 1)));
+          response[c * nb + b] = first * in[b] + second * in[ns + b];
+          if (j == N - 1) step.state_bias[s * 2 * ns + c * ns + b] = response[c * nb + b];
+        }
+      }
+      for (int o = 0; o < sizes.outputs; o++) {
+        const double* out = mode.outputs + o * 2 * ns;
+        double sum = mode.bias_feed[s * 2 * sizes.feet + o];
+        for (int b = 0; b < nb; b++) sum += out[b] * response[b] + out[ns + b] * response[nb + b];
+        step.node_bias[(s * sizes.outputs + o) * N + j] = sum;
+      }
+    }
+  }
+}
+
 // Direct parts of the outputs, what constant inputs give, and how far smooth inputs reach.
 inline void fill_direct(StepClass& step, const ContactMode& mode, const Nodes& nodes) {
   const Sizes& sizes = mode.sizes;
@@ -313,6 +342,7 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
     }
   }
   fill_inputs(*step, mode, phi, q);
+  fill_bias(*step, mode, phi);
   fill_direct(*step, mode, nodes);
   fill_envelope(*step, mode, nodes, q.spacing);
   const double x = mode.rate * step->length;
