@@ -191,6 +191,9 @@ def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(
         zip(hexapod["robot"]["structure"]["shapes"], printed_column("hexapod").tolist(), strict=True)
     )
     hexapod["ground"]["impact"] = {"kind": "given", "columns": {"foot1": column}, "passive": False}
+    hexapod["robot"]["structure"]["damping_ratios"] = [0.002] * 6  # so little that the energy made stays
+    hexapod["robot"]["drives"]["pzt"]["law"]["gain"] = "2.3 uN/V"
+    hexapod["signals"]["pzt"] |= {"amplitude": "10 V", "offset": "0 V", "frequency": "85 Hz"}
     result = tarsus("reproduce", "hexapod", "--device", save(hexapod), "--seeds", "1", "-o", tmp_path / "out")
     assert result.code == 1
     assert "This map can create energy" in result.out
