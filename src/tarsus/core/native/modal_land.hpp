@@ -16,9 +16,7 @@ inline void scale_inputs(Modal& m, const StepClass& step) {
     if (m.constant[i]) {
       power.set(0, m.value(i)[0]);
     } else {
-      double row[N];
-      powers_of(m.nodes, m.value(i), row);
-      power = load(row);
+      power = powers_of(m.nodes, m.value(i));
       m.degree = N;
     }
     m.powers[i] = power;
@@ -240,8 +238,9 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
 }
 
 // State at scaled time s, into ``ahead``: w' = T w + inputs by its derivatives while inputs come in, powers of T behind.
+// Returns whether all of it is finite.
 template <class S>
-TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s) {
+TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s) {
   const ContactMode& mode = *m.mode;
   const int ns = S::stride(m.sizes.stride), size = 2 * ns, rows = (terms + N - 1) / N;
   Row power = powers_to_seven(s);
@@ -251,6 +250,7 @@ TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s)
     power *= s8;
   }
   const double *e = m.scaled_times, *first_power = mode.powers + 4 * ns, *w = m.state();
+  typename S::Pack zero = {};
   for (int p = 0; p < S::packs(ns); p++) {
     const int at = p * S::WIDTH;
     typename S::Pack x = S::get(w + at), y = S::get(w + ns + at), u, v;
@@ -273,9 +273,13 @@ TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s)
       const double* matrix = mode.powers + size_t(c - m.degree) * 4 * ns + at;
       for (int k = 0; k < 4; k++) e_matrix[k] += S::get(matrix + k * ns) * e[c];
     }
-    S::put(m.ahead() + at, sum_x + e_matrix[0] * x + e_matrix[1] * y);
-    S::put(m.ahead() + ns + at, sum_y + e_matrix[2] * x + e_matrix[3] * y);
+    sum_x += e_matrix[0] * x + e_matrix[1] * y;
+    sum_y += e_matrix[2] * x + e_matrix[3] * y;
+    S::put(m.ahead() + at, sum_x);
+    S::put(m.ahead() + ns + at, sum_y);
+    zero += (sum_x + sum_y) * 0.0;
   }
+  return S::sum(zero) == 0.0;
 }
 
 }  // namespace tarsus

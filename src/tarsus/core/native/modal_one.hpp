@@ -110,13 +110,13 @@ template <class S>
 TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
   m.drive(t, step.length);
   const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
-  const double* effect = step.from_input(0, 0);
+  const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
   const double first = linear[0], height = first + foot.thickness, inverse = 1.0 / height, tolerance = 0.05 * m.settings.gap;
   const double held = foot.half * inverse * inverse;
   m.linear[0] = linear;
   m.room[0] = 0.0;
   Row gap, film;
-  if (2.0 * held * std::fabs(inverse * constant[N - 1]) > 0.5) {
+  if (2.0 * held * std::fabs(inverse * last) > 0.5) {
     if (!newton_one(foot, effect, linear, tolerance, gap, film)) {
       if (!newton(m, step, t)) return UNSETTLED;
       gap = m.outputs[0];
@@ -139,7 +139,7 @@ TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass
   const bool counts = error > 0.0;
   m.growth_before = counts ? std::fabs(film[0]) : 1.0;
   m.growth_after = counts ? std::fabs(film[N - 1]) : 1.0;
-  return std::max(error / m.settings.gap, drive_error(m));
+  return m.steady ? error * m.per_gap : std::max(error * m.per_gap, drive_error(m));
 }
 
 template <class S>
