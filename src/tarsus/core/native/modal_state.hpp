@@ -53,6 +53,7 @@ struct Modal {
   std::vector<Doubt> doubts;
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
+  int64_t filled = -1;                             // state of the player for which they hold constants
   const double per_gap, per_drive;                 // one over what an error may be
   double chord[N];  // of each node interval: its width over the widest, squared, by which bounds of chords go
 
@@ -103,6 +104,7 @@ struct Modal {
 
   // Values of drives and volts at the nodes of the step [t, t + h].
   TARSUS_INLINE void drive(double t, double h) {
+    if (filled == player.moves && t + h <= player.flat_until) return;  // as they were
     steady = true;
     for (int d = 0; d < sizes.drives; d++) {
       const int i = 2 * sizes.feet + d;
@@ -113,6 +115,7 @@ struct Modal {
       const int64_t c = laws.laws.volts[i];
       if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
     }
+    filled = steady ? player.moves : -1;
   }
 
   // Keep a step: what ``sample`` and the energy integrals of a run are made of.

@@ -27,6 +27,8 @@ struct Player {
   const Signals& signals;
   const Nodes& nodes;
   std::vector<Cursor> cursor;
+  int64_t moves = 0;         // of any channel to another piece
+  double flat_until = -INF;  // [s] until then all channels keep their values
 
   Player(const Signals& s, const Nodes& n) : signals(s), nodes(n), cursor(s.channels()) {}
 
@@ -120,7 +122,8 @@ struct Player {
   double kink = INF, reach = INF;      // times of the next kink, and up to which a step may reach beyond it
 
   TARSUS_APART void move(double t) {
-    same_until = kink = reach = INF;
+    moves++;
+    same_until = kink = reach = flat_until = INF;
     for (int c = 0; c < signals.channels(); c++) {
       seek(c, t);
       const int64_t p = cursor[c].piece;
@@ -128,6 +131,8 @@ struct Player {
       const bool last = p + 1 == signals.first[c + 1] && signals.loop[c] < 0;
       if (!last) same_until = std::min(same_until, shift + signals.end[p] - 1e-12 * (signals.end[p] - signals.start[p]));
       kink = std::min(kink, next);
+      if (!signals.sharp[p]) flat_until = std::min(flat_until, shift + signals.end[p]);
+      if (!signals.flat[p]) flat_until = -INF;
       if (!(signals.flat[p] && signals.sharp[p])) reach = std::min(reach, next + signals.over[p]);
     }
   }
