@@ -312,7 +312,7 @@ _FIRST_RUN = """
 import sys
 import time
 import tarsus
-from tarsus.solve.engine import advance
+import tarsus.solve.engine
 scene = tarsus.load_scene(sys.argv[1])
 start = time.perf_counter()
 run = tarsus.simulate(scene)
