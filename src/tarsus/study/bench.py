@@ -171,9 +171,10 @@ def run_pairs(
     seconds = time.process_time() - start
     counts = np.zeros(len(batch), dtype=np.int64)
     marks = np.full((2, len(batch)), np.nan)
+    is_impact = np.isin(np.arange(16), IMPACTS)
     for i in range(len(batch)):
         events = batch.events(i)
-        times = events["time"][np.isin(events["kind"], IMPACTS)]
+        times = events["time"][is_impact[events["kind"]]]
         counts[i] = len(times)
         for row, number in ((0, 0), (1, 9)):
             if len(times) > number:
