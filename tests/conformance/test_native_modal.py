@@ -46,7 +46,9 @@ def own(name: str, duration: float, **laws) -> ts.Scene:
 def bed_of_feet(count: int, duration: float = 0.02) -> ts.Scene:
     """A rigid plate that rocks on many feet under its weight: contacts by the dozen, some at the same moment."""
     places = np.linspace(-1.0, 1.0, count)
-    feet = "".join(f"[robot.feet.f{i}]\npoint = 'f{i}'\ngap = '{4 + 3 * abs(x):.3f} um'\n" for i, x in enumerate(places))
+    feet = "".join(
+        f"[robot.feet.f{i}]\npoint = 'f{i}'\ngap = '{4 + 3 * abs(x):.3f} um'\n" for i, x in enumerate(places)
+    )
     shapes = ", ".join(f"f{i} = [1.0, {x:.4f}]" for i, x in enumerate(places))
     return parse_scene(
         f"""
@@ -97,18 +99,27 @@ SCENES_OF: dict[str, Callable[[], ts.Scene]] = {
     "hexapod of the table": lambda: device("hexapod-table", 0.15),
     "quadruped": lambda: device("quadruped", 0.1),
     "hexapod bench": lambda: ts.load_scene(BENCH / "hexapod.toml").model_copy(update={"duration": 0.3}),
-    "hysteresis bench": lambda: ts.load_scene(BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine").model_copy(
-        update={"duration": 0.1}
+    "hysteresis bench": lambda: ts.load_scene(
+        BENCH / "hysteresis.toml", volts=8.0, hz=50.0, wave="sine"
+    ).model_copy(update={"duration": 0.1}),
+    "restitution first": lambda: device(
+        "cantilever", 0.05, {"ground.landing": ts.RestituteFirst(speed=2e-3)}
     ),
-    "restitution first": lambda: device("cantilever", 0.05, {"ground.landing": ts.RestituteFirst(speed=2e-3)}),
     "pull as printed": lambda: device("cantilever", 0.05, {"ground.landing": ts.PullAsPrinted()}),
     "as printed, three feet": lambda: file("three_feet", 0.03, {"ground.landing": ts.PullAsPrinted()}),
     "no film": lambda: device("cantilever", 0.05, {"ground.film": None}),
-    "overdamped in film": lambda: file("damped_chain", 0.05, {"ground.film": ts.Film(coefficient=1e-20, thickness=5e-6)}),
+    "overdamped in film": lambda: file(
+        "damped_chain", 0.05, {"ground.film": ts.Film(coefficient=1e-20, thickness=5e-6)}
+    ),
     "own film": lambda: own("p1_n2", 0.05, own_film=OWN["own_film"](coefficient=1.7e-21, thickness=5e-6)),
-    "own attraction": lambda: own("p1_n2", 0.05, pull=OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6)),
+    "own attraction": lambda: own(
+        "p1_n2", 0.05, pull=OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6)
+    ),
     "own latch and rebound": lambda: own(
-        "sticky_feet", 0.03, latch=OWN["own_latch"](initial=1e-5, rate=1e-3), rebound=OWN["own_rebound"](coefficient=0.4)
+        "sticky_feet",
+        0.03,
+        latch=OWN["own_latch"](initial=1e-5, rate=1e-3),
+        rebound=OWN["own_rebound"](coefficient=0.4),
     ),
     "own drag": lambda: own("sticky_feet", 0.02, drag=OWN["drag"](coefficient=1e-4, height=1e-6)),
     "eight feet": lambda: bed_of_feet(8),
@@ -124,7 +135,9 @@ def both(made: ts.Scene, accuracy: Accuracy, track: bool, record: bool):
 
 def without_last_marks(events: np.ndarray) -> np.ndarray:
     """Without the marks at the very end that follow others: the compiled loop marked the end of a period twice."""
-    last = (events[:, E_KIND] == PERIOD_MARK) & (events[:, E_TIME] == events[-1, E_TIME]) if len(events) else []
+    last = (
+        (events[:, E_KIND] == PERIOD_MARK) & (events[:, E_TIME] == events[-1, E_TIME]) if len(events) else []
+    )
     return events[~np.asarray(last, dtype=bool)]
 
 
@@ -138,8 +151,8 @@ def test_events_are_those_of_the_compiled_loop(name):
     np.testing.assert_array_equal(a[:, [E_FOOT, E_KIND]], b[:, [E_FOOT, E_KIND]])
     scale = np.abs(a).max(axis=0, initial=0.0)
     np.testing.assert_allclose(b[:, E_TIME], a[:, E_TIME], rtol=0, atol=1e-12 * made.duration)
-    np.testing.assert_allclose(b[:, E_KIND + 1 : E_APEX] / (scale[E_KIND + 1 : E_APEX] + 1e-300),
-                               a[:, E_KIND + 1 : E_APEX] / (scale[E_KIND + 1 : E_APEX] + 1e-300), rtol=0, atol=1e-7)  # fmt: skip
+    told = slice(E_KIND + 1, E_APEX)  # speeds, forces and energies
+    assert np.all(np.abs(b[:, told] - a[:, told]) <= 1e-7 * scale[told])
     # the rise of a flight within one step: the compiled loop saw it where rounding left its first node above the ground
     peak = scale[E_APEX]
     assert np.all(b[:, E_APEX] >= a[:, E_APEX] - 1e-7 * peak)
@@ -156,7 +169,9 @@ def test_reference_problems_step_for_step(n):
     """P1: the same steps and the same rejected ones, every impact within rounding, none wrong."""
     chained = bench.Chain(n)
     book = numba_engine.OracleBook(chained.plan, chained.duration)
-    known = numba_engine.execute(chained.plan, chained.duration, book=book, accuracy=chained.accuracy, track=False)
+    known = numba_engine.execute(
+        chained.plan, chained.duration, book=book, accuracy=chained.accuracy, track=False
+    )
     found = execute(chained.plan, chained.duration, book=chained.book, accuracy=chained.accuracy, track=False)
     np.testing.assert_array_equal(found.finish[0, 1:], known.finish[0, 1:])
     np.testing.assert_allclose(found.events[:, 0], known.events[:, 0], rtol=1e-14)

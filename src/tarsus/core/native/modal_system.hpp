@@ -64,10 +64,11 @@ TARSUS_APART bool glide(Modal& m, double left) {
   int k = 0;
   while (k < int(lengths.size()) && m.mode->terms[k] == 0 && lengths[k] > left) k++;
   if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
-  if (!m.drive(m.clock.time, lengths[k]) || !stays_held<S>(m, left)) return false;
+  m.drive(m.clock.time, lengths[k]);
+  if (!m.steady || !stays_held<S>(m, left)) return false;
   const StepClass& step = m.take_class(k);
   m.record(step, 1.0);
-  flow<S>(m, step, m.acting.data(), int(m.acting.size()));
+  flow<S>(m, step);
   m.accept();
   m.clock.time += lengths[k];
   return true;
@@ -84,6 +85,8 @@ struct ModalSystem : Modal {
   // Start a run from its data.
   void begin(const RunData& run) {
     settings = units.of(run);
+    per_gap = 1.0 / settings.gap;
+    per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
     biases.take(run.sources);
     physical.assign(run.initial, run.initial + 2 * sizes.coordinates);

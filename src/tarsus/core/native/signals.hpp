@@ -32,6 +32,8 @@ struct Player {
   const Signals& signals;
   const Nodes& nodes;
   std::vector<Cursor> cursor;
+  int64_t moves = 0;         // of any channel to another piece
+  double flat_until = -INF;  // [s] until then all channels keep their values
 
   Player(const Signals& s, const Nodes& n, size_t channels) : signals(s), nodes(n), cursor(channels) {}
 
@@ -39,7 +41,8 @@ struct Player {
 
   // Start a run with channels of its own.
   void restart(const int64_t* chosen, const Change* changes) {
-    same_until = -INF;
+    same_until = flat_until = -INF;
+    moves++;
     for (int c = 0; c < channels(); c++) {
       const int64_t of = chosen[c], first = signals.first[of];
       const Change& change = changes[c];
@@ -135,7 +138,8 @@ struct Player {
 
   TARSUS_APART void move(double t) {
     const Signals& s = signals;
-    same_until = kink = reach = INF;
+    moves++;
+    same_until = kink = reach = flat_until = INF;
     for (int c = 0; c < channels(); c++) {
       seek(c, t);
       const Cursor& at = cursor[c];
@@ -144,6 +148,8 @@ struct Player {
       const bool last = p + 1 == at.behind && at.loop < 0;
       if (!last) same_until = std::min(same_until, at.shift + s.end[p] - 1e-12 * (s.end[p] - s.start[p]));
       kink = std::min(kink, next);
+      if (!s.sharp[p]) flat_until = std::min(flat_until, at.shift + s.end[p]);
+      if (!s.flat[p]) flat_until = -INF;
       if (!(s.flat[p] && s.sharp[p])) reach = std::min(reach, next + s.over[p]);
     }
   }
