@@ -97,7 +97,7 @@ class EventLog:
             start, end = ends[run - 1] if run else 0, ends[run]
             if np.any((late > start) & (late < end)):
                 self._all[start:end] = structured_events(rows[start:end])
-        kept = rows[:, a.E_KIND] != a.PERIOD_MARK
+        kept = self._all["kind"] != a.PERIOD_MARK
         self._events = self._all[kept]
         self._ends = ends
         self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]
