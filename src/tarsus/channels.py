@@ -135,10 +135,10 @@ def _course(
     count = len(columns[0]) if columns else 1
     shapes, fits = None, np.zeros(count, dtype=bool)
     if isinstance(drive.law, LinearForce) and drive.amplifier.ideal and set(drive_fields) <= {"law.gain", "law.offset"}:
+        if isinstance(wave, _SHAPED):
+            _check_ends(f"signals.{name}", wave, fields)
+            _check_ends(f"robot.drives.{name}", drive, drive_fields)
         shapes, fits = _shapes(wave, fields, count)
-    if shapes is not None:
-        _check_ends(f"signals.{name}", wave, fields)
-        _check_ends(f"robot.drives.{name}", drive, drive_fields)
     if shapes is None or not fits.all():
         rest = np.flatnonzero(~fits)
         slow = _one_by_one(
@@ -215,6 +215,9 @@ def _distinct(columns: Sequence[Floats]) -> tuple[Floats, Ints]:
     """Different rows of columns (nr,), and the number of the one each run has."""
     rows, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
     return rows, which.reshape(-1).astype(np.int64)
+
+
+_SHAPED = (Sine, Square, RampedSquare, Constant, Ramp, Poling, OnOff)
 
 
 def _shapes(

@@ -201,7 +201,7 @@ def simulate_batch(
     groups: dict[tuple[float, ...], list[int]] = {}
     for i, chosen in enumerate(zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count):
         groups.setdefault(chosen, []).append(i)
-    shared = shared or Shared()
+    shared = Shared() if shared is None else shared
     periods = np.zeros(count)
     results: list[tuple[RawRuns | RawWalks, int] | None] = [None] * count
     if ledger:

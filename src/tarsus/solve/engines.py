@@ -32,6 +32,10 @@ class Shared:
         self._made: OrderedDict[Any, Any] = OrderedDict()
         self._lock = threading.Lock()
 
+    def __len__(self) -> int:
+        """How many different structures' tables are kept."""
+        return len(self._made)
+
     def get(self, key: Any, make: Callable[[], Any]) -> Any:
         """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
         with self._lock:
