@@ -144,16 +144,16 @@ class Plan:
         return pack(self.channels)
 
 
-def lower_scene(scene: Scene) -> Plan:
-    """Lower a scene to arrays.
+def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
+    """Lower a scene to arrays; ``drive`` lowers its drives.
 
     Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
     forces, volts, signals = [], [], scene.actuator_volts
-    for name, drive in scene.robot.drives.items():
-        force, volt = lower(signals[name], drive.law, drive.history)
+    for name, one in scene.robot.drives.items():
+        force, volt = drive(signals[name], one.law, one.history)
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +10,8 @@ import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.walk.arrays import Body
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
 from tarsus.structure.walker import Walker
@@ -35,8 +38,8 @@ class WalkPlan:
         return _native.LeggedBody(self.body._replace(body_weight=weight[:nb].copy(), weight=weight[nb + 1 :: 2].copy()))
 
 
-def lower_walker(scene: Scene) -> WalkPlan:
-    """Lower the scene of a walker to arrays.
+def lower_walker(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> WalkPlan:
+    """Lower the scene of a walker to arrays; ``drive`` lowers its drives.
 
     Raises
     ------
@@ -45,7 +48,7 @@ def lower_walker(scene: Scene) -> WalkPlan:
     """
     walker = scene.robot.structure
     assert isinstance(walker, Walker)
-    plan = lower_scene(scene)
+    plan = lower_scene(scene, drive)
     names, nb = list(walker.legs), walker.body_size
     nl, nd = len(names), plan.drives
     legs = walker.legs.values()

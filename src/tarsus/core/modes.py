@@ -21,6 +21,7 @@ Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a he
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,16 @@ class LinearSystem:
     def sources(self) -> Floats:
         """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
         return np.append(self.rest_gap, self.gravity)
+
+    @cached_property
+    def per_impulse(self) -> Floats:
+        """Change of the velocities (n, m) by a unit impulse on each foot."""
+        return np.linalg.solve(self.mass, self.normals)
+
+    @cached_property
+    def holdings(self) -> dict[tuple[int, ...], tuple[Floats, Floats, Floats, Floats]]:
+        """Constraint data by held feet, once made: contact modes side by side share them."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -125,6 +136,15 @@ def _apply(blocks: Floats, y: Floats) -> Floats:
 
 
 def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
+    """What `_hold` makes, made once."""
+    key = tuple(held)
+    found = system.holdings.get(key)
+    if found is None:
+        found = system.holdings[key] = _hold(system, held)
+    return found
+
+
+def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
     """Constraint data of held feet: null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force rows
     W (|S|, n).
 
@@ -135,15 +155,16 @@ def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Flo
     normals = system.normals[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
-    u, s, _ = np.linalg.svd(normals)
+    u, s, vt = np.linalg.svd(normals)
     rank = int(np.sum(s > 1e-10 * s[0])) if s.size else 0
     z = u[:, rank:]
-    particular = -np.linalg.pinv(normals.T, rcond=1e-10)
-    mz = z.T @ system.mass @ z
-    projector = np.linalg.solve(mz, z.T @ system.mass) if z.shape[1] else np.zeros((0, n))
-    minv_n = np.linalg.solve(system.mass, normals)
-    rows = np.linalg.pinv(normals.T @ minv_n, hermitian=True) @ minv_n.T
-    return z, particular, projector, rows
+    placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
+    onto = z.T @ system.mass
+    projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
+    minv_n = system.per_impulse[:, held]
+    met = normals.T @ minv_n
+    share = np.linalg.pinv(met, hermitian=True) if len(held) > 1 else 1.0 / met
+    return z, placed, projector, share @ minv_n.T
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:

@@ -10,6 +10,10 @@ from typing import Any, Protocol
 
 from tarsus.core import _native
 from tarsus.core.stack import step_lengths
+from tarsus.drive.law import VoltageLaw
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
+from tarsus.drive.signal import Signal
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
 from tarsus.slots import Rows
@@ -21,20 +25,25 @@ from tarsus.walkplan import WalkPlan, lower_walker
 __all__ = ["Engine", "Shared", "engine_for", "shared_book", "shared_tables"]
 
 MOST_KEPT = 32
-"""Contact modes and step tables of so many different structures are kept for later runs."""
+"""So many tables of structures and drives are kept for later runs."""
 
 
 class Shared:
-    """What engines have made that others can use, by what it depends on: the last ones used; safe between threads."""
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; the last ones used.
+
+    Safe between threads.
+    """
 
     def __init__(self, most: int = MOST_KEPT) -> None:
         self._most = most
         self._made: OrderedDict[Any, Any] = OrderedDict()
         self._lock = threading.Lock()
 
-    def __len__(self) -> int:
-        """How many different structures' tables are kept."""
-        return len(self._made)
+    @property
+    def keys(self) -> list[Any]:
+        """What is kept, by what it depends on; the last one used comes last."""
+        with self._lock:
+            return list(self._made)
 
     def get(self, key: Any, make: Callable[[], Any]) -> Any:
         """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
@@ -99,10 +108,14 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
     InputError
         Where a law of the user cannot be compiled.
     """
+
+    def drive(signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        return shared.get((signal, law, history), lambda: lower(signal, law, history))
+
     if isinstance(scene.robot.structure, Walker):
-        walker = lower_walker(scene)
+        walker = lower_walker(scene, drive)
         return ByLegs(walker, duration, shared_tables(walker, duration, shared))
-    plan = lower_scene(scene)
+    plan = lower_scene(scene, drive)
     return ByModes(plan, duration, shared_book(plan, duration, shared))
 
 

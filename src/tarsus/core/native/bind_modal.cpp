@@ -78,14 +78,24 @@ nb::object mask_of(const FootSet& feet) {
 struct KeptBook : Book {
   nb::object maker;
   Nodes nodes;
-  Quadrature quadrature;
+  Quadrature quadrature = {};
   std::vector<nb::object> sources;  // tarsus.core.modes.ContactMode by number
 
   KeptBook(const Sizes& s, std::vector<double> h, const Nodes& n, nb::handle module, nb::object make)
       : Book(s, std::move(h)), maker(std::move(make)), nodes(n) {
-    copy_to(quadrature.points, POINTS, module, "GAUSS");
-    copy_to(quadrature.weights, POINTS, module, "GAUSS_WEIGHTS");
-    copy_to(&quadrature.at_points[0][0], POINTS * N, module, "AT_GAUSS");
+    double points[POINTS], weights[POINTS], at_points[POINTS][N];
+    copy_to(points, POINTS, module, "GAUSS");
+    copy_to(weights, POINTS, module, "GAUSS_WEIGHTS");
+    copy_to(&at_points[0][0], POINTS * N, module, "AT_GAUSS");
+    for (int a = 0; a < N; a++) {
+      for (int g = 0; g < POINTS; g++) {
+        double share = weights[g] * at_points[g][a];
+        for (int n = 0; n < SERIES; n++) {
+          quadrature.series[n][a] += share;
+          share *= (1.0 - points[g]) / (n + 1);
+        }
+      }
+    }
     copy_to(&quadrature.left[0][0], N * N, module, "LEFT");
     copy_to(&quadrature.right[0][0], N * N, module, "RIGHT");
     copy_to(&quadrature.partial[0][0][0], N * N * N, module, "PARTIAL");
