@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tarsus.core import arrays as events_of
+from tarsus.core.book import step_lengths
 from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.nodes import N
-from tarsus.core.stack import step_lengths
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.march import make_march
 from tarsus.core.walk.motion import TERMS
