@@ -9,22 +9,29 @@ from typing import Any
 
 import numpy as np
 
-from numba_engine import signals_of
 from tarsus.core import arrays as events_of
+from tarsus.core.book import step_lengths
 from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.nodes import N
-from tarsus.core.stack import step_lengths
+from tarsus.core.signals import Signals
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.march import make_march
 from tarsus.core.walk.motion import TERMS
 from tarsus.core.walk.scan import CANDIDATES
 from tarsus.core.walk.tables import step_tables
-from tarsus.plan import source_hash
+from tarsus.plan import Plan, source_hash
 from tarsus.solve.engine import Accuracy
 from tarsus.walkplan import WalkPlan
 
 _march = None
 _compiling = threading.Lock()
+
+
+def signals_of(plan: Plan) -> Signals:
+    """The plan's channels as the compiled engines take them."""
+    native = plan.signals
+    fields = {name: getattr(native, name) for name in Signals._fields}
+    return Signals(**{**fields, "flat": fields["flat"].astype(bool), "sharp": fields["sharp"].astype(bool)})
 
 
 def march() -> Any:

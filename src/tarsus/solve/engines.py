@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from tarsus.core import _native
-from tarsus.core.stack import step_lengths
+from tarsus.core.book import step_lengths
 from tarsus.drive.law import VoltageLaw
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import Pieces
@@ -29,7 +29,7 @@ MOST_KEPT = 32
 
 
 class Shared:
-    """What engines have made that others can use, by what it depends on: tables of structures, drives; the last ones used.
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
 
     Safe between threads.
     """

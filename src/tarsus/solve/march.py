@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tarsus.core import _native
-from tarsus.core.book import NODES
-from tarsus.core.stack import step_lengths
+from tarsus.core.book import NODES, step_lengths
 from tarsus.core.walk.tables import step_tables
 from tarsus.slots import Rows, rows_of
 from tarsus.solve.engine import Accuracy, unit_settings

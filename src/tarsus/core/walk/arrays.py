@@ -36,7 +36,7 @@ Work = namedtuple(
     "foot body series column row matrix newton line when",
 )
 
-# State.count; events are counted where core.contact.log counts them
+# State.count; events are counted where core.landing.log counts them
 (MARKROWS, SAMPLE, EVENTS, CLASS, STEPS, STALLED, REJECTED, RUN, FRESH, MARKS, TRACK, ACCOUNT, MAX_STEPS, FIRST_CLASS,
  BASE, MARK_BASE, LAUNCH, LAUNCHING) = range(18)  # fmt: skip
 COUNTS = 18

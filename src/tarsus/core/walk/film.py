@@ -6,7 +6,6 @@ import math
 
 from tarsus.core import hooks
 from tarsus.core.jit import fused, rare
-from tarsus.core.newton import eliminate
 from tarsus.core.nodes import N
 from tarsus.core.row import load, lowest
 from tarsus.core.walk import arrays as a
@@ -71,3 +70,30 @@ def stiff_film(body, tables, laws, state, work, i, f, kind, k):
                 film[f, j] = hooks.momentum(laws.parameters, laws.pointer, f, gaps[f, j])
             return True
     return False
+
+
+@rare
+def eliminate(matrix, size):
+    """Solve matrix[:, :size] x = matrix[:, size] in place by Gauss elimination with row pivots; x in the last column."""
+    for c in range(size):
+        best = c
+        for r in range(c + 1, size):
+            if abs(matrix[r, c]) > abs(matrix[best, c]):
+                best = r
+        if matrix[best, c] == 0.0:
+            return False
+        for j in range(c, size + 1):
+            keep = matrix[c, j]
+            matrix[c, j] = matrix[best, j]
+            matrix[best, j] = keep
+        for r in range(c + 1, size):
+            factor = matrix[r, c] / matrix[c, c]
+            if factor != 0.0:
+                for j in range(c, size + 1):
+                    matrix[r, j] -= factor * matrix[c, j]
+    for r in range(size - 1, -1, -1):
+        s = matrix[r, size]
+        for j in range(r + 1, size):
+            s -= matrix[r, j] * matrix[j, size]
+        matrix[r, size] = s / matrix[r, r]
+    return True

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from tarsus.core import hooks
 from tarsus.core.arrays import BOUNCE, CAPTURE, CONTACT_AT_START, RELEASE, REST
-from tarsus.core.contact import log
 from tarsus.core.hooks import HAS_FORCE, HAS_LATCH, HAS_MOMENTUM, PULL_AS_PRINTED
 from tarsus.core.jit import rare
-from tarsus.core.landing import landing, rest_time
+from tarsus.core.landing import landing, log, rest_time
 from tarsus.core.signals import value
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.scan import PULL_OFF, STOP, TOUCH

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from tarsus.core.arrays import DONE, EVENTS_FULL, NOT_FINITE, PERIOD_MARK, STALL, STEP_LIMIT, STEP_TOO_SMALL
-from tarsus.core.contact import log
 from tarsus.core.jit import entry, inner, rare
-from tarsus.core.kernel import next_kink
+from tarsus.core.landing import log
 from tarsus.core.nodes import MONOMIAL, TAU, N
 from tarsus.core.peak import raise_apex
 from tarsus.core.reference import refer
+from tarsus.core.signals import next_kink
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.account import account
 from tarsus.core.walk.ground import film_momentum, happen
