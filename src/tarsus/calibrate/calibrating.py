@@ -82,9 +82,9 @@ class Calibrated:
 
 
 ENOUGH_ROWS = 4
-"""Rows from which the misses of rows left out are the discrepancy of new ones. Leaving one of fewer out takes a third of
-the table or more away: its miss then tells that the unknowns are no longer determined, which the ensemble of the whole
-table does not share."""
+"""Rows from which the misses of rows left out are the discrepancy of new ones. Leaving one of fewer out takes a third
+of the table or more away: its miss then tells that the unknowns are no longer determined, which the ensemble of the
+whole table does not share."""
 
 
 def solve(
