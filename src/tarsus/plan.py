@@ -26,8 +26,8 @@ from tarsus.laws.friction import AdhesiveFriction, Friction
 from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
 from tarsus.laws.landing import PullAsPrinted, RestituteFirst
 from tarsus.laws.leg_electrostatic import LegElectrostatic
-from tarsus.laws.program import program_of
 from tarsus.laws.restitution import Restitution
+from tarsus.laws.translate import translate
 from tarsus.scene import Ground, Scene
 from tarsus.spec import quantity_units
 from tarsus.standing import equilibrium
@@ -79,6 +79,11 @@ class FootLaws:
     terms: tuple[tuple[int, int, int, int], ...] = ()
     """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
     programs: tuple[Any, ...] = ()
+
+    @property
+    def use_rates(self) -> bool:
+        """Whether a law of a foot in the air asks for its gap rate."""
+        return bool(np.any(self.flags & hooks.USES_RATE))
 
     @cached_property
     def native(self) -> _native.Laws:
@@ -133,6 +138,11 @@ class Plan:
     @property
     def drives(self) -> int:
         return self.system.loads.shape[1]
+
+    @cached_property
+    def native_signals(self) -> _native.Signals:
+        """The drive channels as the native engine holds them."""
+        return _native.Signals(self.signals)
 
 
 def lower_scene(scene: Scene) -> Plan:
@@ -272,7 +282,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             terms = [term for term in terms if term[0] != column]
         for law in laws:
             terms.append((column, -1, len(programs), USER + len(extra)))
-            programs.append(program_of(type(law)))
+            programs.append(translate(type(law).function(), len(law.leading)))
             extra += law.parameters()
             if isinstance(law, SmoothLaw) and law.uses_rate:
                 flags |= hooks.USES_RATE

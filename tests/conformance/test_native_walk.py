@@ -89,8 +89,10 @@ SCENES = {
 LONG = {"thirty legs", "undamped", "millipede of the table", "wave"}
 
 
+APEX = 9
+"""Column of an event's highest gap; its time follows."""
 STEPS = 1e-3
-"""Share of what is only seen at the nodes of steps, or linear within them: which steps are taken, rounding may decide."""
+"""Share of what is only seen at the nodes of steps, or linear within them: rounding may decide which are taken."""
 
 
 def close(one: np.ndarray, other: np.ndarray, relative: float) -> None:
@@ -106,7 +108,9 @@ def same(one: native.RawWalks, other: native.RawWalks, body: int) -> None:
     np.testing.assert_array_equal(one.mark_end, other.mark_end)
     np.testing.assert_array_equal(one.events[:, 1:3], other.events[:, 1:3])
     for column in range(other.events.shape[1]):
-        close(one.events[:, column], other.events[:, column], 1e-8)
+        # flights that begin and end within one step have an apex that the compiled engine did not see
+        rows = other.events[:, APEX] > 0.0 if column in (APEX, APEX + 1) else slice(None)
+        close(one.events[rows, column], other.events[rows, column], 1e-8)
     close(one.events[:, 0], other.events[:, 0], 1e-12)
     groups = np.cumsum(
         [1, body, (other.marks.shape[1] - 3 - body) // 2, (other.marks.shape[1] - 3 - body) // 2]

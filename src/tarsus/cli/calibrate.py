@@ -60,7 +60,6 @@ def calibrate(
         raise InputError("--resume continues a calibration and --overwrite begins it again: give one of them")
     target = OutputFolder(folder, "calibrate", CALIBRATION_FILES, overwrite, resumable=True)
     target.check(resume=resume)
-    console.announce_compiling(described.study.scene)
     try:
         with target.writing(resume=resume), console.progress_bar("sets", time_left=True) as progress:
             result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)

@@ -49,7 +49,6 @@ def sweep(
         raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
     target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
     target.check(resume=resume)
-    console.announce_compiling(the_sweep.scene)
     start = time.perf_counter()
     try:
         with target.writing(resume=resume), console.progress_bar("runs", time_left=True) as progress:

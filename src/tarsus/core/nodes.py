@@ -64,3 +64,8 @@ RIGHT: Floats = interpolation(0.5 + 0.5 * TAU)
 PARTIAL: Floats = np.stack([interpolation(t * TAU) for t in TAU])
 # Widest spacing of two neighbouring nodes, for the envelope of what happens between them.
 SPACING: float = float(np.max(np.diff(TAU)))
+# Gauss points on [0, 1] for integrals over a step that resolves every mode, their weights, and values at them from nodal
+# values.
+GAUSS, GAUSS_WEIGHTS = (0.5 * part for part in legendre.leggauss(16))
+GAUSS = GAUSS + 0.5
+AT_GAUSS: Floats = interpolation(GAUSS)

@@ -17,9 +17,9 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.modes import ContactMode, LinearSystem, StepTables
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import ContactMode, LinearSystem
 from tarsus.core.nodes import LEFT, RIGHT, TAU, N
-from tarsus.core.stack import ModeBook
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -223,7 +223,7 @@ class _Steps:
 
     def __init__(self, book: ModeBook, q: int, inputs: Floats) -> None:
         self.mode: ContactMode = book.modes[q]
-        self.tables: StepTables = book.tables[q]
+        self.book, self.q = book, q
         self.lengths: Floats = book.lengths
         self.rate = _rate(self.mode)
         self.nb = len(self.mode.blocks)
@@ -254,11 +254,11 @@ class _Steps:
         if k not in self._right:
             nb = self.nb
             out = np.zeros((self.size, self.size))
-            block = self.tables.exponential[k]
+            block, state_input = self.book.flow(self.q, k)
             r = np.arange(nb)
             for e, (to, source) in enumerate(((0, 0), (0, nb), (nb, 0), (nb, nb))):
                 out[source + r, to + r] = block[e]
-            response = np.einsum("ijr,jl->ilr", self.tables.state_input[k], _NODAL)
+            response = np.einsum("ijr,jl->ilr", state_input, _NODAL)
             acts = self.of_input < len(response)
             push = np.zeros((len(self.of_input), 2 * nb))
             push[acts] = response[self.of_input[acts], self.degree[acts]]

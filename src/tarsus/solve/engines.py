@@ -123,6 +123,7 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
         legs = (duration, walker.blocks.tobytes())
         return ByLegs(walker, duration, shared.get(legs, lambda: tables_of(walker, duration)))
     ground = scene.ground
+    plan = lower_scene(scene)
     loads = tuple(drive.load for drive in scene.robot.drives.values())
     as_printed = isinstance(ground.landing, PullAsPrinted)  # the other rules are in the law parameters
     structure = (
@@ -133,6 +134,6 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
         ground.impact,
         as_printed,
         loads,
+        plan.laws.use_rates,
     )
-    plan = lower_scene(scene)
     return ByModes(plan, duration, shared.get(structure, lambda: SharedBook(plan, duration)))

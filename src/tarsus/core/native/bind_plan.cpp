@@ -36,42 +36,21 @@ Signals signals_of(nb::handle group) {
   return out;
 }
 
-// A program and the memory it points into.
-struct KeptProgram {
-  std::vector<int32_t> code;
-  std::vector<double> constants;
-  Program program;
-};
-
-struct KeptLaws : Laws {
-  std::vector<KeptProgram> kept;
-};
-
-void make_laws(KeptLaws* out, const Integers& flags, const Integers& volts, int columns, nb::list terms, nb::list programs) {
-  new (out) KeptLaws();
+void make_laws(Laws* out, const Integers& flags, const Integers& volts, int columns, nb::list terms, nb::list programs) {
+  new (out) Laws();
   out->feet = int(flags.size());
   out->columns = columns;
   out->flags = copied(flags);
   out->volts = copied(volts);
+  for (nb::handle item : programs) {
+    const auto code = field<int32_t>(item, "code");
+    const auto constants = field<double>(item, "constants");
+    out->programs.push_back(link(code.data(), int(code.size() / 4), constants.data(), int(constants.size()),
+                                 nb::cast<int>(item.attr("arguments")), nb::cast<int>(item.attr("parameters"))));
+  }
   for (nb::handle item : terms) {
     const auto term = nb::cast<nb::tuple>(item);  // hook, twin, program, first column
-    out->terms[nb::cast<int>(term[0])].push_back({nb::cast<int>(term[1]), nb::cast<int>(term[2]), nb::cast<int>(term[3])});
-  }
-  out->kept.reserve(nb::len(programs));
-  for (nb::handle item : programs) {
-    KeptProgram kept;
-    kept.code = field<int32_t>(item, "code");
-    kept.constants = field<double>(item, "constants");
-    kept.program.count = int(kept.code.size() / 4);
-    kept.program.arguments = nb::cast<int>(item.attr("arguments"));
-    kept.program.parameters = nb::cast<int>(item.attr("parameters"));
-    kept.program.registers = nb::cast<int>(item.attr("registers"));
-    kept.program.result = nb::cast<int>(item.attr("result"));
-    if (kept.program.registers > MOST_REGISTERS) throw std::invalid_argument("a program has too many registers");
-    out->kept.push_back(std::move(kept));
-    out->kept.back().program.code = out->kept.back().code.data();
-    out->kept.back().program.constants = out->kept.back().constants.data();
-    out->programs.push_back(out->kept.back().program);
+    out->add(nb::cast<int>(term[0]), {nb::cast<int>(term[1]), nb::cast<int>(term[2]), nb::cast<int>(term[3])});
   }
 }
 
@@ -80,8 +59,7 @@ void make_laws(KeptLaws* out, const Integers& flags, const Integers& volts, int 
 void bind_plan(nb::module_& m) {
   nb::class_<Nodes>(m, "Nodes").def("__init__", [](Nodes* out, nb::handle source) { new (out) Nodes(nodes_of(source)); });
   nb::class_<Signals>(m, "Signals").def("__init__", [](Signals* out, nb::handle group) { new (out) Signals(signals_of(group)); });
-  nb::class_<Laws>(m, "LawsBase");
-  nb::class_<KeptLaws, Laws>(m, "Laws").def("__init__", &make_laws);
+  nb::class_<Laws>(m, "Laws").def("__init__", &make_laws);
   nb::class_<Settings>(m, "Settings")
       .def(nb::init<>())
       .def_rw("end", &Settings::end)

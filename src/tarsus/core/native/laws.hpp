@@ -34,8 +34,9 @@ enum LawFlag {
   PULL_AS_PRINTED = 64
 };
 
+// A twin or the number of a program; the first column of its parameters, and of what a program makes of them.
 struct Term {
-  int twin = NO_TWIN, program = -1, first = 0;
+  int twin = NO_TWIN, program = -1, first = 0, fixed = 0;
 };
 
 // Momentum [N s] of a squeeze film at a gap [m]: C / 2 (g + g0)^2.
@@ -58,24 +59,45 @@ inline double leg_attraction(double gap, double volts, double coefficient, doubl
   return -coefficient * volts * volts * share / (height * height);
 }
 
-constexpr int MOST_REGISTERS = 512;  // of a program; tarsus.laws.program refuses longer laws
-
 // The laws of all feet of one plan; shared by its runs.
 struct Laws {
   int feet = 0, columns = 0;
   std::vector<int64_t> flags, volts;  // per foot; volts: channel of its electrode, or -1
   std::vector<Term> terms[HOOKS];
   std::vector<Program> programs;
+  int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
+
+  void add(int hook, Term term) {
+    if (term.program >= 0) {
+      const Program& program = programs.at(term.program);
+      term.fixed = fixed;
+      fixed += program.fixed();
+      registers = std::max(registers, program.registers());
+    }
+    terms[hook].push_back(term);
+  }
 };
 
 // The laws as one run sees them: with the parameters of that run.
 struct ActingLaws {
   const Laws& laws;
   const double* parameters = nullptr;  // (feet, columns)
-  mutable Row rows[MOST_REGISTERS];
-  mutable double numbers[MOST_REGISTERS];
+  std::vector<double> fixed;           // (feet, laws.fixed): what programs make of them, see ``take``
+  mutable std::vector<Row> rows;
+  mutable std::vector<double> numbers;
 
-  explicit ActingLaws(const Laws& l) : laws(l) {}
+  explicit ActingLaws(const Laws& l) : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers) {}
+
+  // The parameters (feet, columns) of a run, which stay where they are as long as it lasts.
+  void take(const double* given) {
+    parameters = given;
+    for (const auto& terms : laws.terms) {
+      for (const Term& term : terms) {
+        if (term.program < 0) continue;
+        for (int i = 0; i < laws.feet; i++) prepare(laws.programs[term.program], of(i, term), fixed_of(i, term));
+      }
+    }
+  }
 
   bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
   const double* of(int foot, const Term& term) const { return parameters + foot * laws.columns + term.first; }
@@ -99,7 +121,7 @@ struct ActingLaws {
       if (term.twin == FILM_MOMENTUM) {
         sum += film_momentum(gap, p[0], p[1]);
       } else {
-        sum += by_program(term, &gap, p);
+        sum += by_program(foot, term, &gap);
       }
     }
     return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
@@ -128,7 +150,7 @@ struct ActingLaws {
         sum += along_leg(gap, volts, p);
       } else {
         const Real arguments[4] = {gap, rate, volts, time};
-        sum += by_program(term, arguments, p);
+        sum += by_program(foot, term, arguments);
       }
     }
     return on_ground(sum, gap, [&] { return ground_force(foot, rate, volts, time); });
@@ -139,7 +161,7 @@ struct ActingLaws {
     double out = 0.0;
     for (const Term& term : laws.terms[REBOUND]) {
       const double* p = of(foot, term);
-      out += term.twin == RESTITUTION_REBOUND ? p[0] * speed : by_program(term, &speed, p);
+      out += term.twin == RESTITUTION_REBOUND ? p[0] * speed : by_program(foot, term, &speed);
     }
     return out;
   }
@@ -150,7 +172,7 @@ struct ActingLaws {
     Real sum = Real(0.0);
     for (const Term& term : laws.terms[STRENGTH]) {
       const double* p = of(foot, term);
-      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(term, &age, p);
+      sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(foot, term, &age);
     }
     return sum;
   }
@@ -167,7 +189,7 @@ struct ActingLaws {
         sum += p[0] * held;
       } else {
         const Real arguments[2] = {margin, held};
-        sum += by_program(term, arguments, p);
+        sum += by_program(foot, term, arguments);
       }
     }
     return sum;
@@ -178,17 +200,24 @@ struct ActingLaws {
     double out = 0.0;
     for (const Term& term : laws.terms[EXCESS]) {
       const double* p = of(foot, term);
-      out += term.twin == RESTITUTE_FIRST_EXCESS ? departing - p[0] : by_program(term, &departing, p);
+      out += term.twin == RESTITUTE_FIRST_EXCESS ? departing - p[0] : by_program(foot, term, &departing);
     }
     return out;
   }
 
  private:
-  TARSUS_APART double by_program(const Term& term, const double* arguments, const double* p) const {
-    return run(laws.programs[term.program], arguments, p, numbers);
+  double* fixed_of(int foot, const Term& term) { return fixed.data() + foot * laws.fixed + term.fixed; }
+  TARSUS_APART double by_program(int foot, const Term& term, const double* arguments) const {
+    return value_of(foot, term, arguments, numbers.data());
   }
-  TARSUS_APART Row by_program(const Term& term, const Row* arguments, const double* p) const {
-    return run(laws.programs[term.program], arguments, p, rows);
+  TARSUS_APART Row by_program(int foot, const Term& term, const Row* arguments) const {
+    return value_of(foot, term, arguments, rows.data());
+  }
+  template <class Real>
+  TARSUS_INLINE Real value_of(int foot, const Term& term, const Real* arguments, Real* registers) const {
+    const Program& program = laws.programs[term.program];
+    for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
+    return evaluate(program, fixed.data() + foot * laws.fixed + term.fixed, registers);
   }
   static double along_leg(double gap, double volts, const double* p) { return leg_attraction(gap, volts, p[0], p[1], p[2]); }
   static Row along_leg(const Row& gap, const Row& volts, const double* p) {

@@ -2,10 +2,15 @@
 
 namespace tarsus {
 void bind_plan(nanobind::module_&);
+void bind_program(nanobind::module_&);
+void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 }
 
 NB_MODULE(_native, m) {
+  m.attr("lanes") = 8;
   tarsus::bind_plan(m);
+  tarsus::bind_program(m);
+  tarsus::bind_modal(m);
   tarsus::bind_legged(m);
 }
