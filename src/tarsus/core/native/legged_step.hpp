@@ -155,30 +155,44 @@ TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const
   w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
 }
 
-// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns the largest change of the gap:
+// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns how much the gap has not settled by:
 // infinite where a stiff film does not settle, NaN where a number is undefined.
 TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, double h, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const Foot& foot = s.feet[i];
-  const Row before = r.gap;
+  const double settled = 1e-3 * s.settings.gap;
+  const Row before = r.gap - leg.gap;
+  double change;
   if (foot.film) {
-    if (is_stiff(s, table, leg.foot, r.gap) && !stiff_film(s, table, i, r)) return INF;
-    r.u[UP] += combine(&table.film[0][0][0], r.film);
+    const bool stiff = is_stiff(s, table, leg.foot, r.gap);
+    if (stiff && !stiff_film(s, table, i, r)) return INF;
+    const Row alone = r.u[UP];
+    r.u[UP] = alone + combine(&table.film[0][0][0], r.film);
+    change = highest(magnitude(r.u[UP] - before));
+    if (change > settled && !stiff) {  // once more for the leg alone, which is less than a repetition of all
+      r.film = s.laws.momentum(leg.foot, r.u[UP] + leg.gap);
+      const Row again = alone + combine(&table.film[0][0][0], r.film);
+      change = highest(magnitude(again - r.u[UP]));
+      r.u[UP] = again;
+    }
     r.w[UP] += combine(&table.film[1][0][0], r.film);
     r.gap = r.u[UP] + leg.gap;
     r.film = s.laws.momentum(leg.foot, r.gap);
     r.rate = r.w[UP] + r.film * (1.0 / leg.mass);
   } else {
+    change = highest(magnitude(r.u[UP] - before));
     r.gap = r.u[UP] + leg.gap;
     r.rate = r.w[UP];
   }
   if (foot.force) {
     const Row now = s.nodes.times() * h + s.clock.time;
-    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
-    if (!finite(r.smooth)) return NOT_A_NUMBER;
+    const Row smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+    if (!finite(smooth)) return NOT_A_NUMBER;
+    change = std::max(change, highest(magnitude(smooth - r.smooth)) * table.reach_force);
+    r.smooth = smooth;
   }
   if (!finite(r.gap)) return NOT_A_NUMBER;
-  return highest(magnitude(r.gap - before));
+  return change;
 }
 
 // What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and damper.
@@ -249,7 +263,7 @@ inline bool find_held(Legged& s) {
   return true;
 }
 
-// All legs that move, for the present motion of the body. Returns as ``air_laws`` the largest change of a gap.
+// All legs that move, for the present motion of the body. Returns as ``air_laws`` the largest of all.
 inline double move_legs(Legged& s, int k, double h) {
   double change = 0.0;
   for (int i = 0; i < s.legs(); i++) {
@@ -340,7 +354,9 @@ inline Attempt attempt(Legged& s, int k) {
     const double moved = follow(s, h);
     if (!std::isfinite(moved)) return {UNDEFINED, n};
     change = std::max(n > 0 ? change : INF, moved);
-    if (change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
+    // changes are a geometric series: what follows the last one is less by its ratio
+    const double rest = before < INF ? change * std::min(2.0 * change / before, 1.0) : change;
+    if (rest <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
     if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
     before = change;
   }
