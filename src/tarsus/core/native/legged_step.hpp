@@ -354,9 +354,7 @@ inline Attempt attempt(Legged& s, int k) {
     const double moved = follow(s, h);
     if (!std::isfinite(moved)) return {UNDEFINED, n};
     change = std::max(n > 0 ? change : INF, moved);
-    // changes are a geometric series: what follows the last one is less by its ratio
-    const double rest = before < INF ? change * std::min(2.0 * change / before, 1.0) : change;
-    if (rest <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
+    if (change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
     if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
     before = change;
   }
