@@ -52,6 +52,7 @@ def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, qu
 
 def _readings(device: str, output: Path | None, asked: Asked, progress: Any) -> Readings:
     """As many as are asked for, judged; without a number, those that come with the package."""
+    from tarsus.files.library import load_scene
     from tarsus_reproduce.packaged_readings import packaged_readings
     from tarsus_reproduce.readings import random_readings
 
