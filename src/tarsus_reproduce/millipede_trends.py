@@ -84,7 +84,7 @@ class Trend:
 _HEAVE = ("max_heave", "vertical_amplitude")
 _LEGS = ("max_peak", "peak")
 _TRAVEL = ("max_surge", "stride")
-_BOUNCES = ("all_rebounds", "total_bounces", "impacts")
+_BOUNCES = ("total_rebounds_any_height", "total_bounces", "impacts")
 _CONTACT = ("longest_contact", "contact_duration")
 
 TRENDS = (

@@ -14,20 +14,30 @@ EXTRA = "gap_um,wave,volt_v,freq_hz,bounces_exp_per_s,peak_exp_um,mean_exp_um\n8
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory, reproduced_once):
-    """The hexapod reproduced with one more row and two seeds: JSON printed, and the folder written to."""
+    """Three of the hexapod's mixture reproduced with one more row and two seeds: JSON printed, and the folder written
+    to. Its page is drawn elsewhere: in reproduce/test_robot_page.py, and below for a map that creates energy."""
     from contextlib import redirect_stdout
     from io import StringIO
 
     from tarsus.cli import main
+    from tarsus_reproduce import robots
 
     folder = tmp_path_factory.mktemp("hexapod")
     rows = folder / "rows.csv"
     rows.write_text(EXTRA, encoding="utf-8")
     out = StringIO()
     words = ["reproduce", "hexapod", "--rows", str(rows), "--seeds", "2", "--json"]
-    with redirect_stdout(out):
+    few = robots.packaged_members("hexapod")[::6]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out):
+        patch.setattr(robots, "packaged_members", lambda robot: few)
+        patch.setattr("tarsus_reproduce.pages.robot.write_robot_report", drawn)
         assert main([*words, "-o", str(folder / "out")]) == 0
     return json.loads(out.getvalue()), folder / "out"
+
+
+def drawn(reproduction, runs, path):
+    text = f"{reproduction.robot}, {len(reproduction.rows)} rows, {len(runs.near)} runs"
+    path.write_text(text, encoding="utf-8")
 
 
 def test_json(written):
@@ -71,7 +81,7 @@ def test_files(written):
     assert [row["role"] for row in rows] == [row["role"] for row in result["rows"]]
     assert float(rows[3]["peak_um_ours"]) == result["rows"][3]["ours"]["peak_um"]["median"]
     assert rows[3]["mean_um_measured"] == rows[3]["mean_um_source"] == ""
-    assert "<svg" in (folder / "reproduction.html").read_text(encoding="utf-8")
+    assert (folder / "reproduction.html").read_text(encoding="utf-8") == "hexapod, 4 rows, 3 runs"
 
 
 HEADINGS = ("calibrated on", "predicted", "bare", "Mean absolute error", "MAC", "passive", "In the air")
@@ -181,6 +191,9 @@ def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(
         zip(hexapod["robot"]["structure"]["shapes"], printed_column("hexapod").tolist(), strict=True)
     )
     hexapod["ground"]["impact"] = {"kind": "given", "columns": {"foot1": column}, "passive": False}
+    hexapod["robot"]["structure"]["damping_ratios"] = [0.002] * 6  # so little that the energy made stays
+    hexapod["robot"]["drives"]["pzt"]["law"]["gain"] = "2.3 uN/V"
+    hexapod["signals"]["pzt"] |= {"amplitude": "10 V", "offset": "0 V", "frequency": "85 Hz"}
     result = tarsus("reproduce", "hexapod", "--device", save(hexapod), "--seeds", "1", "-o", tmp_path / "out")
     assert result.code == 1
     assert "This map can create energy" in result.out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from tarsus.report.series import Trace, last_turns, point_trace
 from tarsus.report.style import figure_style
 from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import impact_energies
+from tarsus_reproduce.mixtures import packaged_members
 from tarsus_reproduce.pages.robot import robot_html
 from tarsus_reproduce.robot_runs import STEADY, RobotRuns, robot_runs, settling_time, share_made
 from tarsus_reproduce.robots import RobotReproduction, reproduce_robot
@@ -30,10 +32,16 @@ SECTIONS = [
 NOT_PASSIVE = {"ground.impact": {"kind": "dominant_mode", "passive": False}}
 
 
+@lru_cache
+def runs_of(robot: str) -> RobotRuns:
+    return robot_runs(robot)
+
+
 @pytest.fixture(scope="module", params=["hexapod", "quadruped"])
 def found(request: pytest.FixtureRequest) -> tuple[RobotReproduction, RobotRuns, str]:
-    reproduction = reproduce_robot(request.param, seeds=2)
-    runs = robot_runs(request.param)
+    few = packaged_members(request.param)[:2] or None  # all of the mixture's members are in the slow lane
+    reproduction = reproduce_robot(request.param, few, seeds=2)
+    runs = runs_of(request.param)
     return reproduction, runs, robot_html(reproduction, runs)
 
 
@@ -78,13 +86,13 @@ def test_no_run_of_these_devices_creates_energy(found: tuple[RobotReproduction, 
 
 
 def test_every_point_of_the_quadruped_is_shown_and_the_hexapod_s_foot() -> None:
-    (near,) = robot_runs("quadruped").near
+    (near,) = runs_of("quadruped").near
     assert near.points == ("foot1", "foot2", "body", "foot3", "foot4")
-    assert {near.points for near in robot_runs("hexapod").near} == {("foot1",)}
+    assert {near.points for near in runs_of("hexapod").near} == {("foot1",)}
 
 
 def test_height_of_a_point_without_foot_is_its_displacement_on_the_gap_at_rest() -> None:
-    (near,) = robot_runs("quadruped").near
+    (near,) = runs_of("quadruped").near
     series = last_turns(near.run, 4, 500)
     gap = near.run.scene.robot.feet["foot1"].gap
     body = point_trace(series, "body", "body")
@@ -96,7 +104,7 @@ def test_height_of_a_point_without_foot_is_its_displacement_on_the_gap_at_rest()
 
 def test_motion_in_the_air_is_steady() -> None:
     for robot in ("hexapod", "quadruped"):
-        for air in robot_runs(robot).air:
+        for air in runs_of(robot).air:
             half = air.displacement.shape[1] // 2
             first, second = air.displacement[:, :half], air.displacement[:, half : 2 * half]
             assert np.abs(second - first).max() < 10.0 * STEADY * air.peak_to_peak.max()
@@ -115,7 +123,7 @@ def test_rounding_is_no_made_energy() -> None:
 
 
 def test_the_run_s_own_map_is_the_one_that_acts() -> None:
-    near = robot_runs("hexapod").struck
+    near = runs_of("hexapod").struck
     energies = impact_energies(near.run, "hexapod")
     scene = near.run.scene
     if scene.ground.impact is None:

@@ -10,6 +10,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.core import arrays as a
+from tarsus.errors import InputError
+from tarsus.measure import FootHistory
 from tarsus.solve import Accuracy, ResultCode
 from tarsus.solve.codes import structured_events
 
@@ -202,6 +204,17 @@ def test_batches_vary_several_values_and_threads_change_nothing(scene):
     assert len({one.events(i)["time"][1] for i in range(12)}) == 12
     name = next(iter(one.measures(0)))
     assert one.measure(name).shape == (12,)
+
+
+def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
+    batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.2, 0.4]}, duration=0.02)
+    every = batch.measures(0)
+    for name in ("peak", "max_peak"):
+        assert batch.measure(name)[0] == every[name].value
+    with pytest.raises(InputError, match="no measure 'peek'; did you mean 'peak'"):
+        batch.measure("peek")
+    monkeypatch.delattr(FootHistory, "rebounds")  # no other measure can be computed any more
+    assert batch.measure("peak")[0] == every["peak"].value
 
 
 @pytest.mark.nojit

@@ -16,7 +16,7 @@ from tarsus.experiment.synthesis import (
     Take,
     identified_paths,
     planned,
-    recorded,
+    recordings,
     rest_of,
 )
 from tarsus.files.readers.choices import ChannelChoice
@@ -136,10 +136,10 @@ def write_campaign(
         suffix, write = _FORMATS[take.purpose]
         names: list[str] = []
         said: dict[str, ChannelChoice] = {}
-        for repeat in range(take.repeats):
-            if progress is not None:
-                progress(len(written), total, take.name)
-            record = recorded(scene, take, instrument, drive, 1000 * seed + 31 * number + repeat)
+        if progress is not None:
+            progress(len(written), total, take.name)
+        seeds = range(1000 * seed + 31 * number, 1000 * seed + 31 * number + take.repeats)
+        for repeat, record in enumerate(recordings(scene, take, instrument, drive, seeds)):
             name = f"{take.name}-{repeat + 1}{suffix}" if take.repeats > 1 else f"{take.name}{suffix}"
             said = write(record, folder / name)
             names.append(name)

@@ -7,6 +7,7 @@ electrode is recorded close to the ground as well (section 3.4.3)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -19,7 +20,7 @@ from tarsus.errors import InputError
 from tarsus.experiment.sweep_level import sweep_level
 from tarsus.measurement import Channel, Measurement, Quantity
 from tarsus.scene import Scene
-from tarsus.solve import simulate
+from tarsus.solve import ResultCode, simulate
 from tarsus.spec import float_paths, with_values
 
 __all__ = [
@@ -29,7 +30,7 @@ __all__ = [
     "identified_paths",
     "perturbed",
     "planned",
-    "recorded",
+    "recordings",
     "rest_of",
     "rest_state",
 ]
@@ -178,15 +179,15 @@ def identified_paths(scene: Scene) -> list[str]:
 
 def _rests_clear(scene: Scene) -> bool:
     x = np.array(rest_state(scene))
-    for foot in scene.robot.feet.values():
-        gap = foot.gap + foot.normal * float(scene.robot.structure.row(foot.point) @ x)
-        if gap < _CLEARANCE * foot.gap:
-            return False
-    return True
+    row, feet = scene.robot.structure.row, scene.robot.feet.values()
+    return all(foot.gap + foot.normal * float(row(foot.point) @ x) >= _CLEARANCE * foot.gap for foot in feet)
 
 
-def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed: int) -> Measurement:
-    """One record of an experiment, with the rest before it.
+def recordings(
+    scene: Scene, take: Take, instrument: Instrument, drive: str, seeds: Sequence[int]
+) -> Iterator[Measurement]:
+    """Records of an experiment that is repeated, each with the rest before it: of one motion, for the device does the
+    same every time, with the instrument's noise of each seed.
 
     Displacements are relative to the rest before the drive begins, but for the wander of their zero.
 
@@ -195,42 +196,56 @@ def recorded(scene: Scene, take: Take, instrument: Instrument, drive: str, seed:
     InputError
         If the simulation does not reach its end.
     """
-    random = np.random.default_rng([seed, 17])
-    placed = _placed(scene, take, drive)
-    run = simulate(placed, take.duration)
-    if not run.ok:
-        raise InputError(f"'{take.name}' cannot be recorded: {run.code}")
-    structure = placed.robot.structure
-    points = tuple(dict.fromkeys(foot.point for foot in placed.robot.feet.values())) + tuple(
-        name for name in structure.points if name not in {f.point for f in placed.robot.feet.values()}
-    )
     rate = instrument.rate / take.share
-    rest = round(rest_of(take) * rate)
     times = np.arange(int(np.floor(take.duration * rate * (1.0 + 1e-12)))) / rate
-    states = run.states(times)
+    motion = _motion(_placed(scene, take, drive), take, times)
+    volts = np.concatenate([np.zeros(round(rest_of(take) * rate)), take.signal.volts(times)])
+    for seed in seeds:
+        yield _record(motion, volts, take, instrument, f"{drive} volts", seed)
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """How points move (np, nt): from the rest before the drive [m], and their velocity [m/s]."""
+
+    points: tuple[str, ...]
+    moved: Floats
+    speed: Floats
+
+
+def _motion(placed: Scene, take: Take, times: Floats) -> _Motion:
+    run = simulate(placed, take.duration)
+    if run.ended is not ResultCode.DONE:
+        raise InputError(f"'{take.name}' cannot be recorded: {run.ended}")
+    structure = placed.robot.structure
+    feet = (foot.point for foot in placed.robot.feet.values())
+    points = tuple(dict.fromkeys((*feet, *structure.points)))
     rows = np.array([structure.row(name) for name in points])
-    start = np.array(placed.initial.displacement)
-    moved, speed = rows @ (states.x - start[:, None]), rows @ states.v
-    channels: list[Channel] = []
-    signals: list[Floats] = []
-    for k, name in enumerate(points):
+    states = run.states(times)
+    return _Motion(
+        points, rows @ (states.x - np.array(placed.initial.displacement)[:, None]), rows @ states.v
+    )
+
+
+def _record(
+    motion: _Motion, volts: Floats, take: Take, instrument: Instrument, driven: str, seed: int
+) -> Measurement:
+    random = np.random.default_rng([seed, 17])
+    rate = instrument.rate / take.share
+    rest = len(volts) - motion.moved.shape[1]
+    channels, signals = list[Channel](), list[Floats]()
+    for name, speed in zip(motion.points, motion.speed, strict=True):
         channels.append(Channel(f"{name} velocity", Quantity.VELOCITY, point=name))
-        signals.append(_noisy(speed[k], rest, instrument.snr_db, 0.0, random))
+        signals.append(_noisy(speed, rest, instrument.snr_db, 0.0, random))
     if instrument.displacement and take.purpose is not Purpose.MODAL:
-        for k, name in enumerate(points):
+        for name, moved in zip(motion.points, motion.moved, strict=True):
             channels.append(Channel(f"{name} displacement", Quantity.DISPLACEMENT, point=name))
             zero = instrument.wander * float(random.standard_normal())
-            signals.append(_noisy(moved[k], rest, instrument.snr_db, zero, random))
-    volts = np.concatenate([np.zeros(rest), take.signal.volts(times)])
-    channels.append(Channel(f"{drive} volts", Quantity.VOLTAGE))
+            signals.append(_noisy(moved, rest, instrument.snr_db, zero, random))
+    channels.append(Channel(driven, Quantity.VOLTAGE))
     signals.append(_rounded(volts, 20.0 / 2**16))
     return Measurement(
-        tuple(channels),
-        np.array(signals),
-        1.0 / rate,
-        start=-rest / rate,
-        source=take.name,
-        drive=f"{drive} volts",
+        tuple(channels), np.array(signals), 1.0 / rate, start=-rest / rate, source=take.name, drive=driven
     )
 
 

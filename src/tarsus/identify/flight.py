@@ -48,6 +48,24 @@ class Film:
         away = np.maximum(gap + self.offset, _LEAST * self.offset)
         return damped - self.attraction * squares / (away * away)
 
+    def along(
+        self, neutral: Floats | float, squares: Floats | None
+    ) -> Callable[[Floats, Floats, int], Floats]:
+        """`force` of how far feet are from their neutral gaps, of their rates, each (N,), and the number of a row of
+        the squared volts (steps, N); what stays from step to step is computed once."""
+        if squares is not None:
+            return lambda moved, rate, k: self.force(moved + neutral, rate, squares[k])
+        rest, least, slowing = neutral + self.thickness, _LEAST * self.thickness, -self.coefficient
+
+        def damped(moved: Floats, rate: Floats, k: int) -> Floats:
+            distance = moved + rest
+            np.maximum(distance, least, out=distance)
+            force = slowing * rate
+            force /= distance * distance * distance
+            return force
+
+        return damped
+
 
 class Flow:
     """Steps of free flights of one model.
@@ -118,8 +136,8 @@ class Flow:
         foot[0, :size], foot[1, size:] = row, row
         by_film = foot @ last_film
         at = foot @ state
-        felt = None if squares is None else squares[0]
-        force = film.force(at[0] + neutral, at[1], felt)
+        felt = film.along(neutral, squares)
+        force = felt(at[0], at[1], 0)
         last = self.last[:, :1]
         step = np.concatenate([self.free, self.first, last], axis=1)
         stacked = np.empty((step.shape[1], state.shape[1]))
@@ -128,11 +146,9 @@ class Flow:
             stacked[2 * size + 2] = drive[k + 1]
             moved = step @ stacked
             base = foot @ moved
-            at = base + by_film * force
-            felt = None if squares is None else squares[k + 1]
             for _ in range(_CORRECTIONS):
-                force = film.force(at[0] + neutral, at[1], felt)
                 at = base + by_film * force
+                force = felt(at[0], at[1], k + 1)
             state = moved + last_film * force
             if (k + 1) % every == 0:
                 out[(k + 1) // every] = state

@@ -19,7 +19,7 @@ from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import Trace
 from tarsus.measurement import Measurement, Quantity
-from tarsus.solve import simulate
+from tarsus.solve import ResultCode, simulate
 from tarsus.spec import with_values
 
 __all__ = ["InAir", "Pair", "compare_in_air", "map_from_pairs", "told_by_pairs"]
@@ -103,8 +103,8 @@ def compare_in_air(model: FootModel, trace: Trace, signal: Waveform) -> InAir:
     driven = trace.time >= -1e-9
     time = np.maximum(trace.time[driven], 0.0)
     run = simulate(with_values(model.driven(signal), changes), float(time[-1]) + trace.step)
-    if not run.ok:
-        raise InputError(f"{trace.file}: the identified device cannot be simulated in the air: {run.code}")
+    if run.ended is not ResultCode.DONE:
+        raise InputError(f"{trace.file}: the identified device cannot be simulated in the air: {run.ended}")
     moved = model.rows @ (run.states(time).x - rest[:, None])
     seen = trace.x[:, driven]
     off = np.sqrt(np.mean((seen - moved) ** 2, axis=1) / np.mean(seen**2, axis=1))

@@ -1,7 +1,7 @@
 """What a run is judged by: one definition of every measure, used by every table."""
 
 from tarsus.measure.history import COUNTED, DWELL, RESOLUTION, Counting, FootHistory, foot_history
-from tarsus.measure.measure import Caution, CautionKind, Measure, Measures, Scope
+from tarsus.measure.measure import Caution, CautionKind, Measure, Measures, Scope, no_measure
 from tarsus.measure.periods import (
     by_window,
     histories_of,
@@ -29,6 +29,7 @@ __all__ = [
     "foot_history",
     "histories_of",
     "measures_of",
+    "no_measure",
     "period_edges",
     "period_statistics",
     "scene_period",

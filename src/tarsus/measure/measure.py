@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.explain import nearest
 from tarsus.measure.history import Floats
+
+RENAMED = {"all_rebounds": "total_rebounds_any_height"}
+"""Measures that had another name once."""
+
+
+def no_measure(name: str, known: Iterable[str]) -> str:
+    """A sentence for a name that no measure has: with its new name, the nearest valid one, or the valid ones."""
+    names = list(known)
+    renamed = RENAMED.get(name)
+    hint = f"; did you mean '{renamed}', its present name?" if renamed in names else nearest(name, names)
+    return f"there is no measure '{name}'{hint}"
 
 
 class Scope(Enum):
@@ -73,7 +85,12 @@ class Measures(Mapping[str, Measure]):
         self.warnings = tuple(warnings)
 
     def __getitem__(self, name: str) -> Measure:
+        if name not in self._values:
+            raise KeyError(no_measure(name, self._values))
         return self._values[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -84,7 +101,7 @@ class Measures(Mapping[str, Measure]):
     def __getattr__(self, name: str) -> Measure:
         values: dict[str, Measure] = self.__dict__.get("_values", {})  # none yet while it is unpickled
         if name not in values:
-            raise AttributeError(f"there is no measure {name!r}; there are {', '.join(values)}")
+            raise AttributeError(no_measure(name, values))
         return values[name]
 
 

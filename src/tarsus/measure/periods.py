@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -65,6 +65,7 @@ def period_statistics(
     height: float = RESOLUTION,
     dwell: float | None = None,
     histories: Mapping[str, FootHistory] | None = None,
+    names: Collection[str] | None = None,
 ) -> Measures:
     """Measures of a run by drive period, after transients.
 
@@ -81,11 +82,16 @@ def period_statistics(
         of the period, whichever is shorter.
     histories
         Of the run's feet, where they are known already.
+    names
+        Measures that are asked for, without warnings; all by default. Those of other kinds are passed over.
     """
     span = run.period if period is None else period
     counting = Counting.of(span, height, dwell)
     histories = histories_of(run) if histories is None else histories
     edges = period_edges(run, period, skip)
+    if names is not None:
+        wanted = [name for name in _DEFINITIONS if name in names]
+        return _statistics(histories, edges, counting, "drive period", wanted)
     found = _statistics(histories, edges, counting, "drive period")
     return Measures(found, cautions(histories, edges, counting, found, periods=True))
 
@@ -138,10 +144,16 @@ def by_window(
 
 
 def _statistics(
-    histories: Mapping[str, FootHistory], edges: Floats, counting: Counting, span: str
+    histories: Mapping[str, FootHistory],
+    edges: Floats,
+    counting: Counting,
+    span: str,
+    names: Iterable[str] | None = None,
 ) -> Measures:
     words = {"span": span, **counting.words()}
-    found = by_window(histories, edges, counting)
+    found = by_window(histories, edges, counting, names)
+    if not found:
+        return Measures({})
     moments = Moments.of(np.stack(list(found.values())))
     values = {}
     for number, name in enumerate(found):

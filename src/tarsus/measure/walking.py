@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
@@ -44,16 +44,20 @@ def measures_of(
     skip: int | None = None,
     height: float = RESOLUTION,
     dwell: float | None = None,
+    names: Collection[str] | None = None,
 ) -> Measures:
     """Every measure of a run: those of its walk, where it walks, then those of its feet by drive period and in the
-    whole run; see `walk_statistics`, `period_statistics` and `whole_run_statistics`."""
+    whole run; see `walk_statistics`, `period_statistics` and `whole_run_statistics`. Or, without warnings, those of
+    ``names`` that it has, at the cost of these alone."""
     histories = histories_of(run)
-    feet = period_statistics(run, period, skip, height, dwell, histories)
-    whole = whole_run_statistics(run, period, height, dwell, histories)
-    return Measures({**walk_statistics(run, period, skip), **feet, **whole}, feet.warnings)
+    feet = period_statistics(run, period, skip, height, dwell, histories, names)
+    whole = whole_run_statistics(run, period, height, dwell, histories, names)
+    return Measures({**walk_statistics(run, period, skip, names), **feet, **whole}, feet.warnings)
 
 
-def walk_statistics(run: Walked, period: float | None = None, skip: int | None = None) -> Measures:
+def walk_statistics(
+    run: Walked, period: float | None = None, skip: int | None = None, names: Collection[str] | None = None
+) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
     Parameters
@@ -62,6 +66,8 @@ def walk_statistics(run: Walked, period: float | None = None, skip: int | None =
         Drive period [s], a whole multiple of the run's own, which is the default.
     skip
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
+    names
+        Measures that are asked for; all by default.
 
     Raises
     ------
@@ -72,7 +78,18 @@ def walk_statistics(run: Walked, period: float | None = None, skip: int | None =
     if not isinstance(walker, Walker):
         return Measures({})
     way = _way(run, walker, period, skip)
-    return Measures(dict([*_on_the_way(way, walker), *_cost(run, way, walker), *_whole_run(run.marks)]))
+    groups = (
+        (_ON_THE_WAY, lambda: _on_the_way(way, walker)),
+        (_COST, lambda: _cost(run, way, walker)),
+        (_WHOLE_RUN, lambda: _whole_run(run.marks)),
+    )
+    found: dict[str, Measure] = {}
+    for members, measures in groups:
+        wanted = [name for name in members if names is None or name in names]
+        if wanted:
+            group = dict(measures())
+            found |= {name: group[name] for name in wanted}
+    return Measures(found)
 
 
 @dataclass(frozen=True)
@@ -117,6 +134,13 @@ def _whole(times: Floats, period: float) -> int:
     """Number of the last mark at the end of a whole period; one may follow at the end of a broken one."""
     broken = len(times) > 1 and times[-1] - times[-2] < period * (1.0 - 1e-6)
     return len(times) - 1 - broken
+
+
+_ON_THE_WAY = (
+    "stride", "mean_speed", "body_lengths_per_second", "vertical_amplitude", "foot_slip", "slip_ratio",
+)  # fmt: skip
+_COST = "electrical_energy", "cost_of_transport"
+_WHOLE_RUN = "max_heave", "max_surge"
 
 
 def _on_the_way(way: _Way, walker: Walker) -> Iterator[tuple[str, Measure]]:

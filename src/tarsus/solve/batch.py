@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
-from tarsus.measure import Measures, measures_of, scene_period
+from tarsus.measure import Measures, measures_of, no_measure, scene_period
 from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode, structured_events
@@ -128,13 +128,19 @@ class Batch:
         return measures_of(self.run(i), **options)
 
     def measure(self, name: str, **options: Any) -> NDArray[np.float64]:
-        """One measure of every run (nr,); NaN for runs that did not reach their end."""
-        return np.array(
-            [
-                self.measures(i, **options)[name].value if code is ResultCode.DONE else np.nan
-                for i, code in enumerate(self.codes)
-            ]
-        )
+        """One measure of every run (nr,), computed alone; NaN for runs that did not reach their end.
+
+        Raises InputError for a name that no measure has, once a run that reached its end is asked.
+        """
+        values = np.full(len(self), np.nan)
+        for i, code in enumerate(self.codes):
+            if code is not ResultCode.DONE:
+                continue
+            found = self.measures(i, names=(name,), **options)
+            if name not in found:
+                raise InputError(no_measure(name, self.measures(i)))
+            values[i] = found[name].value
+        return values
 
 
 def simulate_batch(
@@ -185,9 +191,11 @@ def simulate_batch(
     starts = {path: initial_column(scene, path) for path in values if path not in own}
     starts = {path: column for path, column in starts.items() if column is not None}
     rest = [path for path in values if path not in own and path not in starts]
-    for path in own:
-        for edge in (values[path].min(), values[path].max()):
-            with_values(scene, {path: float(edge)})  # bounds are intervals: both ends suffice
+    if own:  # bounds are intervals: both ends suffice
+        lowest = {path: float(values[path].min()) for path in own}
+        highest = {path: float(values[path].max()) for path in own}
+        for ends in (lowest, highest) if lowest != highest else (lowest,):
+            with_values(scene, ends)
     groups: dict[tuple[float, ...], list[int]] = {}
     for i in range(count):
         groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)

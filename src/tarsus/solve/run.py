@@ -43,7 +43,8 @@ class Ledger:
     work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
     friction, impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the
     kinetic energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the
-    largest term; over 1e-24 of the plan's force times length where every term is below that, for then all are rounding.
+    largest term; where every term is below 1e-24 of the plan's force times length, or below what rounding leaves of the
+    film's momentum, over that, for then all are rounding.
     """
 
     work_in: float
@@ -78,9 +79,13 @@ class Run:
     def code(self) -> ResultCode:
         """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
         by contact modes that takes one to four times as long as the run, of a walker nothing."""
-        code = ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
-        open_ = code is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
-        return ResultCode.LEDGER_OPEN if open_ else code
+        open_ = self.ended is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
+        return ResultCode.LEDGER_OPEN if open_ else self.ended
+
+    @property
+    def ended(self) -> ResultCode:
+        """How the run ended, its energy account aside, which is not asked for: for those who need the motion alone."""
+        return ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
 
     @property
     def ok(self) -> bool:

@@ -13,6 +13,7 @@ from tarsus.core.replay import Force, Integrals, Sampled, integrate
 from tarsus.core.replay import sample as sample_states
 from tarsus.drive.pieces import evaluate
 from tarsus.laws.base import LatchLaw, ResistiveLaw, SmoothLaw
+from tarsus.solve.codes import CLOSED
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
@@ -23,6 +24,8 @@ Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
+ROUNDINGS = 30.0
+"""Roundings that add up in an energy of a film's momentum: the terms of a step's quadratic form, about."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -227,11 +230,25 @@ def film_momentum(run: Run, gap: float) -> float:
 def ledger(run: Run) -> Ledger:
     """Where the energy of a whole run went."""
     terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(run.energies).items()}
-    return balance(run, terms, last_state(run))
+    last = last_state(run)
+    return balance(run, terms, last, _rounding(run, last) / CLOSED)
 
 
-def balance(run: Run, terms: dict[str, float], last: Floats) -> Ledger:
-    """The ledger of works and losses by name and of the state (2n,) at the end."""
+def _rounding(run: Run, last: Floats) -> float:
+    """Rounding [J] of the energies where a film acts: the engine keeps momenta less the film's, so that energies are
+    differences of those of the velocities that the film's momentum alone would make."""
+    system, n = run.plan.system, len(run.plan.system.mass)
+    gaps = np.min([system.rest_gap + z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
+    gaps[np.unique(run.events["foot"])] = 0.0
+    momenta = np.array([film_momentum(run, float(gap)) for gap in gaps])
+    speed = np.linalg.solve(system.mass, system.normals @ momenta) if momenta.any() else np.zeros(n)
+    energy = 0.5 * speed @ system.mass @ speed + run.end_time * speed @ system.damping @ speed
+    return float(ROUNDINGS * np.finfo(float).eps * energy)
+
+
+def balance(run: Run, terms: dict[str, float], last: Floats, least: float = 0.0) -> Ledger:
+    """The ledger of works and losses by name and of the state (2n,) at the end; least: energy [J] below which
+    terms are rounding, beside `NOTHING`."""
     system = run.plan.system
     n = len(system.mass)
     first = run.plan.initial
@@ -244,7 +261,7 @@ def balance(run: Run, terms: dict[str, float], last: Floats) -> Ledger:
     spent = terms["damping"] + terms["film"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
     sizes = [abs(x) for x in (*terms.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
-    largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length)
+    largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length, least)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, residual=residual,
         closure=abs(residual) / largest,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Collection, Mapping
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,11 +14,16 @@ from tarsus.solve.codes import EVENT_TYPE, ResultCode
 
 __all__ = ["SCORES", "offered", "scored"]
 
-Score = Callable[[BatchRun], Mapping[str, Measure]]
+
+class Score(Protocol):
+    """Gives measures of a run by name: all that it has, or those of ``names`` among them."""
+
+    def __call__(self, run: BatchRun, *, names: Collection[str] | None = None) -> Mapping[str, Measure]: ...
+
 
 SCORES: tuple[Score, ...] = (measures_of,)
-"""Where measures come from: each takes a run and gives measures by name. A run without events must be no error, and
-must give every name and unit: it is how the names are known before anything runs."""
+"""Where measures come from. A run without events must be no error, and must give every name and unit: it is how the
+names are known before anything runs."""
 
 
 def offered(scene: Scene, duration: float) -> dict[str, Measure]:
@@ -38,6 +43,6 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     return {name: measure for score in SCORES for name, measure in score(empty).items()}
 
 
-def scored(run: BatchRun) -> dict[str, Measure]:
-    """Every measure of one run, by name."""
-    return {name: measure for score in SCORES for name, measure in score(run).items()}
+def scored(run: BatchRun, names: Collection[str]) -> dict[str, Measure]:
+    """Measures of one run that are asked for, by name."""
+    return {name: measure for score in SCORES for name, measure in score(run, names=names).items()}

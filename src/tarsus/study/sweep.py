@@ -19,6 +19,7 @@ from pydantic import (
 
 from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
+from tarsus.measure import no_measure
 from tarsus.scene import Scene
 from tarsus.spec import Description, FloatInfo, FrozenDict, float_paths, get_value, quantity, with_values
 from tarsus.study.axes import AnyAxis, AnyDesign, Axis, Floats, Grid
@@ -116,11 +117,7 @@ class Sweep(Description):
         names = offered(scene, scene.duration)
         if not value:
             raise PathErrors([("", f"expected at least one measure, got none{nearest('', names)}")])
-        faults = [
-            (str(i), f"there is no measure '{name}'{nearest(name, names)}")
-            for i, name in enumerate(value)
-            if name not in names
-        ]
+        faults = [(str(i), no_measure(name, names)) for i, name in enumerate(value) if name not in names]
         faults += [(str(i), f"'{name}' is named twice") for i, name in enumerate(value) if name in value[:i]]
         if faults:
             raise PathErrors(faults)

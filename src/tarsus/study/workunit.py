@@ -59,7 +59,7 @@ def work_unit(
             code[k] = _NUMBERS[outcome.name]
             if outcome is not ResultCode.DONE:
                 continue
-            measures = scored(batch.run(k - first))
+            measures = scored(batch.run(k - first), names)
             for j, name in enumerate(names):
                 measure = measures[name]
                 value[k, j], spread[k, j] = measure.value, measure.spread

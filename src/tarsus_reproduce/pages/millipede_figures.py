@@ -32,7 +32,7 @@ PANELS = (
     (("max_peak",), "highest foot"),
     (("max_surge",), "farthest surge"),
     (("stride",), "travel a period\nafter transients"),
-    (("all_rebounds", "total_bounces"), "rebounds and (dotted)\nbounces in the run"),
+    (("total_rebounds_any_height", "total_bounces"), "rebounds and (dotted)\nbounces in the run"),
     (("longest_contact",), "longest contact"),
 )
 """Measures of each panel and what its axis says."""

@@ -11,9 +11,10 @@ import tarsus as ts
 from laboratory import LABORATORY
 from tarsus.drive.waveforms import SweptSine
 from tarsus.errors import InputError
+from tarsus.experiment import synthesis
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.sweep_level import sweep_level
-from tarsus.experiment.synthesis import Instrument, Purpose, Take, recorded
+from tarsus.experiment.synthesis import Instrument, Purpose, Take, recordings
 
 
 def test_a_drive_that_follows_about_0_volts_is_swept_there() -> None:
@@ -39,10 +40,22 @@ def test_a_sweep_about_a_voltage_begins_at_rest_there() -> None:
     wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.1, offset=8.0)
     take = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03, before=(8.2,))
     clean = Instrument(snr_db=300.0)
-    at_rest = recorded(scene, take, clean, "pzt", 1).values[0]
-    jumped = recorded(scene, Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03), clean, "pzt", 1).values[0]
+    sudden = Take("sweep", Purpose.MODAL, wave, 0.1, gap=0.03)
+    at_rest, jumped = (next(recordings(scene, one, clean, "pzt", (1,))).values[0] for one in (take, sudden))
     assert abs(at_rest[0]) < 1e-9
     assert np.abs(at_rest[:20]).max() < 0.05 * np.abs(jumped[:20]).max()
+
+
+def test_an_experiment_that_is_repeated_is_one_motion_with_the_noise_of_each(monkeypatch) -> None:
+    scene = ts.load_scene(LABORATORY)
+    wave = SweptSine(amplitude=0.1, start_frequency=200.0, stop_frequency=900.0, duration=0.05)
+    take = Take("sweep", Purpose.MODAL, wave, 0.05, gap=0.03)
+    runs = []
+    monkeypatch.setattr(synthesis, "simulate", lambda *words: runs.append(ts.simulate(*words)) or runs[-1])
+    first, second = recordings(scene, take, Instrument(snr_db=40.0), "pzt", (1, 2))
+    assert len(runs) == 1 and "ledger" not in vars(runs[0])
+    noise = first.values[0] - second.values[0]
+    assert 0.0 < noise.std() < 0.03 * first.values[0].std()
 
 
 @pytest.mark.parametrize(

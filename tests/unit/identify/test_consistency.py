@@ -12,7 +12,16 @@ import pytest
 
 from laboratory import LABORATORY
 from tarsus.drive.waveforms import RampedSquare, Sine, Square
-from tarsus.experiment.synthesis import IN_AIR, RAMPS, Instrument, Purpose, Take, perturbed, recorded, rest_of
+from tarsus.experiment.synthesis import (
+    IN_AIR,
+    RAMPS,
+    Instrument,
+    Purpose,
+    Take,
+    perturbed,
+    recordings,
+    rest_of,
+)
 from tarsus.files.library import load_scene
 from tarsus.identify.consistency import not_together
 from tarsus.identify.traces import Trace, trace_of
@@ -47,7 +56,7 @@ def clean(takes: tuple[Take, ...], seed: int, rate: float) -> tuple[Trace, ...]:
     scene = perturbed(load_scene(LABORATORY), 0.2, seed)
     out = []
     for take in takes:
-        record = recorded(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", 1)
+        record = next(recordings(scene, take, Instrument(rate=rate, snr_db=300.0), "pzt", (1,)))
         points = tuple(scene.robot.structure.points)
         out.append(trace_of(record, points, take.name, "pzt volts", rest_of(take), take.gap))
     return tuple(out)

@@ -99,6 +99,7 @@ FAULTS = [
     (f'{HEAD}peak = {{ kind = "list", values = [0.1], paths = ["{RATE}"] }}', "vary.peak: is a name of the results"),
     (HEAD, "vary: "),
     (GOOD.replace('"peak"', '"peek"'), "measures.0: there is no measure 'peek'; did you mean 'peak'?"),
+    (GOOD.replace('"peak"', '"all_rebounds"'), "measures.0: there is no measure 'all_rebounds'; did you mean 'total_r"),
     (GOOD.replace('"peak"', '"peak", "peak"'), "measures.1: 'peak' is named twice"),
     (GOOD.replace('"peak"', ""), "measures: "),
     (GOOD.replace('"cantilever"', '"cantilver"'), "scene: no device is called 'cantilver'; did you mean"),
