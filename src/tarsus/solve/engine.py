@@ -89,11 +89,7 @@ def execute(
         np.ascontiguousarray(parameters), np.ascontiguousarray(initial),
     )  # fmt: skip
     events, event_end, finish, trace, mode, state, pending, physical = rest
-    return RawRuns(_CODES[codes], events, event_end, finish, trace, book, mode, state, pending, physical)
-
-
-# what the native engine calls how a run ended, as ``tarsus.core.arrays`` numbers it
-_CODES = np.array([a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE])
+    return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
 
 
 def row_bytes(plan: Plan) -> int:
