@@ -257,7 +257,12 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             (ground.leg_electrostatic, "force", "LegElectrostatic.force", LEG),
             (ground.restitution, "rebound", "Restitution.rebound", RESTITUTION),
             (ground.adhesion, "strength", "Adhesion.strength", ADHESION),
-            (ground.friction, "friction", f"{type(ground.friction).__name__}.bound", _slot("friction", ground.friction)),
+            (
+                ground.friction,
+                "friction",
+                f"{type(ground.friction).__name__}.bound",
+                _slot("friction", ground.friction),
+            ),
         )
         if law is not None
     ]
@@ -282,7 +287,9 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             terms = [term for term in terms if term[0] != column]
         for law in laws:
             terms.append((column, -1, len(programs), USER + len(extra)))
-            programs.append(translate(type(law).function(), len(law.leading)))
+            function = type(law).function()
+            assert function is not None  # checked where laws are read
+            programs.append(translate(function, len(law.leading)))
             extra += law.parameters()
             if isinstance(law, SmoothLaw) and law.uses_rate:
                 flags |= hooks.USES_RATE

@@ -13,7 +13,7 @@ from tarsus.core import arrays as a
 from tarsus.errors import InputError
 from tarsus.measure import FootHistory
 from tarsus.solve import Accuracy, ResultCode
-from tarsus.solve.codes import structured_events
+from tarsus.solve.codes import EventLog, structured_events
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -110,6 +110,21 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert set(data.data_vars) == set(units) - {"time"}
     assert data["gap"].dims == ("foot", "time") and data["displacement"].dims == ("point", "time")
     assert data.attrs["title"] == "two sticky feet" and data.attrs["duration_s"] == 0.02
+
+
+def test_events_of_runs_made_together_are_those_of_each():
+    runs = [
+        [_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 1, a.PERIOD_MARK), _row(2.7, 0, a.RELEASE)],
+        [],
+        [_row(0.5, 1, 1), _row(0.5, 0, a.PERIOD_MARK)],
+        [_row(4.0, 0, a.REST), _row(3.0, 1, 1)],
+    ]
+    rows = np.array([row for run in runs for row in run])
+    log = EventLog(rows, np.cumsum([len(run) for run in runs]))
+    for i, run in enumerate(runs):
+        alone = structured_events(np.array(run).reshape(-1, rows.shape[1]))
+        np.testing.assert_array_equal(log.all_of(i), alone)
+        np.testing.assert_array_equal(log.of(i), alone[alone["kind"] != a.PERIOD_MARK])
 
 
 def test_result_codes_are_sentences():

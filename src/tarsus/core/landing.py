@@ -6,7 +6,24 @@ A foot's flags name its rule; without one it is captured unless the pull exceeds
 from __future__ import annotations
 
 from tarsus.core import hooks
-from tarsus.core.arrays import BOUNCE, CAPTURE, REST
+from tarsus.core.arrays import (
+    BOUNCE,
+    CAPTURE,
+    E_ADHESION,
+    E_AFTER,
+    E_APEX,
+    E_APEX_TIME,
+    E_BEFORE,
+    E_ENERGY,
+    E_FOOT,
+    E_INTEGRAL,
+    E_KIND,
+    E_PULL,
+    E_STRENGTH,
+    E_TIME,
+    EVENTS,
+    REST,
+)
 from tarsus.core.hooks import HAS_LATCH, PULL_AS_PRINTED, RESTITUTES_FIRST
 from tarsus.core.jit import rare
 
@@ -38,3 +55,21 @@ def rest_time(t, speed, after, pull, mobility):
     """Time [s] at which a foot that comes to rest has made its flights, a geometric series under its pull [N]."""
     ratio = min(after / speed, 0.999999) if speed > 0.0 else 0.0
     return t - 2.0 * after / (pull * mobility) / (1.0 - ratio)
+
+
+@rare
+def log(events, count, t, foot, kind, before, after, pull, strength, energy, adhesion, apex):
+    n = count[EVENTS]
+    events[n, E_TIME] = t
+    events[n, E_FOOT] = foot
+    events[n, E_KIND] = kind
+    events[n, E_BEFORE] = before
+    events[n, E_AFTER] = after
+    events[n, E_PULL] = pull
+    events[n, E_STRENGTH] = strength
+    events[n, E_ENERGY] = energy
+    events[n, E_ADHESION] = adhesion
+    events[n, E_APEX] = apex[foot, 0]
+    events[n, E_APEX_TIME] = apex[foot, 1]
+    events[n, E_INTEGRAL] = apex[foot, 2]
+    count[EVENTS] = n + 1

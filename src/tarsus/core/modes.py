@@ -1,8 +1,8 @@
-"""Contact modes: the linear structure with some feet held on the ground, and its step tables (numpy only).
+"""Contact modes: the linear structure with some feet held on the ground (numpy only).
 
 With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
-with every input a polynomial through its nodal values, is a handful of constant matrices; ``step_tables`` makes
-them for all step lengths h_max 2^-k. Nothing here knows a law.
+with every input a polynomial through its nodal values, is a handful of constant matrices; the native
+engine makes them. Nothing here knows a law.
 
 Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
 
@@ -22,8 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core.blocks import block_exponential, split_modes
-from tarsus.core.nodes import DERIVATIVE, LEFT, PARTIAL, RIGHT, SPACING, TAU, N
+from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
 
@@ -215,94 +214,3 @@ def _force_feed(row: Floats, system: LinearSystem, constant: Floats, free: list[
     for k in free:
         out[m + k] = row @ system.normals[:, k]
     return out
-
-
-@dataclass(frozen=True)
-class StepTables:
-    """Step matrices of one contact mode for nk step lengths (all C-contiguous float64)."""
-
-    exponential: Floats  # (nk, 4, nb): rows e11, e12, e21, e22
-    node_state: Floats  # (nk, 2m, 2nb, 8): outputs at the nodes from the state
-    node_input: Floats  # (nk, 2m, ni, 8 from, 8 to): outputs at the nodes from nodal inputs
-    node_constant: Floats  # (nk, 2m, ni, 8): the same for a constant input
-    state_input: Floats  # (nk, ni, 8, 2nb): state at the end from nodal inputs
-    state_constant: Floats  # (nk, ni, 2nb)
-    envelope: Floats  # (nk, m, nb): bound of an output's bulge between nodes per |y'| of a block
-
-
-def _duhamel(blocks: Floats, lengths: Floats) -> tuple[Floats, Floats]:
-    """exp(T tau_j h_k) (nk, 8, nb, 2, 2) and Phi = int_0^L exp(T (L - s)) l_a(s/L) ds, L = tau_j h_k.
-
-    Phi (nk, 8, nb, 2, 2, 8): Gauss quadrature at the shortest length, doubled exactly from there: a polynomial
-    of degree 7 on an interval is one on each of its halves.
-    """
-    nk, nb = len(lengths), len(blocks)
-    flow = block_exponential(blocks, lengths[:, None] * TAU)
-    phi = np.zeros((nk, N, nb, 2, 2, N))
-    x, weight = np.polynomial.legendre.leggauss(16)
-    x, weight = 0.5 * (x + 1.0), 0.5 * weight
-    from tarsus.core.nodes import interpolation
-
-    lagrange = interpolation(x)
-    base = lengths[-1] * TAU
-    kernel = block_exponential(blocks, base[:, None] * (1.0 - x))
-    phi[-1] = np.einsum("j,g,jgbcd,gl->jbcdl", base, weight, kernel, lagrange)
-    for k in range(nk - 2, -1, -1):
-        left, right = phi[k + 1] @ LEFT, phi[k + 1] @ RIGHT
-        phi[k] = right
-        for c in range(2):
-            phi[k, :, :, c] += (
-                flow[k + 1, :, :, c, 0, None, None] * left[:, :, 0] + flow[k + 1, :, :, c, 1, None, None] * left[:, :, 1]
-            )
-    return flow, phi
-
-
-def step_tables(mode: ContactMode, lengths: Floats) -> StepTables:
-    """All step matrices of a contact mode; ``lengths`` (nk,) [s] halves from entry to entry.
-
-    The last length must resolve the fastest mode: |T| h < 1 (checked by the caller that chooses the lengths).
-    """
-    nk, nb = len(lengths), len(mode.blocks)
-    no, ni = mode.feed.shape
-    m = no // 2
-    flow, phi = _duhamel(mode.blocks, lengths)
-    partial = np.einsum("kjbcda,jal->kjbcdl", phi, PARTIAL)
-    split_in = mode.inputs.reshape(ni, 2, nb)
-    response = np.einsum("kjbcdl,idb->kjilcb", partial, split_in).reshape(nk, N, ni, N, 2 * nb)
-    split_out = mode.outputs.reshape(no, 2, nb)
-    node_state = np.einsum("ocb,kjbcd->kodbj", split_out, flow).reshape(nk, no, 2 * nb, N)
-    node_input = np.einsum("or,kjilr->koilj", mode.outputs, response)
-    for j in range(N):
-        node_input[:, :, :, j, j] += mode.feed
-    node_input += mode.feed_rate[None, :, :, None, None] * DERIVATIVE.T / lengths[:, None, None, None, None]
-    state_input = np.ascontiguousarray(response[:, N - 1])
-    return StepTables(
-        exponential=np.ascontiguousarray(flow[:, N - 1].reshape(nk, nb, 4).transpose(0, 2, 1)),
-        node_state=np.ascontiguousarray(node_state),
-        node_input=np.ascontiguousarray(node_input),
-        node_constant=np.ascontiguousarray(node_input.sum(axis=3)),
-        state_input=state_input,
-        state_constant=np.ascontiguousarray(state_input.sum(axis=2)),
-        envelope=_envelope(mode, lengths, flow, m),
-    )
-
-
-def _envelope(mode: ContactMode, lengths: Floats, flow: Floats, m: int) -> Floats:
-    """Bulge of an output between two nodes <= sum_b envelope_b |y'_b|.
-
-    With z = y' (which flows by exp(T t) under constant inputs) the output deviates from the chord over a spacing d
-    by at most sup |c T exp(T t)| d^2 / 8 |z|, and by at most 2 sup |c T^-1 exp(T t)| |z|.
-    """
-    nb = len(mode.blocks)
-    c = mode.outputs[:m].reshape(m, 2, nb)
-    curved = np.einsum("ocb,bcd,kjbde->kjobe", c, mode.blocks, flow)
-    first = 1.1 * np.sqrt((curved**2).sum(-1)).max(axis=1) * ((SPACING * lengths) ** 2 / 8.0)[:, None, None]
-    determinant = mode.blocks[:, 0, 0] * mode.blocks[:, 1, 1] - mode.blocks[:, 0, 1] * mode.blocks[:, 1, 0]
-    trace = np.abs(mode.blocks).max(axis=(1, 2), initial=0.0)
-    regular = np.abs(determinant) > 1e-9 * trace**2
-    inverse = np.zeros_like(mode.blocks)
-    if regular.any():
-        inverse[regular] = np.linalg.inv(mode.blocks[regular])
-    level = np.einsum("ocb,bcd,kjbde->kjobe", c, inverse, flow)
-    second = 2.2 * np.sqrt((level**2).sum(-1)).max(axis=1)
-    return np.ascontiguousarray(np.where(regular, np.minimum(first, second), first))

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from tarsus.core.flow import horner, horner_slope
-from tarsus.core.jit import fused, rare
+from tarsus.core.jit import inner, rare
 from tarsus.core.nodes import N
 
 
-@fused
-def hides_peak(i, apex, nodes, bound, limit, tau):
-    """True where the bulge between nodes could hide more than 1e-4 of a new highest gap of foot i."""
-    top = 0.0
-    for j in range(N):
-        if tau[j] > limit:
-            break
-        top = max(top, nodes[i, j])
-    return bound > 1e-4 * top and top + bound > apex[i, 0]
+@inner
+def horner(series, first, terms, s):
+    """sum_c series[first + c] s^c."""
+    value = series[terms - 1]
+    for c in range(terms - 2, first - 1, -1):
+        value = value * s + series[c]
+    return value
+
+
+@inner
+def horner_slope(series, first, terms, s):
+    value = (terms - 1.0 - first) * series[terms - 1]
+    for c in range(terms - 2, first, -1):
+        value = value * s + (c - first) * series[c]
+    return value
 
 
 @rare

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import namedtuple
 
 from tarsus.core.jit import fused, inner
@@ -76,3 +77,20 @@ def value(first, start, end, coef, loop, period, cursor, channel, t):
     p = cursor[channel, 0]
     shift = cursor[channel, 1] * period[channel]
     return polynomial(coef, p, 2.0 * (t - shift - start[p]) / (end[p] - start[p]) - 1.0)
+
+
+@fused
+def next_kink(signals, cursor, nc, t):
+    """Move all channels to ``t``; time to the next kink and the longest admissible reach beyond it [s]."""
+    kink = math.inf
+    reach = math.inf
+    for c in range(nc):
+        seek(signals.first, signals.start, signals.end, signals.loop, signals.period, cursor, c, t)
+        p = cursor[c, 0]
+        shift = cursor[c, 1] * signals.period[c]
+        left = shift + signals.start[p] + signals.until[p] - t
+        if left < kink:
+            kink = left
+        if not (signals.flat[p] and signals.sharp[p]):
+            reach = min(reach, left + signals.over[p])
+    return kink, reach

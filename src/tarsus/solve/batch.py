@@ -17,7 +17,7 @@ from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of, no_measure, scene_period
 from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
-from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.codes import EventLog, ResultCode
 from tarsus.solve.engine import Accuracy, RawRuns
 from tarsus.solve.engines import Engine, Shared, engine_for
 from tarsus.solve.march import RawWalks
@@ -109,9 +109,19 @@ class Batch:
             marks = structured_marks(raw.marks_of(k), walker.body_size, len(feet))
         values = {path: float(column[i]) for path, column in self.vary.items()}
         return BatchRun(
-            structured_events(raw.of(k)), feet, self.duration, float(self.periods[i]), self._code(i), self.scene,
+            self._log(raw).all_of(k), feet, self.duration, float(self.periods[i]), self._code(i), self.scene,
             values, marks, float(raw.finish[k, 0]),
         )  # fmt: skip
+
+    @cached_property
+    def _logs(self) -> dict[int, EventLog]:
+        return {}
+
+    def _log(self, raw: RawRuns | RawWalks) -> EventLog:
+        """Events of the runs that were made together, in order; made once."""
+        if id(raw) not in self._logs:
+            self._logs[id(raw)] = EventLog(raw.events, raw.event_end)
+        return self._logs[id(raw)]
 
     def _code(self, i: int) -> ResultCode:
         if self.unclosed is not None and i in self.unclosed:
@@ -121,7 +131,8 @@ class Batch:
 
     def events(self, i: int) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
-        return self.run(i).events
+        raw, k = self._parts[i]
+        return self._log(raw).of(k)
 
     def measures(self, i: int, **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""

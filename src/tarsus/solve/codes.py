@@ -82,6 +82,35 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     return out[np.argsort(out["time"], kind="stable")]
 
 
+class EventLog:
+    """Events of runs made together: as `structured_events`, but of all runs at once.
+
+    rows (ne, 12): those of run i end at ends[i].
+    """
+
+    def __init__(self, rows: np.ndarray, ends: np.ndarray) -> None:
+        self._all = np.zeros(len(rows), dtype=EVENT_TYPE)
+        for name, column in _COLUMNS.items():
+            self._all[name] = rows[:, column]
+        late = np.flatnonzero(rows[1:, a.E_TIME] < rows[:-1, a.E_TIME]) + 1  # out of order, or the first of a run
+        for run in np.unique(np.searchsorted(ends, late, side="right")):
+            start, end = ends[run - 1] if run else 0, ends[run]
+            if np.any((late > start) & (late < end)):
+                self._all[start:end] = structured_events(rows[start:end])
+        kept = self._all["kind"] != a.PERIOD_MARK
+        self._events = self._all[kept]
+        self._ends = ends
+        self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]
+
+    def all_of(self, run: int) -> np.ndarray:
+        """Events of one run with its period marks."""
+        return self._all[self._ends[run - 1] if run else 0 : self._ends[run]]
+
+    def of(self, run: int) -> np.ndarray:
+        """Events of one run without its period marks."""
+        return self._events[self._events_end[run - 1] if run else 0 : self._events_end[run]]
+
+
 _COLUMNS = {
     "time": a.E_TIME, "foot": a.E_FOOT, "kind": a.E_KIND, "speed_before": a.E_BEFORE, "speed_after": a.E_AFTER,
     "pull": a.E_PULL, "strength": a.E_STRENGTH, "energy": a.E_ENERGY, "adhesion_energy": a.E_ADHESION,

@@ -82,18 +82,14 @@ def execute(
         parameters = plan.laws.parameters[None]
     if initial is None:
         initial = np.broadcast_to(plan.initial, (len(parameters), len(plan.initial)))
-    settings = _settings(plan, duration, accuracy or Accuracy(), period)
+    settings = settings_of(plan, duration, accuracy or Accuracy(), period)
     settings.track, settings.record = track, record
     codes, *rest = _native.run_modal(
         book.book.native, NODES, plan.native_signals, plan.laws.native, settings,
         np.ascontiguousarray(parameters), np.ascontiguousarray(initial),
     )  # fmt: skip
     events, event_end, finish, trace, mode, state, pending, physical = rest
-    return RawRuns(_CODES[codes], events, event_end, finish, trace, book, mode, state, pending, physical)
-
-
-# what the native engine calls how a run ended, as ``tarsus.core.arrays`` numbers it
-_CODES = np.array([a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE])
+    return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
 
 
 def row_bytes(plan: Plan) -> int:
@@ -102,7 +98,7 @@ def row_bytes(plan: Plan) -> int:
     return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
 
 
-def _settings(plan: Plan, duration: float, accuracy: Accuracy, period: float) -> _native.Settings:
+def settings_of(plan: Plan, duration: float, accuracy: Accuracy, period: float) -> _native.Settings:
     """Relative tolerances as absolute ones of a plan."""
     out = _native.Settings()
     out.end, out.period = duration, period

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tarsus.core import _native, nodes
-from tarsus.core.stack import step_lengths
-from tarsus.core.walk.tables import step_tables
-from tarsus.plan import Plan
-from tarsus.solve.engine import Accuracy
+from tarsus.core import _native
+from tarsus.core.book import NODES, step_lengths
+from tarsus.solve.engine import Accuracy, settings_of
 from tarsus.walkplan import WalkPlan
 
 
@@ -66,9 +64,11 @@ def walk(
         parameters = base.laws.parameters[None]
     if initial is None:
         initial = np.broadcast_to(base.initial, (len(parameters), len(base.initial)))
-    settings = settings_of(base, duration, accuracy or Accuracy(), step_lengths(duration), period, track)
+    settings = settings_of(base, duration, accuracy or Accuracy(), period)
+    settings.track, settings.record = track, False
+    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / base.rate))
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
-        plan.native, tables, _native.Nodes(nodes), _native.Signals(base.signals), base.laws.native,
+        plan.native, tables, NODES, base.native_signals, base.laws.native,
         np.ascontiguousarray(parameters), np.ascontiguousarray(initial), settings,
         np.zeros(0) if times is None else np.array(times, dtype=float), account,
     )  # fmt: skip
@@ -76,26 +76,6 @@ def walk(
     return RawWalks(codes, events, event_end, marks, mark_end, finish, samples, end)
 
 
-def settings_of(
-    plan: Plan, duration: float, accuracy: Accuracy, lengths: np.ndarray, period: float, track: bool
-) -> _native.Settings:
-    """Relative tolerances as absolute ones; lengths (nk,) [s] of the engine's steps."""
-    settings = _native.Settings()
-    settings.end, settings.period = duration, period
-    settings.gap, settings.drive = accuracy.gap * plan.length, accuracy.drive
-    settings.gap_zero = 1e-14 * plan.length
-    settings.force_zero = 1e-13 * plan.force
-    settings.speed_zero = 1e-13 * plan.length * plan.rate
-    settings.rest_height = 0.1 * accuracy.gap * plan.length
-    settings.least_progress = 1e-10 / plan.rate
-    settings.probe = 1e-7 * plan.length
-    settings.most_steps = accuracy.steps
-    settings.first_class = int(np.searchsorted(-lengths, -0.5 / plan.rate))
-    settings.track, settings.record = track, False
-    return settings
-
-
 def tables_of(plan: WalkPlan, duration: float) -> _native.LegTables:
     """Step tables of a plan's legs for runs of one duration."""
-    mass, stiffness, damping = plan.blocks.T
-    return _native.LegTables(step_tables(mass, stiffness, damping, step_lengths(duration)))
+    return _native.LegTables(NODES, *np.ascontiguousarray(plan.blocks.T), step_lengths(duration))

@@ -13,6 +13,9 @@ Nodes nodes_of(nb::handle module) {
   Nodes nodes;
   copy_to(nodes.tau, N, module, "TAU");
   copy_to(&nodes.monomial[0][0], N * N, module, "MONOMIAL");
+  for (int j = 0; j < N; j++) {
+    for (int c = 0; c < N; c++) nodes.from_value[j][c] = nodes.monomial[c][j];
+  }
   copy_to(nodes.tail, N, module, "TAIL");
   copy_to(&nodes.derivative[0][0], N * N, module, "DERIVATIVE");
   copy_to(&nodes.once[0][0], N * N, module, "ONCE");

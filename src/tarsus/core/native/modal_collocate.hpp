@@ -73,15 +73,16 @@ inline Settled sweeps(Modal& m, const StepClass& step, double t) {
   return FAILED;
 }
 
-// Truncation of the drives relative to their spans.
+// Truncation of the drives relative to their spans and to what it may be.
 inline double drive_error(const Modal& m) {
   double error = 0.0;
+  if (m.steady) return error;
   for (int d = 0; d < m.sizes.drives; d++) {
     const int i = 2 * m.sizes.feet + d;
     const double span = m.player.signals.span[d];
     if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation(m.values[i]) / span);
   }
-  return error / m.settings.drive;
+  return error * m.per_drive;
 }
 
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
@@ -104,7 +105,7 @@ inline double step_error(Modal& m, const StepClass& step) {
       if (!(m.growth_before > 0.0 && m.growth_after > 0.0)) m.growth_before = m.growth_after = 1.0;
     }
   }
-  return std::max(worst / m.settings.gap, drive_error(m));
+  return std::max(worst * m.per_gap, drive_error(m));
 }
 
 // Collocate one step. Returns its error relative to what it may be, or UNSETTLED.

@@ -34,16 +34,16 @@ TARSUS_INLINE void turn(const double* matrix, int stride, int p, const typename 
   v = S::get(at + 2 * stride) * x + S::get(at + 3 * stride) * y;
 }
 
-// State at the end of the whole step: exp(T h) w and what the inputs add. ``inputs``: those that act.
+// State at the end of the whole step: exp(T h) w and what the inputs add. Returns whether all of it is finite.
 template <class S>
-TARSUS_INLINE void flow(Modal& m, const StepClass& step, const int* inputs, int count) {
+TARSUS_INLINE bool flow(Modal& m, const StepClass& step) {
   const int ns = S::stride(m.sizes.stride), size = 2 * ns;
   const double* w = m.state();
+  typename S::Pack zero = {};
   for (int p = 0; p < S::packs(ns); p++) {
     typename S::Pack x, y;
     turn<S>(step.exponential, ns, p, S::get(w + p * S::WIDTH), S::get(w + ns + p * S::WIDTH), x, y);
-    for (int n = 0; n < count; n++) {
-      const int i = inputs[n];
+    for (int i : m.acting) {
       const double *values = m.value(i), *steady = step.state_constant + i * size + p * S::WIDTH;
       if (m.constant[i]) {
         x += S::get(steady) * values[0];
@@ -58,7 +58,9 @@ TARSUS_INLINE void flow(Modal& m, const StepClass& step, const int* inputs, int 
     }
     S::put(m.ahead() + p * S::WIDTH, x);
     S::put(m.ahead() + ns + p * S::WIDTH, y);
+    zero += (x + y) * 0.0;
   }
+  return S::sum(zero) == 0.0;
 }
 
 // What an output may do between two nodes beyond their chord: the envelope times a bound of |y'| of every block, its start

@@ -16,9 +16,7 @@ inline void scale_inputs(Modal& m, const StepClass& step) {
     if (m.constant[i]) {
       power.set(0, m.value(i)[0]);
     } else {
-      double row[N];
-      powers_of(m.nodes, m.value(i), row);
-      power = load(row);
+      power = powers_of(m.nodes, m.value(i));
       m.degree = N;
     }
     m.powers[i] = power;
@@ -122,11 +120,20 @@ struct Margin {
     return (holds(s + d) - holds(s - d)) / (2.0 * d) - out;
   }
 
+  // Where a parabola of s over f through the nodes beside interval j puts the zero.
+  double guess(int j) const {
+    const int k = j < N - 1 ? j + 1 : j - 2;
+    const double* tau = m.nodes.tau;
+    const Row& f = m.margin[foot];
+    const double p = f[j - 1], q = f[j], r = f[k], pq = p - q, qr = q - r, rp = r - p;
+    return -(tau[j - 1] * q * r * qr + tau[j] * r * p * rp + tau[k] * p * q * pq) / (pq * qr * rp);
+  }
+
   // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. What holds against the pull hardly bends
   // within the bracket: its slope is that of its chord.
-  double root(int first, double a, double b, double fa, double fb) const {
+  double root(int first, double a, double b, double fa, double fb, double guess) const {
     const double chord = !held ? 0.0 : straight ? gain : (holds(b) - holds(a)) / (b - a);
-    double s = b - fb * (b - a) / (fb - fa), last = 1.0;
+    double s = a < guess && guess < b ? guess : b - fb * (b - a) / (fb - fa), last = 1.0;
     for (int n = 0; n < 80; n++) {
       double slope, f = output(first, s, slope);
       if (held) {
@@ -211,7 +218,7 @@ struct Margin {
         fb = output(first, b);
         if (fb >= 0.0) return b;
       }
-      return fa <= 0.0 ? a : root(first, a, b, fa, fb);
+      return fa <= 0.0 ? a : root(first, a, b, fa, fb, first == 0 ? guess(j) : 2.0);
     }
     return 2.0;
   }
@@ -240,8 +247,9 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
 }
 
 // State at scaled time s, into ``ahead``: w' = T w + inputs by its derivatives while inputs come in, powers of T behind.
+// Returns whether all of it is finite.
 template <class S>
-TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s) {
+TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s) {
   const ContactMode& mode = *m.mode;
   const int ns = S::stride(m.sizes.stride), size = 2 * ns, rows = (terms + N - 1) / N;
   Row power = powers_to_seven(s);
@@ -251,6 +259,7 @@ TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s)
     power *= s8;
   }
   const double *e = m.scaled_times, *first_power = mode.powers + 4 * ns, *w = m.state();
+  typename S::Pack zero = {};
   for (int p = 0; p < S::packs(ns); p++) {
     const int at = p * S::WIDTH;
     typename S::Pack x = S::get(w + at), y = S::get(w + ns + at), u, v;
@@ -268,14 +277,23 @@ TARSUS_APART void state_at(Modal& m, const StepClass& step, int terms, double s)
       sum_x += x * e[c + 1];
       sum_y += y * e[c + 1];
     }
-    typename S::Pack e_matrix[4] = {};
-    for (int c = m.degree + 1; c < N * rows; c++) {
-      const double* matrix = mode.powers + size_t(c - m.degree) * 4 * ns + at;
-      for (int k = 0; k < 4; k++) e_matrix[k] += S::get(matrix + k * ns) * e[c];
+    typename S::Pack even[4] = {}, odd[4] = {};
+    const double* matrix = mode.powers + 4 * ns + at;
+    int c = m.degree + 1;
+    for (; c + 1 < N * rows; c += 2, matrix += 8 * ns) {
+      for (int k = 0; k < 4; k++) {
+        even[k] += S::get(matrix + k * ns) * e[c];
+        odd[k] += S::get(matrix + (4 + k) * ns) * e[c + 1];
+      }
     }
-    S::put(m.ahead() + at, sum_x + e_matrix[0] * x + e_matrix[1] * y);
-    S::put(m.ahead() + ns + at, sum_y + e_matrix[2] * x + e_matrix[3] * y);
+    for (int k = 0; k < 4 && c < N * rows; k++) even[k] += S::get(matrix + k * ns) * e[c];
+    sum_x += (even[0] + odd[0]) * x + (even[1] + odd[1]) * y;
+    sum_y += (even[2] + odd[2]) * x + (even[3] + odd[3]) * y;
+    S::put(m.ahead() + at, sum_x);
+    S::put(m.ahead() + ns + at, sum_y);
+    zero += (sum_x + sum_y) * 0.0;
   }
+  return S::sum(zero) == 0.0;
 }
 
 }  // namespace tarsus

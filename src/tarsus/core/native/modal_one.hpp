@@ -32,6 +32,10 @@ struct OneFoot {
   }
 };
 
+// load(BEHIND + N - 1 - c): 1 after place c of a row, load(AHEAD + N - c): 1 before it; 0 elsewhere.
+alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+
 // Newton's method for the nodal gaps; the columns of the 8 x 8 matrix are rows of the machine, eliminated without pivots.
 // False where a pivot is small or it does not converge.
 TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap,
@@ -50,19 +54,19 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
     }
     const double misfit = highest(magnitude(rest));
     double pivots[N];
+#pragma GCC unroll 8
     for (int c = 0; c < N; c++) {
       if (!(std::fabs(column[c][c]) > 1e-2)) return false;
       pivots[c] = 1.0 / column[c][c];
-      Row factor = column[c] * pivots[c];
-      for (int r = 0; r <= c; r++) factor.set(r, 0.0);
+      const Row factor = column[c] * (load(BEHIND + N - 1 - c) * pivots[c]);
+#pragma GCC unroll 8
       for (int d = c + 1; d < N; d++) column[d] -= factor * column[d][c];
       rest -= factor * rest[c];
     }
+#pragma GCC unroll 8
     for (int c = N - 1; c >= 0; c--) {
       const double x = rest[c] * pivots[c];
-      Row used = column[c] * x;
-      for (int r = c; r < N; r++) used.set(r, 0.0);
-      rest -= used;
+      rest -= column[c] * (load(AHEAD + N - c) * x);
       rest.set(c, x);
     }
     const double change = highest(magnitude(rest));
@@ -80,24 +84,32 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
   return false;
 }
 
+// linear + sum_j rows[j] x[j] in four short chains: what a sweep waits for.
+TARSUS_INLINE Row combined(const Row& linear, const Row* rows, const Row& x) {
+  const Row a = linear + rows[0] * x[0] + rows[4] * x[4], b = rows[1] * x[1] + rows[5] * x[5];
+  const Row c = rows[2] * x[2] + rows[6] * x[6], d = rows[3] * x[3] + rows[7] * x[7];
+  return (a + c) + (b + d);
+}
+
 // Sweeps for the nodal gaps from those under the first node's film, held constant.
 TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap, Row& film) {
+  Row rows[N];
+  for (int j = 0; j < N; j++) rows[j] = load(effect + N * j) * foot.half;
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
-    Row inverse = 1.0 / (gap + foot.thickness);
-    film = foot.half * inverse * inverse;
-    const Row found = linear + combine(effect, film), change = found - gap, moved = magnitude(change);
+    const Row inverse = 1.0 / (gap + foot.thickness), square = inverse * inverse;
+    const Row found = combined(linear, rows, square), change = found - gap, moved = magnitude(change);
     gap = found;
     if (!any_not_below(moved, Row(tolerance))) {
       const Row x = change * inverse;  // the film of the final gaps, by its series
-      film = film * (1.0 + x * (3.0 * x - 2.0));
+      film = (foot.half * square) * (1.0 + x * (3.0 * x - 2.0));
       return true;
     }
     const double most = highest(moved);
     if (any_not_below(moved, Row(1e300))) return false;
     if (n > 0 && most * most <= tolerance * std::max(before - most, 0.0)) {
-      inverse = 1.0 / (gap + foot.thickness);
-      film = foot.half * inverse * inverse;
+      const Row last = 1.0 / (gap + foot.thickness);
+      film = foot.half * last * last;
       return true;
     }
     if (n > 2 && most > 0.7 * before) return false;
@@ -110,13 +122,13 @@ template <class S>
 TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
   m.drive(t, step.length);
   const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
-  const double* effect = step.from_input(0, 0);
+  const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
   const double first = linear[0], height = first + foot.thickness, inverse = 1.0 / height, tolerance = 0.05 * m.settings.gap;
   const double held = foot.half * inverse * inverse;
   m.linear[0] = linear;
   m.room[0] = 0.0;
   Row gap, film;
-  if (2.0 * held * std::fabs(inverse * constant[N - 1]) > 0.5) {
+  if (2.0 * held * std::fabs(inverse * last) > 0.5) {
     if (!newton_one(foot, effect, linear, tolerance, gap, film)) {
       if (!newton(m, step, t)) return UNSETTLED;
       gap = m.outputs[0];
@@ -139,7 +151,7 @@ TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass
   const bool counts = error > 0.0;
   m.growth_before = counts ? std::fabs(film[0]) : 1.0;
   m.growth_after = counts ? std::fabs(film[N - 1]) : 1.0;
-  return std::max(error / m.settings.gap, drive_error(m));
+  return m.steady ? error * m.per_gap : std::max(error * m.per_gap, drive_error(m));
 }
 
 template <class S>

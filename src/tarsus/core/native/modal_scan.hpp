@@ -23,7 +23,7 @@ inline bool find_doubt(const Modal& m, int foot, const double* margin, double bo
   doubt = Doubt();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
-    const double width = (tau[j] - tau[j - 1]) / 0.2092, local = bound * width * width;
+    const double local = bound * m.chord[j];
     const bool crossing = margin[j] < -zero;
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {

@@ -52,6 +52,10 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
+  bool steady = true;                              // drives and volts are constant over the step
+  int64_t filled = -1;                             // state of the player for which they hold constants
+  const double per_gap, per_drive;                 // one over what an error may be
+  double chord[N];  // of each node interval: its width over the widest, squared, by which bounds of chords go
 
   // landing: Taylor coefficients of an output (zeros behind), inputs by powers of time, those times StepClass::share
   alignas(64) double line[TERMS + 3 * N] = {};
@@ -66,18 +70,19 @@ struct Modal {
         physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates), values(sizes.inputs(), Row(0.0)),
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
         margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
-        doubts(sizes.feet), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
-        volt_powers(sizes.feet, Row(0.0)), state_(2 * rows(), Row(0.0)), ahead_(2 * rows(), Row(0.0)),
-        chain_(4 * rows(), Row(0.0)) {
+        doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
+        volt_powers(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        chain_(numbers(2)) {
+    for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
     values[sizes.last()] = Row(1.0);
     constant[sizes.last()] = 1;
   }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
-  TARSUS_INLINE double* state() { return reinterpret_cast<double*>(state_.data()); }
-  TARSUS_INLINE const double* state() const { return reinterpret_cast<const double*>(state_.data()); }
-  TARSUS_INLINE double* ahead() { return reinterpret_cast<double*>(ahead_.data()); }
-  TARSUS_INLINE double* chain() { return reinterpret_cast<double*>(chain_.data()); }
+  TARSUS_INLINE double* state() { return state_; }
+  TARSUS_INLINE const double* state() const { return state_; }
+  TARSUS_INLINE double* ahead() { return ahead_; }
+  TARSUS_INLINE double* chain() { return chain_; }  // room for two states
   void accept() { std::swap(state_, ahead_); }
 
   TARSUS_INLINE const double* value(int input) const { return reinterpret_cast<const double*>(&values[input]); }
@@ -97,9 +102,10 @@ struct Modal {
     return c < 0 ? 0.0 : player.value(int(c), t);
   }
 
-  // Values of drives and volts at the nodes of the step [t, t + h]. Returns whether all of them are constant.
-  TARSUS_INLINE bool drive(double t, double h) {
-    bool steady = true;
+  // Values of drives and volts at the nodes of the step [t, t + h].
+  TARSUS_INLINE void drive(double t, double h) {
+    if (filled == player.moves && t + h <= player.flat_until) return;  // as they were
+    steady = true;
     for (int d = 0; d < sizes.drives; d++) {
       const int i = 2 * sizes.feet + d;
       constant[i] = player.fill(d, t, h, value(i));
@@ -109,7 +115,7 @@ struct Modal {
       const int64_t c = laws.laws.volts[i];
       if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
     }
-    return steady;
+    filled = steady ? player.moves : -1;
   }
 
   // Keep a step: what ``sample`` and the energy integrals of a run are made of.
@@ -132,9 +138,11 @@ struct Modal {
   }
 
  private:
-  std::vector<Row> state_, ahead_, chain_;
+  std::vector<Row> memory_;
+  double *state_, *ahead_, *chain_;
 
   int rows() const { return (sizes.state() + N - 1) / N; }
+  double* numbers(int state) { return reinterpret_cast<double*>(memory_.data() + state * rows()); }
   double dot(const double* a, const double* b) const {
     double sum = 0.0;
     for (int i = 0; i < sizes.state(); i++) sum += a[i] * b[i];

@@ -57,17 +57,20 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
   }
   wanted = std::min(wanted, last);
   const double dt = (m.nodes.tau[N - 1] - m.nodes.tau[N - 2]) * h;
-  double ahead = event ? 0.0 : INF;
+  double ahead = event ? 0.0 : INF, drops = 1.0;  // time to the event, as a fraction
   for (int i = 0; i < m.sizes.feet; i++) {
     const Row& margin = m.margin[i];
     const double drop = margin[N - 2] - margin[N - 1];
     if (!(drop > 0.0)) continue;
-    if (margin[N - 1] * dt < ahead * drop) ahead = margin[N - 1] * dt / drop;
+    if (margin[N - 1] * dt * drops < ahead * drop) {
+      ahead = margin[N - 1] * dt;
+      drops = drop;
+    }
     if (m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
     const double film = m.values[i][N - 1] - m.values[i][N - 2], room = 1.8 * m.values[i][N - 1] * dt;
     while (film > 0.0 && lengths[wanted] * film > room && wanted < last) wanted++;
   }
-  while (m.mode->terms[wanted] == 0 && lengths[wanted] > ahead && wanted < last) wanted++;
+  while (m.mode->terms[wanted] == 0 && lengths[wanted] * drops > ahead && wanted < last) wanted++;
   return wanted;
 }
 
@@ -98,22 +101,21 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
     }
   }
   m.record(step, fraction);
+  bool finite = true;
   if (at.foot < 0 && h <= ahead.left) {
-    flow<S>(m, step, m.acting.data(), int(m.acting.size()));
+    finite = flow<S>(m, step);
     m.clock.time = t + h;
   } else {
-    state_at<S>(m, step, terms, fraction);
+    finite = state_at<S>(m, step, terms, fraction);
     m.clock.time = at.foot >= 0 ? t + fraction * h : ahead.left == ahead.goal - t ? ahead.goal : t + ahead.left;
   }
   m.accept();
-  double sum = 0.0;
-  for (int r = 0; r < m.sizes.state(); r++) sum += m.state()[r] * 0.0;
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;
     }
   }
-  return sum == 0.0;
+  return finite;
 }
 
 // One step by a method with attempt(m, step, t) -> error and scan(m, step, t, limit) -> Scan.

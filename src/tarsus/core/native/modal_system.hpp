@@ -63,10 +63,11 @@ TARSUS_APART bool glide(Modal& m, double left) {
   int k = 0;
   while (k < int(lengths.size()) && m.mode->terms[k] == 0 && lengths[k] > left) k++;
   if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
-  if (!m.drive(m.clock.time, lengths[k]) || !stays_held<S>(m, left)) return false;
+  m.drive(m.clock.time, lengths[k]);
+  if (!m.steady || !stays_held<S>(m, left)) return false;
   const StepClass& step = m.book.step(*m.mode, k);
   m.record(step, 1.0);
-  flow<S>(m, step, m.acting.data(), int(m.acting.size()));
+  flow<S>(m, step);
   m.accept();
   m.clock.time += lengths[k];
   return true;

@@ -7,6 +7,7 @@ namespace tarsus {
 struct Nodes {
   double tau[N];            // scaled times of the nodes, 0 to 1
   double monomial[N][N];    // [c][j]: coefficient of s^c of the polynomial through nodal values
+  double from_value[N][N];  // the same by nodal values: [j][c]
   double tail[N];           // highest Legendre coefficient: the truncation that controls the step
   double derivative[N][N];  // nodal values to nodal values of the derivative by the scaled time
   double once[N][N];        // [j][i]: integral from 0 to node i of the Lagrange polynomial of node j
@@ -18,13 +19,8 @@ struct Nodes {
 };
 
 // Coefficients (N) of powers of the scaled time of the polynomial through nodal values.
-inline void powers_of(const Nodes& nodes, const double* values, double* out) {
-  for (int c = 0; c < N; c++) {
-    double sum = 0.0;
-    for (int j = 0; j < N; j++) sum += nodes.monomial[c][j] * values[j];
-    out[c] = sum;
-  }
-}
+inline Row powers_of(const Nodes& nodes, const double* values) { return combine(nodes.from_value[0], load(values)); }
+inline void powers_of(const Nodes& nodes, const double* values, double* out) { store(out, powers_of(nodes, values)); }
 
 // sum_c series[first + c] s^c for first + c < terms, and its derivative by s.
 inline double horner(const double* series, int first, int terms, double s) {

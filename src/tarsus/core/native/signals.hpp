@@ -27,10 +27,13 @@ struct Player {
   const Signals& signals;
   const Nodes& nodes;
   std::vector<Cursor> cursor;
+  int64_t moves = 0;         // of any channel to another piece
+  double flat_until = -INF;  // [s] until then all channels keep their values
 
   Player(const Signals& s, const Nodes& n) : signals(s), nodes(n), cursor(s.channels()) {}
 
   void restart() {
+    same_until = -INF;
     for (int c = 0; c < signals.channels(); c++) cursor[c] = {signals.first[c], 0};
   }
 
@@ -57,17 +60,10 @@ struct Player {
     double left, reach;  // [s] to the next kink, and the longest step that may reach beyond it
   };
 
-  // Move all channels to t.
-  Kink next_kink(double t) {
-    Kink out{INF, INF};
-    for (int c = 0; c < signals.channels(); c++) {
-      seek(c, t);
-      const int64_t p = cursor[c].piece;
-      const double left = cursor[c].turns * signals.period[c] + signals.start[p] + signals.until[p] - t;
-      out.left = std::min(out.left, left);
-      if (!(signals.flat[p] && signals.sharp[p])) out.reach = std::min(out.reach, left + signals.over[p]);
-    }
-    return out;
+  // Move all channels to t. What is ahead stays the same until one of them changes its piece.
+  TARSUS_INLINE Kink next_kink(double t) {
+    if (!(t < same_until - 1e-15 * t)) move(t);
+    return {kink - t, reach - t};
   }
 
   template <class Real>
@@ -119,6 +115,26 @@ struct Player {
       out[j] = polynomial(p, 2.0 * (begun + nodes.tau[j] * h) / (s.end[p] - s.start[p]) - 1.0);
     }
     return false;
+  }
+
+ private:
+  double same_until = -INF;            // end of the first piece to end
+  double kink = INF, reach = INF;      // times of the next kink, and up to which a step may reach beyond it
+
+  TARSUS_APART void move(double t) {
+    moves++;
+    same_until = kink = reach = flat_until = INF;
+    for (int c = 0; c < signals.channels(); c++) {
+      seek(c, t);
+      const int64_t p = cursor[c].piece;
+      const double shift = cursor[c].turns * signals.period[c], next = shift + signals.start[p] + signals.until[p];
+      const bool last = p + 1 == signals.first[c + 1] && signals.loop[c] < 0;
+      if (!last) same_until = std::min(same_until, shift + signals.end[p] - 1e-12 * (signals.end[p] - signals.start[p]));
+      kink = std::min(kink, next);
+      if (!signals.sharp[p]) flat_until = std::min(flat_until, shift + signals.end[p]);
+      if (!signals.flat[p]) flat_until = -INF;
+      if (!(signals.flat[p] && signals.sharp[p])) reach = std::min(reach, next + signals.over[p]);
+    }
   }
 };
 
