@@ -1,16 +1,28 @@
-"""What a run is judged by: one definition of every measure, used by every table."""
+"""What a run is judged by: one definition of every measure, of one run and of many."""
 
-from tarsus.measure.history import COUNTED, DWELL, RESOLUTION, Counting, FootHistory, foot_history
-from tarsus.measure.measure import Caution, CautionKind, Measure, Measures, Scope, no_measure
+from tarsus.measure.history import (
+    COUNTED,
+    DWELL,
+    RESOLUTION,
+    Counting,
+    EventHistories,
+    Flights,
+    Histories,
+    KnownHistories,
+    Knots,
+    Points,
+)
+from tarsus.measure.measure import Caution, CautionKind, Measure, Measured, Measures, Scope, no_measure
 from tarsus.measure.periods import (
+    by_period,
     by_window,
     histories_of,
-    period_edges,
     period_statistics,
     scene_period,
     window_statistics,
 )
-from tarsus.measure.walking import STANDSTILL, measures_of, walk_statistics
+from tarsus.measure.table import Judged, Judgement, RunTable, periods_used
+from tarsus.measure.walking import STANDSTILL, measured, measures_of, walk_statistics
 from tarsus.measure.whole import whole_run_statistics
 
 __all__ = [
@@ -21,17 +33,27 @@ __all__ = [
     "Caution",
     "CautionKind",
     "Counting",
-    "FootHistory",
+    "EventHistories",
+    "Flights",
+    "Histories",
+    "Judged",
+    "Judgement",
+    "KnownHistories",
+    "Knots",
     "Measure",
+    "Measured",
     "Measures",
+    "Points",
+    "RunTable",
     "Scope",
+    "by_period",
     "by_window",
-    "foot_history",
     "histories_of",
+    "measured",
     "measures_of",
     "no_measure",
-    "period_edges",
     "period_statistics",
+    "periods_used",
     "scene_period",
     "walk_statistics",
     "whole_run_statistics",
