@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tarsus.explain import nearest
 from tarsus.measure.history import Counting
@@ -164,6 +165,22 @@ class Measured:
     def definition(self) -> str:
         """What the number is, in words."""
         return self._words(self.counting)
+
+    def blank(self, runs: int) -> Measured:
+        """The same measure of so many runs, of none of which it is known."""
+        none = np.full(runs, np.nan)
+        feet = None if self.per_foot is None else np.full((runs, len(self.feet)), np.nan)
+        counting = Counting(self.counting.height, none.copy()) if self.counting else None
+        return Measured(none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting)
+
+    def put(self, runs: Rows, found: Measured, known: NDArray[np.bool_]) -> None:
+        """Enter what was found of these runs, where it is known."""
+        at = runs[known]
+        self.value[at], self.spread[at], self.n[at] = found.value[known], found.spread[known], found.n[known]
+        if self.per_foot is not None and found.per_foot is not None:
+            self.per_foot[at] = found.per_foot[known]
+        if self.counting and found.counting:
+            np.asarray(self.counting.dwell)[runs] = found.counting.dwell
 
     def _words(self, counting: Counting | None) -> str:
         return self.about.words.format(span=self.span, **(counting.words() if counting else {}))

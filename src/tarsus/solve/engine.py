@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +33,18 @@ class SharedBook:
     """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads."""
 
     def __init__(self, plan: Plan, duration: float) -> None:
-        self.book = ModeBook(plan.system, step_lengths(duration), plan.laws.use_rates)
+        self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
+        self.book = ModeBook(*self._made_of)
+
+    def __getstate__(self) -> tuple[Any, list[int]]:
+        return self._made_of, [mode.mask for mode in self.book.modes]
+
+    def __setstate__(self, state: tuple[Any, list[int]]) -> None:
+        """Make the contact modes again, in the order in which runs met them, by which recorded steps number them."""
+        self._made_of, masks = state
+        self.book = ModeBook(*self._made_of)
+        for mask in masks:
+            self.book.require(mask)
 
 
 @dataclass

@@ -1,0 +1,280 @@
+"""Results of many runs: one event log, measures of all runs at once, and the runs one by one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.arrays import PERIOD_MARK
+from tarsus.errors import InputError
+from tarsus.measure import EventHistories, Judgement, Measured, Measures, RunTable, measured, measures_of, no_measure
+from tarsus.plan import initial_column, law_column
+from tarsus.scene import Scene
+from tarsus.solve import shown
+from tarsus.solve.codes import EventColumns, ResultCode, structured_events
+from tarsus.solve.engine import RawRuns
+from tarsus.solve.march import RawWalks
+from tarsus.solve.walkrun import structured_marks
+from tarsus.spec import with_values
+from tarsus.structure.walker import Walker
+
+if TYPE_CHECKING:
+    import xarray
+
+    from tarsus.files.series import Variable
+
+__all__ = ["Batch", "BatchRun", "Part"]
+
+MOST_ROWS = 1 << 16
+"""Events that measures look at together: about as many as a processor's cache holds columns of."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BatchRun:
+    """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
+
+    base: the batch's scene; values: those that this run has instead, by path; reached [s]: where it stopped early.
+    """
+
+    all_events: np.ndarray
+    foot_names: tuple[str, ...]
+    duration: float
+    period: float
+    code: ResultCode
+    base: Scene
+    values: Mapping[str, float] = field(default_factory=dict)
+    marks: np.ndarray | None = None
+    reached: float | None = None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this run."""
+        return with_values(self.base, self.values) if self.values else self.base
+
+    @property
+    def events(self) -> np.ndarray:
+        """Events in time order, without the period marks."""
+        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+
+    @property
+    def end_time(self) -> float:
+        """Time reached [s]; the duration unless the run stopped early."""
+        return self.duration if self.reached is None else self.reached
+
+    @property
+    def ok(self) -> bool:
+        """True when the run reached its end (and its energy account closed, where the batch keeps accounts)."""
+        return self.code is ResultCode.DONE
+
+
+@dataclass(frozen=True)
+class Part:
+    """What an engine made of some runs of a batch, and their numbers (k,) there."""
+
+    raw: RawRuns | RawWalks
+    members: NDArray[np.int64]
+
+
+@dataclass(frozen=True, repr=False)
+class Batch:
+    """Results of `simulate_batch`: nr runs in the order of the varied values.
+
+    vary: the varied values (nr,) by path; axes: of a grid, the values of each axis by path, the last one running
+    fastest; periods (nr,) [s]: drive period of the statistics; unclosed: numbers of the runs whose energy account is
+    open, None where the batch kept none.
+    """
+
+    scene: Scene
+    vary: Mapping[str, np.ndarray]
+    duration: float
+    periods: Floats
+    parts: Sequence[Part]
+    unclosed: frozenset[int] | None = None
+    axes: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.periods)
+
+    def __repr__(self) -> str:
+        over = f" over {', '.join(self.vary)}" if self.vary else ""
+        ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
+        size = " x ".join(map(str, self.shape))
+        return f"<Batch '{self.scene.name}': {size} runs of {self.duration:g} s{over}; {ended}>"
+
+    def _repr_html_(self) -> str:
+        return shown.batch_table(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return shown.state_of(self, self.scene)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the results: that of the grid, or (nr,)."""
+        return tuple(map(len, self.axes.values())) if self.axes else (len(self),)
+
+    @cached_property
+    def codes(self) -> list[ResultCode]:
+        """How every run ended.
+
+        A batch keeps no steps and so no energy account: `ResultCode.DONE` says here that the end was reached, and
+        `ResultCode.LEDGER_OPEN` occurs only with ``simulate_batch(..., ledger=True)``. One run's account is that of
+        ``simulate(batch.run(i).scene, batch.duration)``.
+        """
+        numbers = np.zeros(len(self), dtype=np.intp)
+        for part in self.parts:
+            numbers[part.members] = part.raw.codes
+        makes = self.scene.ground.makes_energy
+        meaning = {int(one): ResultCode.of(int(one), makes_energy=makes) for one in np.unique(numbers)}
+        found = [meaning[number] for number in numbers.tolist()]
+        for i in self.unclosed or ():
+            found[i] = ResultCode.LEDGER_OPEN
+        return found
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs ended how, by the name of the code, the most frequent first."""
+        return {code.name: count for code, count in Counter(self.codes).most_common()}
+
+    @cached_property
+    def done(self) -> NDArray[np.bool_]:
+        """Which runs (nr,) reached their end."""
+        return np.array([code is ResultCode.DONE for code in self.codes])
+
+    @cached_property
+    def _where(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Part and place there of every run (nr,)."""
+        part, place = np.zeros((2, len(self)), dtype=np.intp)
+        for number, one in enumerate(self.parts):
+            part[one.members], place[one.members] = number, np.arange(len(one.members))
+        return part, place
+
+    def run(self, i: int | tuple[int, ...]) -> BatchRun:
+        """Run number ``i``, or at an index of the grid."""
+        number = int(np.ravel_multi_index(i, self.shape)) if isinstance(i, tuple) else int(i)
+        part, place = (int(one[number]) for one in self._where)
+        raw = self.parts[part].raw
+        values = {path: float(column[number]) for path, column in self.vary.items()}
+        return BatchRun(
+            structured_events(raw.of(place)), tuple(self.scene.robot.feet), self.duration,
+            float(self.periods[number]), self.codes[number], self.scene, values,
+            self._marks([raw.marks_of(place)]) if isinstance(raw, RawWalks) else None, float(raw.finish[place, 0]),
+        )  # fmt: skip
+
+    def events(self, i: int | tuple[int, ...]) -> np.ndarray:
+        """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
+        return self.run(i).events
+
+    def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
+        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
+        return measures_of(self.run(i), **options)
+
+    def measure(self, name: str, **options: Any) -> Floats:
+        """One measure of every run, computed alone, of the batch's shape; NaN for runs that did not reach their end.
+
+        Options ``period``, ``skip``, ``height`` and ``dwell`` as for `tarsus.measure.period_statistics`.
+        Raises InputError for a name that no measure has.
+        """
+        return self.measured((name,), **options)[name].value.reshape(self.shape)
+
+    def measured(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Measured]:
+        """Measures (nr,) of all runs with spread and feet: all that there are, or those of ``names`` at the cost of
+        these alone. Runs that did not reach their end have NaN; options as for `measure`.
+
+        Raises InputError for names that no measure has.
+        """
+        joined: dict[str, Measured] = {}
+        for members, table in self.tables():
+            for name, one in measured(Judgement(table, **options), names).items():
+                if name not in joined:
+                    joined[name] = one.blank(len(self))
+                joined[name].put(members, one, self.done[members])
+        if names is not None and (wrong := [name for name in names if name not in joined]):
+            known = measured(Judgement(next(self.tables())[1], **options))
+            raise InputError([no_measure(name, known) for name in wrong])
+        return joined
+
+    def histories(self, feet: Sequence[int] | None = None) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
+        """What feet did, all or those of these numbers, a number of runs at a time: their numbers, and histories."""
+        m = len(self.scene.robot.feet)
+        for members, table in self.tables():
+            yield members, EventHistories(table.events, table.first, table.ends, range(m) if feet is None else feet, m)
+
+    def tables(self) -> Iterator[tuple[NDArray[np.int64], RunTable]]:
+        """The runs as measures see them, some at a time, that the work fits into a processor's cache: their numbers, and
+        the table."""
+        block: list[Part] = []
+        rows = 0
+        for part in self.parts:
+            if block and rows + len(part.raw.events) > MOST_ROWS:
+                yield self._table(block)
+                block, rows = [], 0
+            block.append(part)
+            rows += len(part.raw.events)
+        if block:
+            yield self._table(block)
+
+    def _table(self, parts: Sequence[Part]) -> tuple[NDArray[np.int64], RunTable]:
+        members = np.concatenate([part.members for part in parts])
+        raws = [part.raw for part in parts]
+        walks = [raw for raw in raws if isinstance(raw, RawWalks)]
+        variant = self._variants[0][members] if walks else np.zeros(len(members), dtype=np.intp)
+        table = RunTable(
+            EventColumns([raw.events for raw in raws]), _joined([raw.event_end for raw in raws]),
+            tuple(self.scene.robot.feet), np.concatenate([raw.finish[:, 0] for raw in raws]), self.periods[members],
+            variant, self._variant if walks else lambda _: self.scene,
+        )  # fmt: skip
+        if not walks:
+            return members, table
+        marks = self._marks([raw.marks for raw in walks])
+        return members, replace(table, marks=marks, mark_first=_joined([raw.mark_end for raw in walks]))
+
+    def _marks(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        walker = self.scene.robot.structure
+        assert isinstance(walker, Walker)
+        return structured_marks(np.concatenate(rows), walker.body_size, len(self.scene.robot.feet))
+
+    @cached_property
+    def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
+        """Number (nr,) of the description that each run has, parameters of ground laws and start aside, and what each
+        changes in the batch's scene."""
+        paths = [p for p in self.vary if law_column(self.scene, p) is None and initial_column(self.scene, p) is None]
+        if not paths:
+            return np.zeros(len(self), dtype=np.intp), [{}]
+        rows, number = np.unique(np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True)
+        return number.ravel(), [dict(zip(paths, map(float, row), strict=True)) for row in rows]
+
+    def _variant(self, number: int) -> Scene:
+        values = self._variants[1][number]
+        return with_values(self.scene, values) if values else self.scene
+
+    def variables(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Variable]:
+        """Measures, all or those of ``names``, as plain arrays by name, see `to_dataset`."""
+        from tarsus.solve.labelled import batch_variables
+
+        return batch_variables(self, self.measured(names, **options))
+
+    def to_dataset(self, names: Collection[str] | None = None, **options: Any) -> xarray.Dataset:
+        """Measures, all or those of ``names``, as an xarray Dataset with units and definitions as attributes.
+
+        Of a grid every path is a dimension; else the runs are the dimension ``run``, with the varied values as its
+        coordinates. Each measure has its spread from period to period beside it, of several feet the number of each,
+        and ``code`` tells how the run ended. Options as for `measure`.
+        """
+        from tarsus.files.series import dataset_of
+
+        attrs = {"title": self.scene.name, "duration_s": self.duration}
+        return dataset_of(self.variables(names, **options), attrs).set_coords([] if self.axes else list(self.vary))
+
+
+def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
+    """Where the rows of each run begin, and where the last ones end, of several batches one after the other."""
+    shift = np.cumsum([0, *(int(end[-1]) if len(end) else 0 for end in ends)])
+    return np.concatenate([[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]).astype(np.intp)
