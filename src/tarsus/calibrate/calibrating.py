@@ -24,7 +24,6 @@ from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
 from tarsus.laws import Law
 from tarsus.plan import source_hash
-from tarsus.solve import simulate_batch
 
 __all__ = ["Calibrated", "Solution", "calibrate", "solve"]
 
@@ -195,9 +194,6 @@ def calibrate(
         if out is None
         else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
     )
-    simulate_batch(
-        described.study.scene, {}, 1e-6 * described.study.scene.duration
-    )  # compiles before threads
     solution = solve(lowered.problem, described.study.search, store, progress)
     result = Calibrated(
         described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import Counting, by_window, foot_history, window_statistics
-from tarsus.solve.batch import BatchRun
+from tarsus.measure import Counting, by_window, window_statistics
+from tarsus.solve import Batch
 from tarsus.solve.codes import EVENT_TYPE
 
 __all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "unit_of"]
@@ -44,13 +44,18 @@ def unit_of(measure: str) -> str:
 
 
 def readings(
-    run: BatchRun, foot: int, names: Sequence[str], edges: Floats, resolution: float
+    batch: Batch, foot: int, names: Sequence[str], edges: Floats, resolution: float
 ) -> NDArray[np.float64]:
-    """Measures (names, windows) of a foot in windows between ``edges`` (nw + 1,) [s]; NaN where a window has none.
+    """Measures (nr, names, windows) of a foot of every run in windows between ``edges`` (nw + 1,) [s]; NaN where a
+    window has none.
 
     Those of `PER_PERIOD` are scaled from the window to the drive period.
     """
-    history = foot_history(run.all_events, foot, run.end_time)
-    found = by_window({"foot": history}, edges, Counting.of(run.period, resolution), names)
-    scale = run.period / np.diff(edges)
-    return np.array([found[name][0] * (scale if name in PER_PERIOD else 1.0) for name in names])
+    out = np.full((len(batch), len(names), len(edges) - 1), np.nan)
+    for members, histories in batch.histories([foot]):
+        period = batch.periods[members]
+        found = by_window(histories, edges, Counting.of(period, resolution), names)
+        scale = period[:, None] / np.diff(edges)
+        for i, name in enumerate(names):
+            out[members, i] = found[name] * (scale if name in PER_PERIOD else 1.0)
+    return out

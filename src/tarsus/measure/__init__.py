@@ -12,8 +12,9 @@ from tarsus.measure.history import (
     Knots,
     Points,
 )
-from tarsus.measure.measure import Caution, CautionKind, Measure, Measured, Measures, Scope, no_measure
+from tarsus.measure.measure import Caution, CautionKind, Measure, Measured, Measures, Moments, Scope, no_measure
 from tarsus.measure.periods import (
+    PER_WINDOW,
     by_period,
     by_window,
     histories_of,
@@ -28,6 +29,7 @@ from tarsus.measure.whole import whole_run_statistics
 __all__ = [
     "COUNTED",
     "DWELL",
+    "PER_WINDOW",
     "RESOLUTION",
     "STANDSTILL",
     "Caution",
@@ -43,6 +45,7 @@ __all__ = [
     "Measure",
     "Measured",
     "Measures",
+    "Moments",
     "Points",
     "RunTable",
     "Scope",

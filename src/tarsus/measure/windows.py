@@ -125,7 +125,15 @@ class Seen:
         k = windows.number(own, times * (1.0 - 1e-12))
         begin = windows.edges[windows.first[own]]
         found = np.flatnonzero((k >= 0) & (k < windows.count[own]) & (times >= begin))
-        out = largest(windows.cell[own[found]] + k[found], windows.cell[-1], values[found])
+        return self._most(windows.cell[own[found]] + k[found], values[found])
+
+    def most(self, own: Rows, times: Floats, values: Floats) -> Floats:
+        """Largest value at times in each window, NaN where there is none."""
+        found, cell = self._inside(own, times)
+        return self._most(cell, values[found])
+
+    def _most(self, cell: Rows, values: Floats) -> Floats:
+        out = largest(cell, self.windows.cell[-1], values)
         return np.where(np.isfinite(out), out, np.nan)
 
     @cached_property
