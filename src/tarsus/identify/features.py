@@ -134,7 +134,9 @@ def simulated(
     tables = list(batch.tables())
     parts = [_found(Judgement(table, skip=skip, height=resolution), kinds) for _, table in tables]
     order = np.argsort(np.concatenate([members for members, _ in tables]))
-    values, spread = (np.concatenate(rows)[order] for rows in zip(*((one.values, one.spread) for one in parts), strict=True))
+    values, spread = (
+        np.concatenate(rows)[order] for rows in zip(*((one.values, one.spread) for one in parts), strict=True)
+    )
     return replace(
         parts[0], values=np.where(done, values, np.nan), spread=np.where(done, spread, np.nan),
         periods=min(one.periods for one in parts),
@@ -157,7 +159,9 @@ def _found(judgement: Judgement, kinds: Sequence[str]) -> Batched:
     for k, kind in enumerate(kinds):
         if kind not in measures:
             highest = _highest_rebounds(judgement)
-            values[:, :, k], spread[:, :, k] = (one.reshape(runs, -1) for one in (highest.mean, highest.spread))
+            values[:, :, k], spread[:, :, k] = (
+                one.reshape(runs, -1) for one in (highest.mean, highest.spread)
+            )
         elif (each := measures[kind].per_foot) is not None:
             values[:, :, k], spread[:, :, k] = each, measures[kind].spread[:, None]
     names = tuple(kind if len(feet) == 1 else f"{kind}.{foot}" for foot in feet for kind in kinds)

@@ -18,7 +18,16 @@ from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import STILL, Trace
-from tarsus.measure import RESOLUTION, Counting, Flights, KnownHistories, Knots, Points, by_window, periods_used
+from tarsus.measure import (
+    RESOLUTION,
+    Counting,
+    Flights,
+    Knots,
+    KnownHistories,
+    Points,
+    by_window,
+    periods_used,
+)
 from tarsus.solve import ResultCode, simulate
 
 __all__ = ["Comparison", "Contacts", "compare", "contacts_of"]

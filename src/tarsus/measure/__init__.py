@@ -8,11 +8,20 @@ from tarsus.measure.history import (
     EventHistories,
     Flights,
     Histories,
-    KnownHistories,
     Knots,
+    KnownHistories,
     Points,
 )
-from tarsus.measure.measure import Caution, CautionKind, Measure, Measured, Measures, Moments, Scope, no_measure
+from tarsus.measure.measure import (
+    Caution,
+    CautionKind,
+    Measure,
+    Measured,
+    Measures,
+    Moments,
+    Scope,
+    no_measure,
+)
 from tarsus.measure.periods import (
     PER_WINDOW,
     by_period,
@@ -40,8 +49,8 @@ __all__ = [
     "Histories",
     "Judged",
     "Judgement",
-    "KnownHistories",
     "Knots",
+    "KnownHistories",
     "Measure",
     "Measured",
     "Measures",

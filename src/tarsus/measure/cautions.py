@@ -57,7 +57,9 @@ def _of_feet(seen: Seen) -> list[tuple[Floats, np.ndarray]]:
     counted = np.zeros(len(flights.apex), dtype=bool)
     counted[flights.bounces(seen.counting)] = True
     begun, own = flights.start[hops], flights.own[hops]
-    hops = hops[(begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])]
+    hops = hops[
+        (begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])
+    ]
     feet = np.searchsorted(flights.own[hops], np.arange(len(flights.until) + 1))
     return [(flights.apex[hops[a:b]], counted[hops[a:b]]) for a, b in pairwise(feet)]
 

@@ -41,9 +41,7 @@ class Counting:
     dwell: float | Floats
 
     @classmethod
-    def of(
-        cls, period: float | Floats, height: float = RESOLUTION, dwell: float | None = None
-    ) -> Counting:
+    def of(cls, period: float | Floats, height: float = RESOLUTION, dwell: float | None = None) -> Counting:
         """The rule for a drive period [s]; ``dwell`` is `DWELL`, or a tenth of the period if that is shorter, unless
         it is given."""
         if dwell is not None:
@@ -53,7 +51,9 @@ class Counting:
 
     def of_one(self, number: int) -> Counting:
         """The rule of one of them."""
-        return Counting(self.height, float(self.dwell if np.ndim(self.dwell) == 0 else np.asarray(self.dwell)[number]))
+        return Counting(
+            self.height, float(self.dwell if np.ndim(self.dwell) == 0 else np.asarray(self.dwell)[number])
+        )
 
     def words(self) -> dict[str, str]:
         """Height and dwell for a sentence; a dwell that differs from run to run is told from least to most."""
@@ -180,23 +180,10 @@ class Flights:
         return out
 
 
-class Histories(Protocol):
-    """What nh feet did, each in its run: flights, impacts with their approach speeds [m/s], the highest gaps seen [m],
-    and the integral of the gap."""
-
-    @property
-    def flights(self) -> Flights: ...
-    @property
-    def impacts(self) -> Points: ...
-    @property
-    def tops(self) -> Points: ...
-    @property
-    def knots(self) -> Knots: ...
-
-
 @dataclass(frozen=True)
 class KnownHistories:
-    """`Histories` that are known already, as from a record."""
+    """What nh feet did that is known already, as from a record: flights, impacts with their approach speeds [m/s], the
+    highest gaps seen [m], and the integral of the gap."""
 
     flights: Flights
     impacts: Points
@@ -212,12 +199,13 @@ class Columns(Protocol):
 
 @dataclass(frozen=True)
 class EventHistories:
-    """`Histories` from the events of nr runs; of m feet that are asked for, foot f of run r has number ``r m + f``.
+    """The same as `KnownHistories`, from the events of nr runs: of m feet that are asked for, foot f of run r has number
+    ``r m + f``.
 
     events: fields time, foot, kind, speed_before, apex, apex_time, gap_integral, period marks included (kind 6), run
     after run, each foot's in the order in which the engine met them; first (nr + 1,): run r has rows
-    ``first[r]:first[r + 1]``; ends (nr,) [s]: the time that each run reached; feet: numbers of the m feet, of ``among``.
-    Nothing is computed before it is asked for.
+    ``first[r]:first[r + 1]``; ends (nr,) [s]: the time that each run reached; feet: numbers of the m feet among so
+    many. Nothing is computed before it is asked for.
     """
 
     events: Columns
@@ -332,6 +320,10 @@ class EventHistories:
         last = of[1:][down] - 1
         time[last], integral[last] = self._until[down], integral[last - 1]
         return Knots(of, time, integral)
+
+
+Histories = EventHistories | KnownHistories
+"""What feet did."""
 
 
 def _airborne(kind: np.ndarray, touching: Rows, first: Rows) -> NDArray[np.bool_]:

@@ -171,7 +171,9 @@ class Measured:
         none = np.full(runs, np.nan)
         feet = None if self.per_foot is None else np.full((runs, len(self.feet)), np.nan)
         counting = Counting(self.counting.height, none.copy()) if self.counting else None
-        return Measured(none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting)
+        return Measured(
+            none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting
+        )
 
     def put(self, runs: Rows, found: Measured, known: NDArray[np.bool_]) -> None:
         """Enter what was found of these runs, where it is known."""
@@ -188,7 +190,9 @@ class Measured:
     def of(self, run: int) -> Measure:
         """The measure of one run."""
         counting = self.counting.of_one(run) if self.counting else None
-        per_foot = {} if self.per_foot is None else dict(zip(self.feet, self.per_foot[run].tolist(), strict=True))
+        per_foot = (
+            {} if self.per_foot is None else dict(zip(self.feet, self.per_foot[run].tolist(), strict=True))
+        )
         height = counting.height if counting and "{height}" in self.about.words else None
         dwell = float(counting.dwell) if counting and "{dwell}" in self.about.words else None
         return Measure(
@@ -220,7 +224,8 @@ def of_feet(
     The scope tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
     m = len(feet)
-    count, mean, spread = (one.reshape(runs, m) for one in (found.count, found.mean, found.spread))
+    count = found.count.reshape(runs, m)
+    mean, spread = (one.reshape(runs, m) for one in (found.mean, found.spread))
     met = count > 0
     some = met.any(axis=1)
     if m and about.scope is Scope.WORST:

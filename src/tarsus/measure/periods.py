@@ -56,7 +56,9 @@ def period_statistics(
 
 def cautions_of(judgement: Judgement, found: Mapping[str, Measure]) -> list[Caution]:
     """Warnings on measures by drive period of a single run."""
-    return cautions(judgement.seen, judgement.table.feet, found, count=judgement.windows.count[0], periods=True)
+    return cautions(
+        judgement.seen, judgement.table.feet, found, count=judgement.windows.count[0], periods=True
+    )
 
 
 def by_period(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
@@ -107,8 +109,8 @@ def by_window(
     counting: Counting,
     names: Iterable[str] | None = None,
 ) -> dict[str, Floats]:
-    """Measures (nh, np) of nh feet in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none: all that
-    `period_statistics` has, or those in ``names``."""
+    """Measures (nh, np) of nh feet in each window between ``edges`` (np + 1,) [s], SI, NaN where there is none: all
+    that `period_statistics` has, or those in ``names``."""
     count = len(histories.flights.until)
     seen = Seen(histories, Windows.alike(edges, count), counting)
     wanted = PER_WINDOW if names is None else names
@@ -121,7 +123,12 @@ def _measured(
     own, count = seen.windows.own, len(seen.windows.count)
     return {
         name: of_feet(
-            Moments.of(PER_WINDOW[name].of(seen), own, count), len(table), table.feet, PER_WINDOW[name], span, counting
+            Moments.of(PER_WINDOW[name].of(seen), own, count),
+            len(table),
+            table.feet,
+            PER_WINDOW[name],
+            span,
+            counting,
         )
         for name in names
     }
@@ -183,7 +190,8 @@ _BOUNCE = (
 PER_WINDOW: dict[str, _PerWindow] = {
     "bounces": _PerWindow("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", lambda seen: seen.bounces),
     "contact_duration": _PerWindow(
-        "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included", lambda seen: seen.contact,
+        "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included",
+        lambda seen: seen.contact,
     ),
     "peak": _PerWindow(
         "m", Scope.WORST,
@@ -196,7 +204,8 @@ PER_WINDOW: dict[str, _PerWindow] = {
     ),
     "mean_height": _PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
     "bounces_per_second": _PerWindow(
-        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}", lambda seen: seen.bounces / seen.windows.lengths,
+        "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}",
+        lambda seen: seen.bounces / seen.windows.lengths,
     ),
     "rebounds": _PerWindow(
         "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds

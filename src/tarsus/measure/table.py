@@ -113,9 +113,11 @@ class Judgement:
     def seen(self) -> Seen:
         """What every foot of every run did, by drive period."""
         m = len(self.table.feet)
-        whole = (np.repeat(one, m) for one in (*self.used, self.spans, self.table.ends))
-        windows = self.windows if m == 1 else Windows.of_periods(*whole)
-        return Seen(self.histories, windows, self.by_foot)
+        if m == 1:
+            return Seen(self.histories, self.windows, self.by_foot)
+        dropped, count = (np.repeat(one, m) for one in self.used)
+        spans, ends = (np.repeat(one, m) for one in (self.spans, self.table.ends))
+        return Seen(self.histories, Windows.of_periods(dropped, count, spans, ends), self.by_foot)
 
     @cached_property
     def by_foot(self) -> Counting:

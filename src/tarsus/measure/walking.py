@@ -135,7 +135,13 @@ class _Walks:
         if self.table.marks is not None:
             return self.table.marks
         m = len(self.table.feet)
-        kind = [("time", "f8"), ("body", "f8", (1,)), ("slipped", "f8", (m,)), ("lowest", "f8"), ("highest", "f8")]
+        kind = [
+            ("time", "f8"),
+            ("body", "f8", (1,)),
+            ("slipped", "f8", (m,)),
+            ("lowest", "f8"),
+            ("highest", "f8"),
+        ]
         return np.zeros(0, dtype=kind)
 
     @cached_property

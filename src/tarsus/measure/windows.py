@@ -27,8 +27,8 @@ class Windows:
 
     @classmethod
     def of_periods(cls, dropped: Rows, count: Rows, span: Floats, reached: Floats) -> Windows:
-        """Drive periods of length ``span`` (nh,) [s] from number ``dropped`` (nh,) to ``count`` (nh,); a single one ends
-        where the run does at the latest."""
+        """Drive periods of length ``span`` (nh,) [s] from number ``dropped`` (nh,) to ``count`` (nh,); a single one
+        ends where the run does at the latest."""
         first = firsts(count - dropped + 1)
         own = owners(first)
         edges = (dropped[own] + places(first)) * span[own]
@@ -120,7 +120,7 @@ class Seen:
         return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
 
     def largest(self, own: Rows, times: Floats, values: Floats) -> Floats:
-        """Largest value in each window, NaN where there is none; one at an edge is what the window before it rose to."""
+        """Largest value in each window, NaN where there is none; one at an edge is where the window before it got."""
         windows = self.windows
         k = windows.number(own, times * (1.0 - 1e-12))
         begin = windows.edges[windows.first[own]]

@@ -46,8 +46,8 @@ def simulate_batch(
         The scene; values that do not vary are its own.
     vary
         Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
-        length, run i having the values number i. Runs that differ in parameters of ground laws and in initial state only
-        share everything else.
+        length, run i having the values number i. Runs that differ in parameters of ground laws and in initial state
+        only share everything else.
     duration
         Model time of every run [s].
     grid
@@ -101,7 +101,9 @@ def simulate_batch(
             _check_starts(scene, engine.plan, initial)
         for first in range(0, len(members), _CHUNK):
             part = slice(first, first + _CHUNK)
-            jobs.append(_Job(engine, parameters[part], initial[part], float(periods[members[0]]), members[part]))
+            jobs.append(
+                _Job(engine, parameters[part], initial[part], float(periods[members[0]]), members[part])
+            )
     if ledger:
         return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads)
     parts = spread(lambda job: job.run(accuracy, track), jobs, threads)
@@ -119,7 +121,9 @@ class _Job:
     members: NDArray[np.int64]
 
     def run(self, accuracy: Accuracy | None, track: bool) -> Part:
-        return Part(self.engine.run(self.parameters, self.initial, self.period, accuracy, track), self.members)
+        return Part(
+            self.engine.run(self.parameters, self.initial, self.period, accuracy, track), self.members
+        )
 
 
 def _filled(

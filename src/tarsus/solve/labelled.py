@@ -38,7 +38,7 @@ def measure_variables(
     per_foot: np.ndarray | None,
     notes: Mapping[str, Any],
 ) -> dict[str, Variable]:
-    """A measure as variables over ``dims``: value and spread of their shape, and where it is given that of each foot."""
+    """A measure as variables over ``dims``: value and spread of their shape, and that of each foot where given."""
     notes = {"units": about.unit, "scope": str(about.scope), **notes}
     out = {
         name: Variable(dims, value, {"long_name": about.definition, **notes}),
@@ -76,7 +76,9 @@ def batch_variables(batch: Batch, found: Mapping[str, Measured]) -> dict[str, Va
     out["code"] = outcome_variable(codes, meanings, dims, {})
     for name, one in found.items():
         each = one.per_foot.reshape(*shape, len(feet)) if one.per_foot is not None and len(feet) > 1 else None
-        out |= measure_variables(name, one, dims, one.value.reshape(shape), one.spread.reshape(shape), each, {})
+        out |= measure_variables(
+            name, one, dims, one.value.reshape(shape), one.spread.reshape(shape), each, {}
+        )
     if any("foot" in variable.dims for variable in out.values()):
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out

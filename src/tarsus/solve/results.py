@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
-from tarsus.measure import EventHistories, Judgement, Measured, Measures, RunTable, measured, measures_of, no_measure
+from tarsus.measure import (
+    EventHistories,
+    Judgement,
+    Measured,
+    Measures,
+    RunTable,
+    measured,
+    measures_of,
+    no_measure,
+)
 from tarsus.plan import initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve import shown
@@ -201,15 +210,20 @@ class Batch:
             raise InputError([no_measure(name, known) for name in wrong])
         return joined
 
-    def histories(self, feet: Sequence[int] | None = None) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
+    def histories(
+        self, feet: Sequence[int] | None = None
+    ) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
         """What feet did, all or those of these numbers, a number of runs at a time: their numbers, and histories."""
         m = len(self.scene.robot.feet)
         for members, table in self.tables():
-            yield members, EventHistories(table.events, table.first, table.ends, range(m) if feet is None else feet, m)
+            yield (
+                members,
+                EventHistories(table.events, table.first, table.ends, range(m) if feet is None else feet, m),
+            )
 
     def tables(self) -> Iterator[tuple[NDArray[np.int64], RunTable]]:
-        """The runs as measures see them, some at a time, that the work fits into a processor's cache: their numbers, and
-        the table."""
+        """The runs as measures see them, so many at a time that the work fits into a processor's cache: their numbers,
+        and the table."""
         block: list[Part] = []
         rows = 0
         for part in self.parts:
@@ -245,10 +259,16 @@ class Batch:
     def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
         """Number (nr,) of the description that each run has, parameters of ground laws and start aside, and what each
         changes in the batch's scene."""
-        paths = [p for p in self.vary if law_column(self.scene, p) is None and initial_column(self.scene, p) is None]
+        paths = [
+            p
+            for p in self.vary
+            if law_column(self.scene, p) is None and initial_column(self.scene, p) is None
+        ]
         if not paths:
             return np.zeros(len(self), dtype=np.intp), [{}]
-        rows, number = np.unique(np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True)
+        rows, number = np.unique(
+            np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True
+        )
         return number.ravel(), [dict(zip(paths, map(float, row), strict=True)) for row in rows]
 
     def _variant(self, number: int) -> Scene:
@@ -271,10 +291,14 @@ class Batch:
         from tarsus.files.series import dataset_of
 
         attrs = {"title": self.scene.name, "duration_s": self.duration}
-        return dataset_of(self.variables(names, **options), attrs).set_coords([] if self.axes else list(self.vary))
+        return dataset_of(self.variables(names, **options), attrs).set_coords(
+            [] if self.axes else list(self.vary)
+        )
 
 
 def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
     """Where the rows of each run begin, and where the last ones end, of several batches one after the other."""
     shift = np.cumsum([0, *(int(end[-1]) if len(end) else 0 for end in ends)])
-    return np.concatenate([[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]).astype(np.intp)
+    return np.concatenate(
+        [[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]
+    ).astype(np.intp)

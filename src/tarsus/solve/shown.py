@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,11 @@ def run_table(run: Run) -> str:
     """A run and its measures as an HTML table."""
     code = run.__dict__.get("code", run.ended)
     rows = [
-        (name, _number(one.value, one.unit), "" if one.spread != one.spread else _number(one.spread, one.unit))
+        (
+            name,
+            _number(one.value, one.unit),
+            "" if one.spread != one.spread else _number(one.spread, one.unit),
+        )
         for name, one in run.measures.items()
     ]
     title = f"{run.scene.name}: {run.duration:g} s, {len(run.events)} events. {code.value}"
@@ -43,7 +47,12 @@ def batch_table(batch: Batch) -> str:
 
     known = float_paths(batch.scene)
     rows = [
-        (path, str(len(np.unique(values))), _number(values.min(), known[path].unit), _number(values.max(), known[path].unit))
+        (
+            path,
+            str(len(np.unique(values))),
+            _number(values.min(), known[path].unit),
+            _number(values.max(), known[path].unit),
+        )
         for path, values in batch.vary.items()
     ]
     ended = ", ".join(f"{count} {code}" for code, count in batch.outcomes.items())
@@ -64,14 +73,14 @@ def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> st
     return f"<table><caption>{escape(title)}</caption>{line(head, 'th')}{body}</table>"
 
 
-def state_of(result: Any, scene: Scene) -> Mapping[str, Any]:
+def state_of(result: Any, scene: Scene) -> dict[str, Any]:
     """What is pickled of a run or batch: its fields, without what is found from them when asked.
 
     Raises InputError where the scene has a law whose class another process could not import.
     """
     lost = [
-        f"ground.laws.{name}: the class {type(law).__name__} is in no module that another process can import, so that this "
-        "cannot be pickled; put its file where Python finds modules, and import it"
+        f"ground.laws.{name}: the class {type(law).__name__} is in no module that another process can import, so that "
+        "this cannot be pickled; put its file where Python finds modules, and import it"
         for name, law in scene.ground.laws.items()
         if not _importable(type(law))
     ]
@@ -81,10 +90,11 @@ def state_of(result: Any, scene: Scene) -> Mapping[str, Any]:
 
 
 def _importable(kind: type) -> bool:
-    """Whether another process finds a class by its name: a law file that was loaded by its path is in no module there."""
+    """Whether another process finds a class by its name: not so one of a law file that was loaded by its path."""
     if "<locals>" in kind.__qualname__:
         return False
-    if kind.__module__ == "__main__":  # a script is run again by a process that it starts; what was typed is lost
+    # a script is run again by a process that it starts; what was typed is lost
+    if kind.__module__ == "__main__":
         return hasattr(sys.modules["__main__"], "__file__")
     top = kind.__module__.partition(".")[0]
     return any(finder.find_spec(top, None) is not None for finder in sys.meta_path)

@@ -104,7 +104,9 @@ def foot_statistics(
 
     def some(first: int) -> tuple[list[str], Floats]:
         numbers = range(first, min(first + _TOGETHER, seeds))
-        initial = np.array([np.concatenate([still, random_velocities(scene, name, seed)]) for seed in numbers])
+        initial = np.array(
+            [np.concatenate([still, random_velocities(scene, name, seed)]) for seed in numbers]
+        )
         parameters = np.repeat(plan.laws.parameters[None], len(initial), axis=0)
         raw = execute(
             plan, whole, parameters=parameters, initial=initial, book=book, accuracy=ACCURACY, period=period

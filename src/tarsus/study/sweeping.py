@@ -143,7 +143,9 @@ def score_runs(
     slices = [sweep.unit(unit) for unit in range(sweep.units)]
     chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
     parts = []
-    for part, arrays in zip(slices, spread(lambda one: work_unit(sweep, one, shared), chosen, threads), strict=True):
+    for part, arrays in zip(
+        slices, spread(lambda one: work_unit(sweep, one, shared), chosen, threads), strict=True
+    ):
         parts.append(arrays)
         if progress is not None:
             progress(part.stop, sweep.runs)
