@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from tarsus.measure import Judgement, RunTable, measured, measures_of
+import tarsus as ts
+from tarsus.measure import PER_WINDOW, Judgement, PerWindow, RunTable, Scope, measured, measures_of
 from tarsus.solve.codes import EVENT_TYPE
+from tarsus.study.scores import offered
 
 BOUNCE, CAPTURE, RELEASE, REST, START, MARK = 1, 2, 3, 4, 5, 6
 
@@ -111,8 +114,7 @@ class Plain:
 
     @property
     def bounces(self) -> list[float]:
-        pairs = zip(self.seen, self.seen[1:], strict=False)
-        return [b["start"] for a, b in pairs if b["start"] - a["end"] < self.dwell]
+        return [b["start"] for a, b in pairwise(self.seen) if b["start"] - a["end"] < self.dwell]
 
     def rebounds(self, height: float) -> list[float]:
         return [one["start"] for one in self.flights if one["rebound"] and one["apex"] > height]
@@ -131,7 +133,7 @@ class Plain:
 def of_foot(plain: Plain, edges: list[float]) -> dict[str, list[float]]:
     """Measures of a foot in every period."""
     out: dict[str, list[float]] = {}
-    for k, (a, b) in enumerate(zip(edges, edges[1:], strict=False)):
+    for k, (a, b) in enumerate(pairwise(edges)):
         last = k == len(edges) - 2
 
         def inside(time: float, a: float = a, b: float = b, last: bool = last) -> bool:
@@ -212,6 +214,25 @@ def test_runs_beside_each_other_change_nothing_to_the_last_bit(feet):
             assert repr(every[name].of(r)) == repr(one)
             if 7 <= r < 19:
                 assert repr(some[name].of(18 - r)) == repr(one)
+
+
+def test_a_measure_that_is_added_is_one_of_runs_batches_and_sweeps(monkeypatch):
+    def shortest(seen):
+        flights = seen.flights
+        hops = flights.hops(seen.counting.height)
+        return -seen.most(flights.own[hops], flights.start[hops], flights.start[hops] - flights.end[hops])
+
+    words = "shortest flight that begins in a {span} and clears {height}"
+    monkeypatch.setitem(PER_WINDOW, "shortest_flight", PerWindow("s", Scope.MEAN, words, shortest))
+    scene = ts.load_scene("cantilever")
+    run = ts.simulate(scene, 0.06)
+    assert run.measures.shortest_flight.definition.startswith(
+        "shortest flight that begins in a drive period and clears 0.1"
+    )
+    assert 0.0 < run.measures.shortest_flight.value < 0.02
+    batch = ts.simulate_batch(scene, {}, 0.06)
+    assert batch.measure("shortest_flight")[0] == pytest.approx(run.measures.shortest_flight.value, rel=1e-4)
+    assert "shortest_flight" in offered(scene, 0.06)
 
 
 def test_a_rest_that_is_told_late_takes_its_place():

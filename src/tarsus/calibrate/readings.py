@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import Counting, by_window, window_statistics
+from tarsus.measure import PER_WINDOW, Counting, by_window
 from tarsus.solve import Batch
-from tarsus.solve.codes import EVENT_TYPE
 
 __all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "unit_of"]
 
@@ -23,19 +21,9 @@ MOTION = {"swing": "m", "oscillations_per_step": "1"}
 """Measures of the foot's motion in a single recorded run, for constraints; see `tarsus.calibrate.motion`."""
 
 
-class _Still:
-    """A foot that does nothing, for asking which measures there are."""
-
-    all_events = np.zeros(0, EVENT_TYPE)
-    foot_names = ("foot",)
-    end_time = 1.0
-    period = 1.0
-
-
-@lru_cache(maxsize=1)
 def known_measures() -> dict[str, str]:
     """SI unit of every measure of a window, by name."""
-    return {name: one.unit for name, one in window_statistics(_Still(), 0.0, 1.0).items()}
+    return {name: one.unit for name, one in PER_WINDOW.items()}
 
 
 def unit_of(measure: str) -> str:

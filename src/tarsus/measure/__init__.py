@@ -24,6 +24,7 @@ from tarsus.measure.measure import (
 )
 from tarsus.measure.periods import (
     PER_WINDOW,
+    PerWindow,
     by_period,
     by_window,
     histories_of,
@@ -33,7 +34,7 @@ from tarsus.measure.periods import (
 )
 from tarsus.measure.table import Judged, Judgement, RunTable, periods_used
 from tarsus.measure.walking import STANDSTILL, measured, measures_of, walk_statistics
-from tarsus.measure.whole import whole_run_statistics
+from tarsus.measure.whole import WHOLE_RUN, InWholeRun, whole_run_statistics
 
 __all__ = [
     "COUNTED",
@@ -41,12 +42,14 @@ __all__ = [
     "PER_WINDOW",
     "RESOLUTION",
     "STANDSTILL",
+    "WHOLE_RUN",
     "Caution",
     "CautionKind",
     "Counting",
     "EventHistories",
     "Flights",
     "Histories",
+    "InWholeRun",
     "Judged",
     "Judgement",
     "Knots",
@@ -55,6 +58,7 @@ __all__ = [
     "Measured",
     "Measures",
     "Moments",
+    "PerWindow",
     "Points",
     "RunTable",
     "Scope",

@@ -199,7 +199,7 @@ class Columns(Protocol):
 
 @dataclass(frozen=True)
 class EventHistories:
-    """The same as `KnownHistories`, from the events of nr runs: of m feet that are asked for, foot f of run r has number
+    """The same as `KnownHistories`, from events of nr runs: of m feet that are asked for, foot f of run r has number
     ``r m + f``.
 
     events: fields time, foot, kind, speed_before, apex, apex_time, gap_integral, period marks included (kind 6), run

@@ -177,7 +177,7 @@ def _hardest(seen: Seen) -> Floats:
 
 
 @dataclass(frozen=True)
-class _PerWindow(Definition):
+class PerWindow(Definition):
     """A measure whose values (nw,) are those of every window of every foot."""
 
     of: Callable[[Seen], Floats]
@@ -187,38 +187,38 @@ _BOUNCE = (
     "flights from a touchdown to the next, or cut off by the end, whose apex clears {height}, after a contact shorter "
     "than {dwell}, however they began"
 )
-PER_WINDOW: dict[str, _PerWindow] = {
-    "bounces": _PerWindow("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", lambda seen: seen.bounces),
-    "contact_duration": _PerWindow(
+PER_WINDOW: dict[str, PerWindow] = {
+    "bounces": PerWindow("1", Scope.MEAN, f"bounces per {{span}}: {_BOUNCE}", lambda seen: seen.bounces),
+    "contact_duration": PerWindow(
         "s", Scope.MEAN, "total time per {span} with zero gap, flights below {height} included",
         lambda seen: seen.contact,
     ),
-    "peak": _PerWindow(
+    "peak": PerWindow(
         "m", Scope.WORST,
         "peak oscillation amplitude: from the contact level to the highest point in a {span}; 0 if always held",
         _peak,
     ),
-    "mean_apex": _PerWindow(
+    "mean_apex": PerWindow(
         "m", Scope.MEAN, "mean of the highest points in a {span} of the flights from the ground that clear {height}",
         _mean_apex,
     ),
-    "mean_height": _PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
-    "bounces_per_second": _PerWindow(
+    "mean_height": PerWindow("m", Scope.MEAN, "gap averaged over the time of a {span}", _mean_height),
+    "bounces_per_second": PerWindow(
         "1/s", Scope.MEAN, f"bounces in a {{span}} over its length: {_BOUNCE}",
         lambda seen: seen.bounces / seen.windows.lengths,
     ),
-    "rebounds": _PerWindow(
+    "rebounds": PerWindow(
         "1", Scope.MEAN, "flights per {span} that begin by restitution and clear {height}", _rebounds
     ),
-    "duty_factor": _PerWindow("1", Scope.MEAN, "contact duration over {span}, flights below {height} included",
+    "duty_factor": PerWindow("1", Scope.MEAN, "contact duration over {span}, flights below {height} included",
         lambda seen: seen.contact / seen.windows.lengths,
     ),
-    "impacts": _PerWindow("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included", _impacts),
-    "impact_speed": _PerWindow(
+    "impacts": PerWindow("1", Scope.MEAN, "touchdowns per {span}, captures and chatter included", _impacts),
+    "impact_speed": PerWindow(
         "m/s", Scope.MEAN, "mean approach speed of the touchdowns in a {span}", _mean_impact
     ),
-    "hardest_impact": _PerWindow(
+    "hardest_impact": PerWindow(
         "m/s", Scope.WORST, "highest approach speed of a touchdown in a {span}", _hardest
     ),
 }  # fmt: skip
-"""Measures of a foot in a window of time, by name."""
+"""Measures of a foot in a window of time, by name; one that is added here runs, batches, sweeps and tables have too."""

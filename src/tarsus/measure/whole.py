@@ -16,7 +16,7 @@ __all__ = ["in_whole_run", "whole_run_statistics"]
 
 
 @dataclass(frozen=True)
-class _WholeRun(Definition):
+class InWholeRun(Definition):
     """A measure with one value (nh,) for every foot."""
 
     of: Callable[[Histories, Counting], Floats]
@@ -36,30 +36,31 @@ def _longest(histories: Histories, counting: Counting) -> Floats:
     return np.maximum(largest(own, len(histories.flights.until), end - start), 0.0)
 
 
-_WHOLE_RUN = {
-    "max_peak": _WholeRun(
+WHOLE_RUN = {
+    "max_peak": InWholeRun(
         "m", Scope.WORST, "highest gap in the whole run after its start, a flight from its start included",
         _highest,
     ),
-    "total_bounces": _WholeRun(
+    "total_bounces": InWholeRun(
         "1", Scope.MEAN,
         "bounces in the whole run: flights from a touchdown to the next, or cut off by the end, whose apex "
         "clears {height}, after a contact shorter than {dwell}, however they began",
         lambda feet, counting: _number(feet, feet.flights.bounces(counting)),
     ),
-    "total_rebounds": _WholeRun(
+    "total_rebounds": InWholeRun(
         "1", Scope.MEAN, "flights in the whole run that begin by restitution and clear {height}",
         lambda feet, counting: _number(feet, feet.flights.rebounds(counting.height)),
     ),
-    "total_rebounds_any_height": _WholeRun(
+    "total_rebounds_any_height": InWholeRun(
         "1", Scope.MEAN,
         "flights in the whole run that begin by restitution, however low: a simulation has no resolution",
         lambda feet, _: _number(feet, feet.flights.rebounds(0.0)),
     ),
-    "longest_contact": _WholeRun(
+    "longest_contact": InWholeRun(
         "s", Scope.WORST, "longest contact in the whole run, flights below {height} included", _longest
     ),
 }  # fmt: skip
+"""Measures of a foot in a whole run, by name; likewise."""
 
 
 def whole_run_statistics(
@@ -79,6 +80,6 @@ def in_whole_run(judgement: Judgement, names: Collection[str] | None = None) -> 
             Moments.of(one.of(histories, judgement.by_foot), np.arange(number), number), runs, feet, one,
             counting=judgement.counting,
         )
-        for name, one in _WHOLE_RUN.items()
+        for name, one in WHOLE_RUN.items()
         if names is None or name in names
     }  # fmt: skip

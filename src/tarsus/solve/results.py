@@ -46,7 +46,7 @@ MOST_ROWS = 1 << 16
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BatchRun:
     """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
 
@@ -62,6 +62,9 @@ class BatchRun:
     values: Mapping[str, float] = field(default_factory=dict)
     marks: np.ndarray | None = None
     reached: float | None = None
+
+    def __repr__(self) -> str:
+        return f"<BatchRun '{self.base.name}': {self.duration:g} s, {self.code.name}, {len(self.events)} events>"
 
     @cached_property
     def scene(self) -> Scene:
