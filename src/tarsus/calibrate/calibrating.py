@@ -169,7 +169,7 @@ def calibrate(
     seed
         Seed of the search instead of the study's own.
     threads
-        Worker threads; all cores by default. The result does not depend on them.
+        Worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         Continue what the folder holds.
     laws

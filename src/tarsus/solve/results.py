@@ -118,8 +118,7 @@ class Batch:
     def __repr__(self) -> str:
         over = f" over {', '.join(self.vary)}" if self.vary else ""
         ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
-        size = " x ".join(map(str, self.shape))
-        return f"<Batch '{self.scene.name}': {size} runs of {self.duration:g} s{over}; {ended}>"
+        return f"<Batch '{self.scene.name}': {shown.runs_of(self)}{over}; {ended}>"
 
     def _repr_html_(self) -> str:
         return shown.batch_table(self)

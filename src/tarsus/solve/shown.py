@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
 
-__all__ = ["batch_table", "run_line", "run_table", "state_of"]
+__all__ = ["batch_table", "run_line", "run_table", "runs_of", "state_of"]
 
 
 def run_line(run: Run) -> str:
@@ -41,6 +41,11 @@ def run_table(run: Run) -> str:
     return _table(title, ("measure", "value", "spread"), rows)
 
 
+def runs_of(batch: Batch) -> str:
+    """How many runs a batch has, by axis of a grid, and how long each is."""
+    return f"{' x '.join(map(str, batch.shape))} run{'' if len(batch) == 1 else 's'} of {batch.duration:g} s"
+
+
 def batch_table(batch: Batch) -> str:
     """A batch and what varies in it as an HTML table."""
     from tarsus.spec import float_paths
@@ -56,8 +61,7 @@ def batch_table(batch: Batch) -> str:
         for path, values in batch.vary.items()
     ]
     ended = ", ".join(f"{count} {code}" for code, count in batch.outcomes.items())
-    size = " x ".join(map(str, batch.shape))
-    title = f"{batch.scene.name}: {size} runs of {batch.duration:g} s; {ended}"
+    title = f"{batch.scene.name}: {runs_of(batch)}; {ended}"
     return _table(title, ("varied", "values", "least", "greatest"), rows)
 
 
