@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from tarsus.measure import scene_period
 from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, RawRuns
+from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Engine, Shared, engine_for
 from tarsus.solve.results import Batch, BatchRun, Part
 from tarsus.solve.simulate import check_duration, simulate
@@ -121,9 +121,8 @@ class _Job:
     members: NDArray[np.int64]
 
     def run(self, accuracy: Accuracy | None, track: bool) -> Part:
-        return Part(
-            self.engine.run(self.parameters, self.initial, self.period, accuracy, track), self.members
-        )
+        raw = self.engine.run(self.parameters, self.initial, self.period, accuracy, track)
+        return Part.of(raw, self.members)
 
 
 def _filled(
@@ -153,8 +152,7 @@ def _with_accounts(
             with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy
         )
         open_ = run.code is ResultCode.LEDGER_OPEN
-        raw = replace(run.raw, trace=run.raw.trace[:0].copy()) if isinstance(run.raw, RawRuns) else run.raw
-        return Part(raw, np.array([i])), open_
+        return Part.of(run.raw, np.array([i])), open_
 
     found = list(spread(work, range(len(periods)), threads))
     unclosed = frozenset(i for i, (_, open_) in enumerate(found) if open_)

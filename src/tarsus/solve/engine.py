@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,17 +35,20 @@ class SharedBook:
 
     def __init__(self, plan: Plan, duration: float) -> None:
         self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
-        self.book = ModeBook(*self._made_of)
+        self._met: list[int] = []
+        _ = self.book  # now, not when threads first meet there
 
-    def __getstate__(self) -> tuple[Any, list[int]]:
-        return self._made_of, [mode.mask for mode in self.book.modes]
+    @cached_property
+    def book(self) -> ModeBook:
+        """The contact modes, those of a pickle in the order in which its runs met them: recorded steps number them."""
+        book = ModeBook(*self._made_of)
+        for mask in self._met:
+            book.require(mask)
+        return book
 
-    def __setstate__(self, state: tuple[Any, list[int]]) -> None:
-        """Make the contact modes again, in the order in which runs met them, by which recorded steps number them."""
-        self._made_of, masks = state
-        self.book = ModeBook(*self._made_of)
-        for mask in masks:
-            self.book.require(mask)
+    def __getstate__(self) -> dict[str, Any]:
+        met = [mode.mask for mode in self.book.modes]
+        return {"_made_of": self._made_of, "_met": met}
 
 
 @dataclass

@@ -64,7 +64,9 @@ class BatchRun:
     reached: float | None = None
 
     def __repr__(self) -> str:
-        return f"<BatchRun '{self.base.name}': {self.duration:g} s, {self.code.name}, {len(self.events)} events>"
+        return (
+            f"<BatchRun '{self.base.name}': {self.duration:g} s, {self.code.name}, {len(self.events)} events>"
+        )
 
     @cached_property
     def scene(self) -> Scene:
@@ -89,10 +91,22 @@ class BatchRun:
 
 @dataclass(frozen=True)
 class Part:
-    """What an engine made of some runs of a batch, and their numbers (k,) there."""
+    """What an engine made of some runs of a batch, whose numbers there are ``members`` (k,): see `RawRuns`, and for the
+    marks of walkers `RawWalks`. Contact modes and step tables are not kept."""
 
-    raw: RawRuns | RawWalks
     members: NDArray[np.int64]
+    codes: np.ndarray
+    events: np.ndarray
+    event_end: np.ndarray
+    ends: Floats
+    marks: np.ndarray | None
+    mark_end: np.ndarray
+
+    @classmethod
+    def of(cls, raw: RawRuns | RawWalks, members: NDArray[np.int64]) -> Part:
+        """From all runs of a call of an engine."""
+        marks, end = (raw.marks, raw.mark_end) if isinstance(raw, RawWalks) else (None, np.zeros(0, np.intp))
+        return cls(members, raw.codes, raw.events, raw.event_end, raw.finish[:, 0].copy(), marks, end)
 
 
 @dataclass(frozen=True, repr=False)
@@ -141,7 +155,7 @@ class Batch:
         """
         numbers = np.zeros(len(self), dtype=np.intp)
         for part in self.parts:
-            numbers[part.members] = part.raw.codes
+            numbers[part.members] = part.codes
         makes = self.scene.ground.makes_energy
         meaning = {int(one): ResultCode.of(int(one), makes_energy=makes) for one in np.unique(numbers)}
         found = [meaning[number] for number in numbers.tolist()]
@@ -171,12 +185,12 @@ class Batch:
         """Run number ``i``, or at an index of the grid."""
         number = int(np.ravel_multi_index(i, self.shape)) if isinstance(i, tuple) else int(i)
         part, place = (int(one[number]) for one in self._where)
-        raw = self.parts[part].raw
+        one = self.parts[part]
+        marks = None if one.marks is None else self._marks([_rows(one.marks, one.mark_end, place)])
         values = {path: float(column[number]) for path, column in self.vary.items()}
         return BatchRun(
-            structured_events(raw.of(place)), tuple(self.scene.robot.feet), self.duration,
-            float(self.periods[number]), self.codes[number], self.scene, values,
-            self._marks([raw.marks_of(place)]) if isinstance(raw, RawWalks) else None, float(raw.finish[place, 0]),
+            structured_events(_rows(one.events, one.event_end, place)), tuple(self.scene.robot.feet), self.duration,
+            float(self.periods[number]), self.codes[number], self.scene, values, marks, float(one.ends[place]),
         )  # fmt: skip
 
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
@@ -196,8 +210,8 @@ class Batch:
         return self.measured((name,), **options)[name].value.reshape(self.shape)
 
     def measured(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Measured]:
-        """Measures (nr,) of all runs with spread and feet: all that there are, or those of ``names`` at the cost of
-        these alone. Runs that did not reach their end have NaN; options as for `measure`.
+        """Measures (nr,) of all runs with spread and feet: all that there are, or those of ``names``, in their order,
+        at the cost of these alone. Runs that did not reach their end have NaN; options as for `measure`.
 
         Raises InputError for names that no measure has.
         """
@@ -210,7 +224,7 @@ class Batch:
         if names is not None and (wrong := [name for name in names if name not in joined]):
             known = measured(Judgement(next(self.tables())[1], **options))
             raise InputError([no_measure(name, known) for name in wrong])
-        return joined
+        return joined if names is None else {name: joined[name] for name in names}
 
     def histories(
         self, feet: Sequence[int] | None = None
@@ -229,28 +243,32 @@ class Batch:
         block: list[Part] = []
         rows = 0
         for part in self.parts:
-            if block and rows + len(part.raw.events) > MOST_ROWS:
+            if block and rows + len(part.events) > MOST_ROWS:
                 yield self._table(block)
                 block, rows = [], 0
             block.append(part)
-            rows += len(part.raw.events)
+            rows += len(part.events)
         if block:
             yield self._table(block)
 
     def _table(self, parts: Sequence[Part]) -> tuple[NDArray[np.int64], RunTable]:
         members = np.concatenate([part.members for part in parts])
-        raws = [part.raw for part in parts]
-        walks = [raw for raw in raws if isinstance(raw, RawWalks)]
-        variant = self._variants[0][members] if walks else np.zeros(len(members), dtype=np.intp)
+        marks = [part.marks for part in parts if part.marks is not None]
         table = RunTable(
-            EventColumns([raw.events for raw in raws]), _joined([raw.event_end for raw in raws]),
-            tuple(self.scene.robot.feet), np.concatenate([raw.finish[:, 0] for raw in raws]), self.periods[members],
-            variant, self._variant if walks else lambda _: self.scene,
+            EventColumns([part.events for part in parts]), _joined([part.event_end for part in parts]),
+            tuple(self.scene.robot.feet), np.concatenate([part.ends for part in parts]), self.periods[members],
+            np.zeros(len(members), dtype=np.intp), lambda _: self.scene,
         )  # fmt: skip
-        if not walks:
+        if not marks:
             return members, table
-        marks = self._marks([raw.marks for raw in walks])
-        return members, replace(table, marks=marks, mark_first=_joined([raw.mark_end for raw in walks]))
+        first = _joined([part.mark_end for part in parts])
+        return members, replace(
+            table,
+            variant=self._variants[0][members],
+            scene=self._variant,
+            marks=self._marks(marks),
+            mark_first=first,
+        )
 
     def _marks(self, rows: Sequence[np.ndarray]) -> np.ndarray:
         walker = self.scene.robot.structure
@@ -296,6 +314,11 @@ class Batch:
         return dataset_of(self.variables(names, **options), attrs).set_coords(
             [] if self.axes else list(self.vary)
         )
+
+
+def _rows(rows: np.ndarray, ends: np.ndarray, place: int) -> np.ndarray:
+    """Those of one run."""
+    return rows[ends[place - 1] if place else 0 : ends[place]]
 
 
 def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:

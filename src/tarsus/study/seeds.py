@@ -113,7 +113,9 @@ def foot_statistics(
         )
         codes = [ResultCode.of(int(code), makes_energy=scene.ground.makes_energy) for code in raw.codes]
         done = np.array([code is ResultCode.DONE for code in codes])
-        batch = Batch(scene, {}, whole, np.full(len(initial), period), [Part(raw, np.arange(len(initial)))])
+        batch = Batch(
+            scene, {}, whole, np.full(len(initial), period), [Part.of(raw, np.arange(len(initial)))]
+        )
         rows = _judge(batch, name, settle, resolution, window)[done]
         for _ in numbers:
             if on_done is not None:

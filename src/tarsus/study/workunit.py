@@ -56,11 +56,10 @@ def work_unit(
     for first, batch in _batches(sweep, points, count, shared or Shared()):
         part = slice(first, first + len(batch))
         code[part] = [_NUMBERS[outcome.name] for outcome in batch.codes]
-        for name, measure in batch.measured(names).items():
-            at = names.index(name)
-            value[part, at], spread[part, at] = measure.value, measure.spread
+        for j, measure in enumerate(batch.measured(names).values()):
+            value[part, j], spread[part, j] = measure.value, measure.spread
             if measure.per_foot is not None:
-                per_foot[part, at] = measure.per_foot
+                per_foot[part, j] = measure.per_foot
     return {"code": code, "value": value, "spread": spread, "per_foot": per_foot}
 
 
