@@ -293,7 +293,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
             terms = [term for term in terms if term[0] != column]
         for law in laws:
             terms.append((column, -1, len(programs), USER + len(extra)))
-            programs.append(translate(type(law).function(), len(kind.leading), law.name()))
+            programs.append(translate(type(law).function(), len(law.leading)))
             extra += law.parameters()
             if isinstance(law, SmoothLaw) and law.uses_rate:
                 flags |= hooks.USES_RATE

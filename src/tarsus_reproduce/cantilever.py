@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import changed
 from tarsus.measure import Counting, by_window, histories_of
 from tarsus.study.relative import relative_error
 from tarsus_reproduce.cases import Case, Observation, packaged_cases, read_cases
-from tarsus_reproduce.mixtures import packaged_members
+from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses
 from tarsus_reproduce.predictions import Floats, Member, Prediction, Samples, members_of, predict, role_of
 
 SETTLING_TIME, SETTLING_PERIODS = 0.1, 4
@@ -62,7 +63,7 @@ class Predictions:
 class Row:
     """One case and our prediction over `periods` drive periods after transients of every member.
 
-    p_bounce: share of the drive periods with a bounce; role: whether the device was calibrated on this row; codes: of
+    p_bounce: probability of a bounce in a drive period; role: whether the device was calibrated on this row; codes: of
     the runs that did not reach their end.
     """
 
@@ -101,10 +102,15 @@ class Row:
 
 @dataclass(frozen=True)
 class CantileverReproduction:
-    """All rows for one device, or a mixture of them."""
+    """All rows for one device, or a mixture of them.
+
+    calibration: for the packaged mixture what its calibration says of the fitted rows and of each row left out (see
+    `tarsus_reproduce.mixtures.packaged_errors`).
+    """
 
     device: str
     rows: tuple[Row, ...]
+    calibration: dict[str, Any] | None = None
 
     @property
     def ok(self) -> bool:
@@ -126,7 +132,8 @@ class CantileverReproduction:
         return whole
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data: `device`, `rows`, `summary`; lengths in um and times in ms, as in the table."""
+        """Plain data: `device`, `rows`, `summary`, and `calibration` for the packaged mixture; lengths in um and times
+        in ms, as in the table."""
         return {
             "device": self.device,
             "ok": self.ok,
@@ -158,14 +165,17 @@ def reproduce_cantilever(
         for an unknown device or a bad rows file.
     """
     members = members_of(packaged_members("cantilever") if device is None else device)
+    misses = packaged_misses("cantilever") if device is None else {}
     cases = packaged_cases() + (read_cases(rows) if rows is not None else [])
     done: list[Row] = []
     for number, case in enumerate(cases):
         if progress is not None:
             progress(number, len(cases), f"{case.freq_hz:g} Hz, {case.volt_v:g} V, {case.wave}")
-        done.append(simulate_case(members, case))
+        done.append(simulate_case(members, case, misses))
     name = device if isinstance(device, str) else f"cantilever, a mixture of {len(members)}"
-    return CantileverReproduction(name, tuple(done))
+    return CantileverReproduction(
+        name, tuple(done), packaged_errors("cantilever") if device is None else None
+    )
 
 
 def periods_of(freq_hz: float) -> tuple[int, int]:
@@ -225,8 +235,11 @@ def compare(reference: Sequence[Observation], simulated: Sequence[Observation]) 
     return table
 
 
-def simulate_case(members: Sequence[Member], case: Case) -> Row:
-    """Simulate one case with every member, and take it apart by drive period after transients."""
+def simulate_case(members: Sequence[Member], case: Case, misses: Mapping[str, Miss] | None = None) -> Row:
+    """Simulate one case with every member, and take it apart by drive period after transients.
+
+    misses: what the mixture is known to miss of "bounces", "peak" and "contact"; nothing where it is left out.
+    """
     from tarsus.solve import simulate
 
     dropped, seen = periods_of(case.freq_hz)
@@ -244,13 +257,16 @@ def simulate_case(members: Sequence[Member], case: Case) -> Row:
             whole = edges[1:] <= run.end_time * (1.0 + 1e-9)  # a run that stopped early has fewer periods
             of_member.append((member.weight, rows[name][0][whole]))
     samples = {name: Samples.joined(of_member) for name, of_member in parts.items()}
-    found = Predictions(*(predict(samples[name]).scaled(unit) for name, unit in _UNITS.items()))
-    role = role_of(members, case.origin, bool(case.measured))
-    return Row(case, found, samples["bounces"].share(1.0), seen, role, tuple(codes))
+    known = misses or {}
+    found = Predictions(
+        *(predict(samples[name], known.get(column)).scaled(unit) for name, (column, unit) in _UNITS.items())
+    )
+    chance = samples["bounces"].share(1.0, known.get("bounces"))
+    return Row(case, found, chance, seen, role_of(members, case.origin, bool(case.measured)), tuple(codes))
 
 
-_UNITS = {"bounces": 1.0, "peak": 1e6, "contact_duration": 1e3}
-"""Measure -> factor to the unit of the table."""
+_UNITS = {"bounces": ("bounces", 1.0), "peak": ("peak", 1e6), "contact_duration": ("contact", 1e3)}
+"""Measure -> its name in the study, and the factor to the unit of the table."""
 
 
 def _merits(pairs: Sequence[tuple[float | None, float | None]]) -> dict[str, Any]:

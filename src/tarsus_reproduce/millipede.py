@@ -307,7 +307,7 @@ def judge_scene(
     _walker(scene)
     reading = FilmReading.of(scene)
     said = scored_trends(reading) if scored_only else TRENDS
-    sweeps = _sweeps(scene, list(dict.fromkeys(trend.study for trend in said)), duration, coarse)
+    sweeps = _sweeps(scene, _measured(said, scored_only), duration, coarse)
     swept: dict[str, Swept] = {}
     for number, (study, sweep) in enumerate(sweeps.items()):
         if say is not None:
@@ -333,16 +333,30 @@ def _walker(scene: Scene) -> Walker:
     return walker
 
 
+def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, ...]]:
+    """The studies of trends, each with the measures that it is run for: all that it has, which is the empty tuple, or
+    those that are scored."""
+    needed: dict[str, tuple[str, ...]] = {}
+    for trend in said:
+        own = needed.get(trend.study, ())
+        needed[trend.study] = (*own, trend.measures[0]) if scored_only and trend.measures[0] not in own else own
+    return needed
+
+
 def _sweeps(
-    scene: Scene, studies: Sequence[str], duration: float | None, coarse: Coarse | None
+    scene: Scene, studies: Mapping[str, tuple[str, ...]], duration: float | None, coarse: Coarse | None
 ) -> dict[str, Sweep]:
-    """Packaged studies on a scene, by name."""
+    """Packaged studies on a scene, by name, with the measures given there, or their own."""
     sweeps: dict[str, Sweep] = {}
     problems: list[str] = []
-    for study in studies:
+    for study, measures in studies.items():
         packaged = load_sweep(study)
         table = {name: getattr(packaged, name) for name in type(packaged).model_fields}
-        own: dict[str, Any] = {"scene": scene, "duration": duration or packaged.duration}
+        own: dict[str, Any] = {
+            "scene": scene,
+            "duration": duration or packaged.duration,
+            "measures": measures or packaged.measures,
+        }
         if coarse is not None:
             path, restitution = packaged.vary
             axis = packaged.vary[path].model_copy(update={"count": coarse.values})

@@ -2,7 +2,8 @@
 
 A number of a table was read from some drive periods or a short window, and a bouncing foot does something else in each.
 A prediction is therefore a distribution: over the periods or windows of a run, over random initial states, and over the
-devices that fit, each with its weight.
+devices that fit, each with its weight; and over what the model misses, for a mixture that knows it from rows that were
+left out (`tarsus.calibrate.prediction`: the same numbers and the same function).
 """
 
 from __future__ import annotations
@@ -14,16 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.calibrate.prediction import Miss, median_and_interval
 from tarsus.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.scene import Scene, Source
 
-__all__ = ["INTERVAL", "Member", "Prediction", "Samples", "members_of", "predict", "role_of"]
+__all__ = ["Member", "Prediction", "Samples", "members_of", "predict", "role_of"]
 
 Floats = NDArray[np.float64]
-
-INTERVAL = 0.8
-"""Probability that the interval holds."""
 
 
 @dataclass(frozen=True)
@@ -83,11 +82,15 @@ class Samples:
             np.concatenate([np.full(len(values), weight / max(len(values), 1)) for weight, values in parts]),
         )
 
-    def share(self, least: float) -> float | None:
-        """Share of the weight with a value of at least so much; None without values."""
+    def share(self, least: float, miss: Miss | None = None) -> float | None:
+        """Probability that there is so much: share of the weight, mixed where the model is known to be wrong; None
+        without values."""
         known = np.isfinite(self.values)
         total = float(self.weights[known].sum())
-        return float(self.weights[known & (self.values >= least)].sum() / total) if total > 0.0 else None
+        if total <= 0.0:
+            return None
+        plain = float(self.weights[known & (self.values >= least)].sum() / total)
+        return plain if miss is None else miss.chance(plain)
 
 
 @dataclass(frozen=True)
@@ -110,14 +113,10 @@ class Prediction:
         }
 
 
-def predict(samples: Samples) -> Prediction:
-    """Median and 80 % interval of weighted values, by linear interpolation between the middles of their weights."""
+def predict(samples: Samples, miss: Miss | None = None) -> Prediction:
+    """Median and 80 % interval of weighted values [SI], with what the model misses where that is known."""
     known = np.isfinite(samples.values) & (samples.weights > 0.0)
-    if not known.any():
-        return Prediction(math.nan, math.nan, math.nan)
-    order = np.argsort(samples.values[known], kind="stable")
-    values, weights = samples.values[known][order], samples.weights[known][order]
-    middle = (np.cumsum(weights) - 0.5 * weights) / weights.sum()
-    tail = 0.5 * (1.0 - INTERVAL)
-    low, median, high = np.interp([tail, 0.5, 1.0 - tail], middle, values).tolist()
-    return Prediction(median, low, high)
+    values, weights = samples.values[known], samples.weights[known]
+    return Prediction(
+        *median_and_interval(*((values, weights) if miss is None else miss.widened(values, weights)))
+    )

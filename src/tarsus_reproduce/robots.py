@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from tarsus.calibrate.prediction import Miss
 from tarsus.drive.waveforms import Sine, Square
 from tarsus.errors import InputError
 from tarsus.files.library import changed
@@ -17,7 +18,7 @@ from tarsus.spec import with_values
 from tarsus.study.relative import relative_error
 from tarsus.study.seeds import Statistics, foot_statistics
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
-from tarsus_reproduce.mixtures import packaged_members
+from tarsus_reproduce.mixtures import packaged_members, packaged_misses
 from tarsus_reproduce.predictions import Member, Prediction, Samples, members_of, predict, role_of
 from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios, read_scenarios
 
@@ -196,13 +197,14 @@ def reproduce_robot(
         For an unknown device, a device without drive or foot, or a bad rows file.
     """
     members = members_of((packaged_members(robot) or robot) if device is None else device)
+    misses = packaged_misses(robot) if device is None else {}
     own_seeds = math.ceil(seeds / len(members))
     scenarios = packaged_scenarios(robot) + (read_scenarios(rows) if rows is not None else [])
     done: list[Row] = []
     for number, scenario in enumerate(scenarios):
         if progress is not None:
             progress(number, len(scenarios), describe(scenario))
-        done.append(_row(members, scenario, robot, own_seeds, column))
+        done.append(_row(members, scenario, robot, own_seeds, column, misses))
     name = device if isinstance(device, str) else _named(robot, members, device is None)
     scene = members[0].scene
     return RobotReproduction(
@@ -249,7 +251,14 @@ def scenario_scene(scene: Scene, scenario: Scenario, freq_hz: float) -> Scene:
     return changed(scene, hz=freq_hz, wave=scenario.wave, **changes)
 
 
-def _row(members: Sequence[Member], scenario: Scenario, robot: str, seeds: int, column: HeightColumn) -> Row:
+def _row(
+    members: Sequence[Member],
+    scenario: Scenario,
+    robot: str,
+    seeds: int,
+    column: HeightColumn,
+    misses: Mapping[str, Miss],
+) -> Row:
     found: dict[bool, list[tuple[float, Statistics]]] = {True: [], False: []}
     frequencies = [scenario.freq_hz or drive_frequency(robot, one.scene, scenario.wave) for one in members]
     for member, freq_hz in zip(members, frequencies, strict=True):
@@ -258,24 +267,27 @@ def _row(members: Sequence[Member], scenario: Scenario, robot: str, seeds: int, 
             one = scene if small_forces else with_values(scene, {"ground.small_forces": False})
             statistics = foot_statistics(one, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
             of_members.append((member.weight, statistics))
-    ours, without = (_outcome(of_members, seeds, column) for of_members in found.values())
+    ours, without = (_outcome(of_members, seeds, column, misses) for of_members in found.values())
     return Row(
         scenario, frequencies[0], ours, without, role_of(members, scenario.origin, bool(scenario.measured))
     )
 
 
-def _outcome(found: Sequence[tuple[float, Statistics]], seeds: int, column: HeightColumn) -> Outcome:
+def _outcome(
+    found: Sequence[tuple[float, Statistics]], seeds: int, column: HeightColumn, misses: Mapping[str, Miss]
+) -> Outcome:
+    """The study's "mean" is a mean of apexes: what it misses says nothing of a mean over time."""
     bounces, peak, mean, apex = (
         Samples.joined([(weight, getattr(one, name)) for weight, one in found])
         for name in ("bounces", "peak", "mean", "apex")
     )
     failed = tuple(problem for _, one in found for problem in one.failed)
-    height = mean if column is HeightColumn.TIME_MEAN else apex
+    apexes = predict(apex, misses.get("mean")).scaled(1e6)
     return Outcome(
-        predict(bounces),
-        predict(peak).scaled(1e6),
-        predict(height).scaled(1e6),
-        predict(apex).scaled(1e6),
+        predict(bounces, misses.get("bounces")),
+        predict(peak, misses.get("peak")).scaled(1e6),
+        predict(mean).scaled(1e6) if column is HeightColumn.TIME_MEAN else apexes,
+        apexes,
         bounces.share(0.5 / WINDOW),  # half a bounce a window: any
         len(found) * seeds - len(failed),
         failed,

@@ -52,7 +52,7 @@ def hung(structure: str, rules: ts.Ground, damping=2e-6, speed=0.0, force=None, 
         robot=ts.Robot(
             structure=body,
             drives={"up": ts.Drive(load=ts.PointLoad(weights={"foot": 1.0}), law=LinearForce(gain=1.0))},
-            feet={"foot": ts.Foot(point="foot", gap=GAP)},
+            feet={"foot": ts.Foot(point="foot", gap=GAP, electrode="up")},
         ),
         ground=rules,
         signals={} if force is None else {"up": force},
@@ -119,6 +119,24 @@ def test_the_pull_as_printed_has_the_spring_press_and_the_damper_pull(structure)
         event, _ = landed(structure, rules, speed=0.5, damping=damping)
         assert event["kind"] == kind
         assert event["pull"] == pytest.approx(PULL, rel=1e-9)
+
+
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+def test_the_ground_that_attracts_is_no_part_of_the_pull_as_printed(structure):
+    """An attraction that outweighs spring and damper is in the true pull, but does not decide as printed."""
+    e, damping, volts, offset = 0.5, 2e-4, 1e-9, 1e-3
+    drawn = ts.Electrostatic(coefficient=100.0 * PULL * offset**2 / volts**2, offset=offset)
+
+    def first(adhesion):
+        rules = ground(ts.PullAsPrinted(), e, adhesion, electrostatic=drawn)
+        return landed(structure, rules, damping=damping, speed=0.5, force=ts.Constant(level=volts))[0]
+
+    printed = -PULL + volts + damping * e * first(None)["speed_before"]
+    assert 0.0 < printed < 100.0 * PULL
+    for factor, kind in ((0.999, BOUNCE), (1.001, CAPTURE)):
+        event = first(factor * printed)
+        assert event["kind"] == kind
+        assert event["pull"] == pytest.approx(-99.0 * PULL + volts, rel=1e-3)
 
 
 @pytest.mark.parametrize("structure", ["lumped", "walker"])

@@ -13,7 +13,7 @@ from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.studyfile import load_study
 from tarsus.measure import window_statistics
 from tarsus_reproduce.cantilever import reproduce_cantilever
-from tarsus_reproduce.mixtures import packaged_members
+from tarsus_reproduce.mixtures import packaged_errors, packaged_members, packaged_misses, thinned
 from tarsus_reproduce.predictions import members_of
 from tarsus_reproduce.robots import scenario_scene
 from tarsus_reproduce.scenarios import packaged_scenarios
@@ -95,18 +95,25 @@ def test_the_hexapod_s_mixture_is_small_and_its_members_differ_in_what_was_fitte
     assert packaged_members("quadruped") == ()
 
 
-def bouncing(scene: ts.Scene) -> np.ndarray:
-    """Bounces [1/s], peak and mean height [um], medians (3,) over ten windows of 50 ms after 0.2 s.
+def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():
+    weights = np.array([0.1, *[0.02] * 20, *[0.05] * 10])
+    kept, share = thinned(weights, 6)
+    assert kept[0] == 0 and len(kept) == 6 and share.sum() == pytest.approx(1.0)
+    assert share[0] == pytest.approx(0.1)
+    heavy = sum(part for place, part in zip(kept, share, strict=True) if place > 20)
+    assert heavy == pytest.approx(0.9 * 0.5 / 0.9, abs=0.1)
+    assert thinned(weights[:4], 6)[0] == [0, 1, 2, 3]
 
-    The best branch reads "Avg. height" as the mean over time.
-    """
+
+def bouncing(scene: ts.Scene) -> np.ndarray:
+    """Bounces [1/s], peak and mean apex [um], means (3,) over ten windows of 50 ms after 0.2 s."""
     run = ts.simulate(scene, 0.7, ts.Accuracy(gap=1e-7))
     found = [window_statistics(run, 0.2 + 0.05 * n, 0.05) for n in range(10)]
-    names = (("bounces_per_second", 1.0), ("peak", 1e6), ("mean_height", 1e6))
-    return np.array([np.nanmedian([one[name].value * unit for one in found]) for name, unit in names])
+    names = (("bounces_per_second", 1.0), ("peak", 1e6), ("mean_apex", 1e6))
+    return np.array([np.nanmean([one[name].value * unit for one in found]) for name, unit in names])
 
 
-def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_a_wide_gap():
+def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
     (device,) = members_of("hexapod")
     errors = []
     for scenario in packaged_scenarios("hexapod")[:2]:
@@ -115,7 +122,26 @@ def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_a_wide_gap(
         seen = scenario.measured
         goal = np.array([seen.bounces_per_s, seen.peak_um, seen.mean_um])
         errors.append(np.abs(bouncing(scene) / goal - 1.0))
-        wide = ts.with_values(scene, {"robot.feet.foot1.gap": 20e-6})
-        late = window_statistics(ts.simulate(wide, 0.5, ts.Accuracy(gap=1e-7)), 0.2, 0.3)
-        assert late["impacts"].value == 0.0
+        gaps, shares = (axis.ravel() for axis in np.meshgrid([20e-6, 30e-6, 40e-6], [0.3, 0.6, 1.0]))
+        drive = scene.signals["pzt"]
+        vary = {
+            "robot.feet.foot1.gap": gaps,
+            "signals.pzt.amplitude": shares * drive.amplitude,
+            "signals.pzt.offset": shares * drive.offset,
+        }
+        batch = ts.simulate_batch(scene, vary, 0.5, accuracy=ts.Accuracy(gap=1e-7))
+        for n in range(len(gaps)):
+            assert window_statistics(batch.run(n), 0.2, 0.3)["impacts"].value == 0.0, (gaps[n], shares[n])
     assert np.mean(errors) < 0.20
+
+
+def test_the_cantilever_s_mixture_knows_what_it_misses_and_how_well_rows_left_out_were_predicted():
+    misses, errors = packaged_misses("cantilever"), packaged_errors("cantilever")
+    assert set(misses) == {"bounces", "peak", "contact"} and all(one.sigma >= 1.0 for one in misses.values())
+    assert errors is not None
+    trained, left = errors["training"]["measures"], errors["left_out"]["measures"]
+    assert (
+        trained["peak"]["mean_relative_error"] <= 0.116 and trained["contact"]["mean_relative_error"] <= 0.18
+    )
+    assert all(0.65 <= one["held"] <= 0.95 for one in left.values())
+    assert left["bounces"]["brier"] <= 0.25

@@ -64,3 +64,18 @@ def test_reproduction_of_rows_without_reference() -> None:
     for row in result["rows"]:
         row["source"] = row["measured"] = None
     assert "50 Hz 8 V sine" in Page(cantilever_html(result)).text.replace("\u00a0", " ")
+
+
+def test_page_puts_rows_left_out_beside_those_calibrated_on() -> None:
+    def part(error: float, brier: float) -> dict[str, Any]:
+        peak = {"mean_relative_error": error, "held": 0.75, "brier": None}
+        return {"measures": {"peak": peak, "bounces": {**peak, "held": 0.5, "brier": brier}}, "held": 0.7}
+
+    calibration = {"training": part(0.114, 0.16), "left_out": part(0.119, 0.24)}
+    page = Page(cantilever_html(reproduction_result() | {"calibration": calibration}))
+    assert "Calibrated on and left out" in page.text
+    for told in ("11 %", "12 %", "75 %", "0.16", "0.24"):
+        assert told in page.text
+    alone = cantilever_html(reproduction_result() | {"calibration": calibration | {"left_out": None}})
+    assert "0.16" in alone and "0.24" not in alone
+    assert "left out" not in Page(cantilever_html(reproduction_result())).text.replace("rows left out", "")

@@ -11,6 +11,7 @@ import tarsus as ts
 from reproduce.coarse_studies import FEW, overdamped, ringing
 from tarsus.study.studyfile import load_sweep
 from tarsus_reproduce.millipede import (
+    Coarse,
     MillipedeReproduction,
     Outcome,
     Score,
@@ -106,6 +107,16 @@ def test_every_payload_of_a_standing_device_starts_in_its_own_equilibrium(found)
     assert np.isfinite(swept(found.outcomes[1], PAYLOAD).values["max_heave"]).all()
 
 
+def test_what_is_scored_alone_is_judged_alike(found):
+    whole = found.outcomes[0]
+    alone = judge_scene("overdamped", overdamped(), coarse=FEW, duration=0.06, scored_only=True)
+    assert alone.score == whole.score
+    every = {(one.trend, one.measure): one.finding for one in whole.trends}
+    assert [one.trend for one in alone.trends] == scored_trends(whole.reading)
+    assert all(repr(one.finding) == repr(every[one.trend, one.measure]) for one in alone.trends)
+    assert {name for one in alone.swept for name in one.values} == {one.measure for one in alone.trends}
+
+
 def test_figure_4_7_body_stands_on_the_sticky_ground(found):
     outcome = found.outcomes[0]
     first, second = outcome.examples
@@ -177,10 +188,39 @@ def test_devices_that_are_no_walkers_are_refused():
         reproduce_millipede("cantilever")
 
 
+def test_what_the_printed_landing_shows_on_few_grounds():
+    """Fast sibling of the slow one below: trends that are not near their limits, at two restitutions."""
+    outcome = judge_scene(
+        "millipede-printed",
+        ts.load_scene("millipede-printed"),
+        coarse=Coarse(13, (0.1, 0.9)),
+        scored_only=True,
+    )
+    assert not outcome.problems
+    shown = {
+        (one.trend.figure, one.measure)
+        for one in outcome.trends
+        if one.trend.directional and one.finding.verdict is Verdict.AGREES
+    }
+    assert shown >= {
+        ("4.8", "max_heave"), ("4.8", "max_peak"), ("4.8", "max_surge"), ("4.8", "total_rebounds_any_height"),
+        ("4.11", "max_heave"), ("4.11", "max_surge"),
+    }  # fmt: skip
+    assert outcome.comparisons[0].verdict is Verdict.AGREES
+    bounces = swept(outcome, "millipede-electrostatics").values["total_rebounds_any_height"]
+    assert (bounces[-3:].mean(axis=0) > bounces[:3].mean(axis=0)).all()
+
+
 @pytest.mark.slow
 def test_packaged_variants_are_judged_over_the_whole_studies():
+    """What the pages say of them, and chapter 4's words ask: 11 of 16 of one, 9 of 11 directional ones of another."""
     whole = reproduce_millipede()
-    assert whole.ok and whole.outcomes[0].name == "millipede"
+    assert whole.ok
+    scores = {outcome.name: outcome.score for outcome in whole.outcomes}
+    assert list(scores) == ["millipede", "millipede-table", "millipede-printed"]
     for outcome in whole.outcomes:
         assert outcome.score.total == 16
         assert swept(outcome, PAYLOAD).values["max_heave"].shape == (37, 5)
+    assert scores["millipede"].agree >= 11 and scores["millipede"].contradict <= 2
+    assert scores["millipede-table"].agree <= 5 and scores["millipede-table"].insensitive >= 3
+    assert scores["millipede-printed"].directional_agree >= 9

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.calibrate.ensemble import Ensemble
+from tarsus.calibrate.objective import Branch, Cells
+from tarsus.calibrate.prediction import Discrepancy, Miss, predict_row
 from tarsus_reproduce.predictions import Member, Samples, members_of, predict, role_of
 
 
@@ -23,6 +26,32 @@ def test_a_mixture_weighs_its_members_whatever_the_number_of_their_periods():
     assert found.share(2.0) == pytest.approx(0.25)
     turned = predict(Samples.joined([(0.25, few), (0.75, many)]))
     assert turned.median == 3.0 and turned.low == 1.0
+
+
+def test_a_mixture_predicts_as_the_calibration_that_it_came_from():
+    """Two members, three windows each: the same median, interval and chance of a bounce from both, and wider than the
+    windows alone."""
+    windows, weights = np.array([[1.0, 2.0, 2.0], [3.0, 0.0, 2.0]]), np.array([0.6, 0.4])
+    one = np.ones(1)
+    cells = Cells(("bounces",), ("1",), np.ones((1, 1)), 0.5 * np.ones((1, 1)), 0.1 * one, one, one > 0.0)
+    members = Ensemble(Branch({}, 0, (0,)), np.zeros((2, 1)), weights, np.zeros(2), np.zeros(0))
+    (calibrated,) = predict_row(
+        [members],
+        one,
+        [windows[:, None]],
+        cells,
+        np.array([0.5]),
+        Discrepancy(1.7 * one, 0.2 * one),
+        None,
+        0.0,
+    )
+    samples = Samples.joined(list(zip(weights.tolist(), windows, strict=True)))
+    miss = Miss(0.5, 0.1, 1.7, 0.2)
+    found = predict(samples, miss)
+    assert (found.median, found.low, found.high) == (calibrated.median, calibrated.low, calibrated.high)
+    assert samples.share(0.5, miss) == pytest.approx(calibrated.p_bounce)
+    bare = predict(samples)
+    assert found.high - found.low > bare.high - bare.low
 
 
 def test_values_that_do_not_exist_are_left_out():

@@ -54,7 +54,8 @@ def calibration_table(result: Calibrated) -> dict[str, Any]:
         "device": study.scene.name,
         "seed": study.search.seed,
         "sets": solution.sets,
-        "residual_scale": float(np.sqrt(solution.fit.scale)),
+        "residual_scale": float(np.sqrt(solution.fit.freedom.scale)),
+        "effective_unknowns": solution.fit.freedom.unknowns,
         "interval": INTERVAL,
         "within": {"value": study.search.within, "reason": study.search.reason},
         "discrepancy": {

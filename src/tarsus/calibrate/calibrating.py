@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +80,12 @@ class Calibrated:
     simulated: int = 0
 
 
+ENOUGH_ROWS = 4
+"""Rows from which the misses of rows left out are the discrepancy of new ones. Leaving one of fewer out takes a third
+of the table or more away: its miss then tells that the unknowns are no longer determined, which the ensemble of the
+whole table does not share."""
+
+
 def solve(
     problem: Problem, search: Search, store: SweepStore | None = None, progress: Progress | None = None
 ) -> Solution:
@@ -106,11 +112,12 @@ def solve(
             progress(min(done, total), total, stage)
 
     archive = Archive(problem, store, on_sets)
-    found, scale = search_branches(problem, archive, search)
+    found, freedom = search_branches(problem, archive, search)
+    scale = freedom.scale
     costs = {b: one.cost for b, one in found.items() if not one.dropped}
     near = [b for b in costs if costs[b] <= min(costs.values()) + search.within * scale]
     ensembles = [ensemble_of(problem, archive, b, scale, search.members, found[b].chain) for b in near]
-    fit = fit_of(problem, ensembles, scale)
+    fit = fit_of(problem, ensembles, freedom)
     rows = range(problem.trained)
     trained = tuple(tuple(predictions_at(problem, fit, row)) for row in rows)
     left = None
@@ -120,8 +127,12 @@ def solve(
         for row in rows:
             stage = f"without {problem.labels[row]}"
             fits.append(leave_out(problem, archive, search, near, row))
+        residuals, wrong = _left_out_residuals(problem, fits)
+        if problem.trained >= ENOUGH_ROWS:
+            discrepancy = _left_out_discrepancy(problem, residuals, wrong)
+            others = [_left_out_discrepancy(problem, residuals, wrong, row) for row in rows]
+            fits = [replace(one, discrepancy=found) for one, found in zip(fits, others, strict=True)]
         left = tuple(tuple(predictions_at(problem, one, row)) for row, one in zip(rows, fits, strict=True))
-        discrepancy = _left_out_discrepancy(problem, fits)
     return Solution(
         problem, found, fit, tuple(near),
         tuple(tuple(determined(problem.unknowns, one)) for one in ensembles),
@@ -133,8 +144,8 @@ def _visited(problem: Problem, archive: Archive) -> int:
     return sum(len(archive.points(run)[0]) for run in {branch.run for branch in problem.branches})
 
 
-def _left_out_discrepancy(problem: Problem, fits: list[Fit]) -> Discrepancy:
-    """Discrepancy from the residuals of each row under the mixture refitted without it."""
+def _left_out_residuals(problem: Problem, fits: list[Fit]) -> tuple[Floats, Floats]:
+    """Residuals (nr, nk) of each row under the mixture refitted without it; probabilities of the wrong existence."""
     shape = problem.objective.cells.observed.shape
     residuals, wrong = np.full(shape, np.nan), np.full(shape, np.nan)
     for row, fit in enumerate(fits):
@@ -144,7 +155,16 @@ def _left_out_discrepancy(problem: Problem, fits: list[Fit]) -> Discrepancy:
             z = z + weight * (one.weights @ costs.missed[:, row])
             w = w + weight * (one.weights @ costs.wrong[:, row])
         residuals[row], wrong[row] = z, w
-    return discrepancy_of(problem.objective.cells, residuals, wrong, len(problem.unknowns), fitted=False)
+    return residuals, wrong
+
+
+def _left_out_discrepancy(
+    problem: Problem, residuals: Floats, wrong: Floats, without: int | None = None
+) -> Discrepancy:
+    """Discrepancy from left-out residuals; those of a row itself stay out of its own prediction, which is so a test of
+    what is said of new rows."""
+    others = np.arange(len(residuals)) != (-1 if without is None else without)
+    return discrepancy_of(problem.objective.cells, residuals[others], wrong[others], 0.0, fitted=False)
 
 
 def calibrate(

@@ -181,12 +181,16 @@ class Sampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every branch gets `screening` sets spread evenly and `short` generations; those that are still
+    Every branch gets `screening` sets spread evenly, those of `start`, and `short` generations; those that are still
     `hopeless` times the best are dropped; the others get `generations`, and then `spread` generations that follow the
     likelihood.
     """
 
     seed: int = Field(default=1, ge=0)
+    start: tuple[dict[Identifier, Value], ...] = Field(
+        default=(),
+        description="sets that every branch visits first, by unknown; those absent: the middle of their bounds",
+    )
     population: int = Field(default=32, ge=5)
     screening: int = Field(default=128, ge=5, description="sets a branch at the start")
     short: int = Field(default=6, ge=0, description="generations before branches are dropped")

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.objective import Branch
 from tarsus.calibrate.problem import Problem, Unknowns
-from tarsus.calibrate.search import LEVEL, Chain, costs_at, spread_over
+from tarsus.calibrate.search import LEVEL, Chain, costs_at
 
 __all__ = ["Ensemble", "Range", "branch_weights", "determined", "ensemble_of", "weighted_quantile"]
 
@@ -21,8 +21,9 @@ HALF = 0.5
 """An unknown whose 90 % range is less than half of its bounds is determined: the data said more than the bounds did."""
 AT_BOUND = 0.02
 """A range that comes so near a bound, in parts of the bounds' span, is at the bound."""
-PRIOR_KEPT = 0.8
-"""An ensemble that keeps so much of the prior's spread tells nothing beyond it."""
+PRIOR_KEPT = 0.6
+"""An ensemble that keeps so much of the prior's spread tells nothing beyond it: the likelihood region cuts off a tenth
+to a fifth of the spread, and a short chain may miss as much again."""
 
 
 @dataclass(frozen=True)
@@ -74,29 +75,36 @@ def ensemble_of(
 ) -> Ensemble:
     """Up to ``count`` members of a branch.
 
-    The states of its chain that lie inside the likelihood region, thinned so that each member is as far as can be from
-    the others; a member's weight is the share of the states nearest to it. Without a chain all visited points of the
-    region are states, weighted by their likelihood. The best point is always the first member.
+    The best point, which weighs as one draw, and a sample of the states of the branch's chain that lie inside
+    the likelihood region, even in cost; one that is drawn several times weighs as often. Without a chain all visited
+    points of the region are states, weighted by their likelihood.
     """
     chosen = problem.branches[branch]
     points, costs = costs_at(problem, archive, branch, without)
     best = int(np.argmin(costs))
     inside = costs <= costs[best] + scale * chi2.ppf(LEVEL, points.shape[1])
-    if states is None:
-        cloud, share = points[inside], np.exp((costs[best] - costs[inside]) / (2.0 * scale))
-    else:
+    cloud, share, order = points[inside], np.exp((costs[best] - costs[inside]) / (2.0 * scale)), costs[inside]
+    if states is not None:
         readings = archive.evaluate(chosen.run, states.states)
         cost = problem.total(problem.costs(readings, chosen), states.states, without)
         taken = cost <= costs[best] + scale * chi2.ppf(LEVEL, points.shape[1])
-        cloud, share = states.states[taken], np.ones(int(taken.sum()))
-    pool = np.concatenate([points[best][None], cloud])
-    share = np.concatenate([[1e-9 if len(cloud) else 1.0], share])
-    members = pool[spread_over(pool, count)]
-    nearest = np.argmin(np.linalg.norm(pool[:, None] - members[None], axis=-1), axis=1)
-    weights = np.bincount(nearest, weights=share, minlength=len(members))
+        if taken.any():
+            cloud, share, order = states.states[taken], np.ones(int(taken.sum())), cost[taken]
+    places, times = np.unique(drawn(share, order, count - 1), return_counts=True)
+    members = np.concatenate([points[best][None], cloud[places]])
+    weights = np.concatenate([[1.0], times])
     readings = archive.evaluate(chosen.run, members)
     cost = problem.total(problem.costs(readings, chosen), members, without)
     return Ensemble(chosen, members, weights / weights.sum(), cost, readings)
+
+
+def drawn(share: Floats, order: Floats, count: int) -> NDArray[np.intp]:
+    """Places (count,) of a sample of weighted points: evenly along the shares (n,) of the points put in this order
+    (n,), so that every stretch of the order is there as often as its share says."""
+    rank = np.argsort(order, kind="stable")
+    reached = np.cumsum(share[rank])
+    at = (np.arange(count) + 0.5) / count * reached[-1]
+    return rank[np.searchsorted(reached, at).clip(max=len(rank) - 1)]
 
 
 def branch_weights(ensembles: list[Ensemble], scale: float) -> Floats:

@@ -29,12 +29,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class _Run:
-    """A row of a set, ready to run: its place, scene, floats, drive period, transient and window [s]."""
+    """A row of a set, ready to run: its place, scene, floats, transient and window [s]."""
 
     place: int
     row: Row
     values: Mapping[str, float]
-    period: float
     settle: float
     window: float
 
@@ -83,17 +82,18 @@ class Forward:
         """None where the values are none that a scene takes."""
         if not finite(values):
             return None
+        s = self.sampling
+        if s.settle is not None and s.window is not None:
+            return _Run(place, row, values, s.settle, s.window)
         try:
-            scene = with_values(row.template, values)
+            period = scene_period(with_values(row.template, values), np.inf)
         except InputError:
             return None
-        period = scene_period(scene, np.inf)
-        s = self.sampling
         settle = s.settle if s.settle is not None else (s.settle_periods or 0.0) * period
         window = s.window if s.window is not None else (s.window_periods or 0.0) * period
         if not np.isfinite(settle + window):
             return None
-        return _Run(place, row, values, period, settle, window)
+        return _Run(place, row, values, settle, window)
 
     def _group(self, runs: list[_Run], out: Floats) -> None:
         """Runs of one template and duration, all draws of all rows at once."""
@@ -113,6 +113,8 @@ class Forward:
                 template, vary, float(edges[-1]), threads=1, accuracy=accuracy, shared=self._shared
             )
         except InputError:
+            for run in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
+                self._group([run], out)
             return
         found = readings(batch, index, names, edges, s.resolution)
         found[~batch.done] = np.inf
@@ -121,7 +123,8 @@ class Forward:
             out[run.place, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
             if run.row.motion:
                 scene = with_values(template, run.values)
-                moved = motion_of(scene, foot, run.settle, run.window, run.period, accuracy)
+                period = scene_period(scene, np.inf)
+                moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
                 for i, name in enumerate(self.channels):
                     if name in MOTION:
                         out[run.place, i] = moved[name]

@@ -109,8 +109,9 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
     objective = Objective(cells, tuple(limits), study.search.robust)
     problem = Problem(
         unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
-        study.sampling.resolution, channels.index(PEAK),
+        study.sampling.resolution, channels.index(PEAK), _starts(study, unknowns, faults),
     )  # fmt: skip
+    faults.stop()
     return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)
 
 
@@ -337,6 +338,28 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
         priors.append(given)
     log = np.array([one.scale == "log" for one in study.unknowns.values()])
     return Unknowns(tuple(study.unknowns), tuple(units), np.array(lows), np.array(highs), log, tuple(priors))
+
+
+def _starts(study: Study, unknowns: Unknowns, faults: Faults) -> np.ndarray | None:
+    """Points of the unit cube that the search starts from; None where the study names none."""
+    out = []
+    for n, given in enumerate(study.search.start, start=1):
+        point = np.full(len(unknowns), 0.5)
+        for name, value in given.items():
+            where = f"search.start, set {n}"
+            if name not in unknowns.names:
+                faults.add(f"{where}: there is no unknown '{name}'{nearest(name, unknowns.names)}")
+                continue
+            i = unknowns.names.index(name)
+            si = faults.quantity(value, unknowns.units[i], f"{where}, {name}")
+            if not unknowns.low[i] <= si <= unknowns.high[i]:
+                faults.add(f"{where}: '{name}' lies outside its bounds, got {value}")
+                continue
+            values = unknowns.values(point)
+            values[i] = si
+            point = unknowns.cube(values)
+        out.append(point)
+    return np.array(out).clip(0.0, 1.0) if out else None
 
 
 def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Faults) -> RunBranch:

@@ -35,12 +35,12 @@ def oscillations_per_step(gap: Floats, steps: float) -> float:
 def motion_of(
     scene: Scene, foot: str, start: float, length: float, period: float, accuracy: Accuracy
 ) -> dict[str, float]:
-    """Both measures of a foot from ``start`` [s] on over ``length`` [s]; infinite where the run fails.
+    """Both measures of a foot from ``start`` [s] on over ``length`` [s]; infinite where the run stops before its end.
 
-    A drive step is half a period.
+    A drive step is half a period. The energy account is not asked for: at a search's accuracy it need not close.
     """
     run = simulate(scene, start + length, accuracy)
-    if not run.ok:
+    if run.end_time < run.duration:
         return {"swing": np.inf, "oscillations_per_step": np.inf}
     steps = 2.0 * length / period
     times = start + np.linspace(0.0, length, int(np.ceil(SAMPLES * steps)) + 1)

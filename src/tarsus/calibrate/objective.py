@@ -79,15 +79,18 @@ class Limit:
 @dataclass(frozen=True)
 class Costs:
     """Costs of ns sets: by row of the table (ns, nr), by constraint (ns, nl); residuals (ns, nr, nk), NaN where
-    unknown; missed (ns, nr, nk): the same seen from the model's side, observed less model in tolerances of the
-    model's value; wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where
-    that is none."""
+    unknown; pulls (ns, nr, nk): residuals over the root of 1 + s^2, tolerance and scatter of a window together;
+    missed (ns, nr, nk): residuals seen from the model's side, observed less model in tolerances of the model's value;
+    wrong (ns, nr, nk): probability that the model gives to the other state of existence, NaN where that is none;
+    misfit (ns, nr): the part of a row's cost that pulls make, without those of scatter and existence."""
 
     rows: Floats
     limits: Floats
     residuals: Floats
+    pulls: Floats
     missed: Floats
     wrong: Floats
+    misfit: Floats
 
 
 def tolerance(values: Floats, absolute: Floats, relative: Floats) -> Floats:
@@ -119,7 +122,9 @@ class Objective:
         table = seen[:, :nr][:, :, list(branch.columns)]
         z, scatter, missed = self._residuals(table)
         known = np.isfinite(self.cells.observed)
-        cost = self.soft(z**2 / (1.0 + scatter)) + np.log1p(scatter)
+        pulls = z / np.sqrt(1.0 + scatter)
+        misfit = self.soft(pulls**2)
+        cost = misfit + np.log1p(scatter)
         wrong = np.full(z.shape, np.nan)
         for k in np.flatnonzero(self.cells.exists):
             there = self.cells.observed[:, k] > 0.0
@@ -133,8 +138,10 @@ class Objective:
             if self.limits
             else np.zeros((len(seen), 0)),
             np.where(known, z, np.nan),
+            np.where(known, pulls, np.nan),
             np.where(known, missed, np.nan),
             np.where(known, wrong, np.nan),
+            (np.where(known, misfit, 0.0) * self.cells.weight).sum(axis=-1),
         )
 
     def soft(self, square: Floats) -> Floats:

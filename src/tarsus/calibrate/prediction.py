@@ -8,10 +8,12 @@ fitted. On the scale on which cells are compared, taken at the model's value v, 
 
 q the quantile at 0.8 (m + 1) / m of the sizes of ``log((o + a) / (v + a)) (v + a) / tau(v)`` over the m fitted cells of
 the measure (as in conformal prediction: one more is to come), 1.2816 the 80 % quantile of the size of a standard
-normal, and f the usual correction for k unknowns fitted to all n cells, at most 2 because with few cells it means
-nothing. Sizes are in the table's own tolerances and include them; sigma is at least 1. Where rows were left out and
-predicted, their residuals take the place of the fitted ones, with f = 1. One standard deviation is at most a factor
-of `WORST`: a model that misses by more predicts nothing, which sigma tells and an interval cannot.
+normal, and f the usual correction for the k unknowns that all n cells determine (`tarsus.calibrate.degrees`), at
+most 2 because with few cells it means nothing. Sizes are in the table's own tolerances and include them; sigma is at
+least 1. Where four or more rows were left out and predicted, their residuals take the place of the fitted ones, with
+f = 1: of fewer, one left out leaves the unknowns undetermined, and its residual tells that instead. One
+standard deviation is at most a factor of `WORST`: a model that misses by more predicts nothing, which sigma tells and
+an interval cannot.
 
 The probability of a bounce p is the weighted fraction of windows with one; existence was wrong with probability w on
 the fitted rows, so p (1 - w) + (1 - p) w is given.
@@ -29,7 +31,16 @@ from scipy.stats import norm
 from tarsus.calibrate.ensemble import Ensemble, weighted_quantile
 from tarsus.calibrate.objective import Cells, existence, tolerance
 
-__all__ = ["INTERVAL", "Discrepancy", "Prediction", "discrepancy_of", "has_modes", "predict_row"]
+__all__ = [
+    "INTERVAL",
+    "Discrepancy",
+    "Miss",
+    "Prediction",
+    "discrepancy_of",
+    "has_modes",
+    "median_and_interval",
+    "predict_row",
+]
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +56,31 @@ SHARE = 0.1
 """A mode has at least so much of the weight."""
 APART = 2.0
 """Two modes are apart by more than this many of the wider one's standard deviations, and by more than the tolerance."""
+
+
+@dataclass(frozen=True)
+class Miss:
+    """What the model misses of one measure: tolerance of the table (absolute in SI, relative), standard deviation sigma
+    in such tolerances, and the probability that existence is wrong."""
+
+    absolute: float
+    relative: float
+    sigma: float
+    wrong: float
+
+    def widened(self, values: Floats, weights: Floats) -> tuple[Floats, Floats]:
+        """Weighted values (n,) of zero or more [SI] with this discrepancy added to each: values and weights, `NODES`
+        times as many."""
+        tau = tolerance(values, np.full(1, self.absolute), np.full(1, self.relative))
+        scaled = values + self.absolute
+        shift = np.divide(self.sigma * tau, scaled, out=np.zeros_like(values), where=scaled > 0.0)
+        factors = np.exp(np.minimum(shift, np.log(WORST))[:, None] * NODES)
+        noisy = np.maximum(scaled[:, None] * factors - self.absolute, 0.0)
+        return noisy.ravel(), np.repeat(weights / len(NODES), len(NODES))
+
+    def chance(self, share: float) -> float:
+        """Probability of a bounce where this share of the windows has one."""
+        return share * (1.0 - self.wrong) + (1.0 - share) * self.wrong
 
 
 @dataclass(frozen=True)
@@ -76,8 +112,15 @@ class Prediction:
         return self.low - slack <= value <= self.high + slack
 
 
+def median_and_interval(values: Floats, weights: Floats) -> tuple[float, float, float]:
+    """Median, lower and upper end of the 80 % interval of weighted values (n,); NaN without values."""
+    tail = 0.5 * (1.0 - INTERVAL)
+    low, median, high = (weighted_quantile(values, weights, at) for at in (tail, 0.5, 1.0 - tail))
+    return median, low, high
+
+
 def discrepancy_of(
-    cells: Cells, residuals: Floats, wrong: Floats, unknowns: int, *, fitted: bool = True
+    cells: Cells, residuals: Floats, wrong: Floats, unknowns: float, *, fitted: bool = True
 ) -> Discrepancy:
     """Discrepancy from residuals (nr, nk) in tolerances and probabilities of the wrong existence (nr, nk), NaN where
     there is none.
@@ -86,7 +129,7 @@ def discrepancy_of(
     """
     known = np.isfinite(residuals)
     n = int(known.sum())
-    factor = min(2.0, float(np.sqrt(n / max(n - unknowns, 1)))) if fitted and n else 1.0
+    factor = min(2.0, float(np.sqrt(n / max(n - unknowns, 1.0)))) if fitted and n else 1.0
     everything = np.abs(residuals[known])
     sigma, error = np.ones(len(cells.names)), np.zeros(len(cells.names))
     for k in range(len(cells.names)):
@@ -146,18 +189,11 @@ def _predict(
     windows, member = np.maximum(np.nan_to_num(windows[~failed]), 0.0), member[~failed] / (1.0 - lost)
     values = windows.ravel()
     each = np.repeat(member / windows.shape[1], windows.shape[1])
-    spread = discrepancy.sigma[k] * tolerance(values, np.full(1, a), cells.relative[k : k + 1])
-    shift = np.divide(spread, values + a, out=np.zeros_like(values), where=values + a > 0.0)
-    shift = np.minimum(shift, np.log(WORST))
-    noisy = np.maximum((values + a)[:, None] * np.exp(shift[:, None] * NODES) - a, 0.0).ravel()
-    noisy_weights = np.repeat(each / len(NODES), len(NODES))
-    low, median, high = (
-        weighted_quantile(noisy, noisy_weights, at) for at in (0.5 - INTERVAL / 2, 0.5, 0.5 + INTERVAL / 2)
-    )
+    miss = Miss(a, float(cells.relative[k]), float(discrepancy.sigma[k]), float(discrepancy.wrong[k]))
+    median, low, high = median_and_interval(*miss.widened(values, each))
     p = None
     if cells.exists[k]:
-        mean = float(existence(windows) @ member)
-        p = float(mean * (1.0 - discrepancy.wrong[k]) + (1.0 - mean) * discrepancy.wrong[k])
+        p = miss.chance(float(existence(windows) @ member))
     decidable = True
     if tops is not None:
         top = weighted_quantile(np.nan_to_num(tops[~failed]).ravel(), each, 0.5)

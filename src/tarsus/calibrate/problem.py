@@ -50,6 +50,21 @@ class Unknowns:
             self.low + (self.high - self.low) * cube,
         )
 
+    def cube(self, values: Floats) -> Floats:
+        """Points (..., nu) of the unit cube of SI values."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = np.log(values / self.low) / np.log(self.high / self.low)
+        return np.where(self.log, log, (values - self.low) / (self.high - self.low))
+
+    def precision(self, cube: Floats) -> Floats:
+        """What is known of each unknown (nu,) beforehand, at a point (nu,): one over the variance in the unit cube of
+        its bounds, and of its prior by its curvature there."""
+        h = 1e-3
+        at = np.clip(cube, h, 1.0 - h)
+        step = h * np.eye(len(at))
+        curved = self.prior_cost(at + step) - 2.0 * self.prior_cost(at) + self.prior_cost(at - step)
+        return 12.0 + np.maximum(0.5 * curved / h**2, 0.0)
+
     def prior_cost(self, cube: Floats) -> Floats:
         """Minus twice the log of the priors (...,), constants dropped."""
         values, total = self.values(cube), np.zeros(cube.shape[:-1])
@@ -71,7 +86,7 @@ class Problem:
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
     search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None.
+    peak: channel of the highest gap, or None; starts (n, nu): points of the unit cube to be visited first.
     """
 
     unknowns: Unknowns
@@ -82,6 +97,7 @@ class Problem:
     labels: tuple[str, ...]
     resolution: float = 0.0
     peak: int | None = None
+    starts: Floats | None = None
 
     @property
     def trained(self) -> int:

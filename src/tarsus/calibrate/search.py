@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import differential_evolution
-from scipy.stats import chi2, qmc
+from scipy.stats import qmc
 
 from tarsus.calibrate.archive import Archive
+from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.problem import Problem
 
@@ -26,7 +27,6 @@ __all__ = [
     "budget",
     "chain",
     "evolve",
-    "residual_scale",
     "screen",
     "search_branches",
     "spread_over",
@@ -65,7 +65,7 @@ def budget(problem: Problem, search: Search) -> int:
     branches = len(problem.branches)
     later = branches * search.population * (search.short + search.generations + search.spread + 3)
     rows = problem.trained * branches * search.leave_out_population * (2 * search.leave_out + 2)
-    return runs * search.screening + later + (rows if search.leave_out else 0)
+    return runs * (search.screening + len(search.start)) + later + (rows if search.leave_out else 0)
 
 
 def costs_at(
@@ -77,19 +77,13 @@ def costs_at(
     return points, problem.total(problem.costs(readings, chosen), points, without)
 
 
-def residual_scale(cells: int, unknowns: int, cost: float) -> float:
-    """Squared residual scale: cost of the table's cells over their degrees of freedom, at least 1.
-
-    Cells less unknowns, but at least a quarter of the cells: with few cells the unknowns are not all used up by them.
-    """
-    return max(1.0, cost / max(cells - unknowns, 0.25 * cells, 1.0))
-
-
 def screen(problem: Problem, archive: Archive, search: Search) -> None:
-    """The same Sobol set in every run branch."""
+    """The same sets in every run branch: a Sobol sequence, and after it those that the study starts from."""
     power = int(np.ceil(np.log2(search.screening)))
     sobol = qmc.Sobol(len(problem.unknowns), rng=np.random.default_rng([search.seed, SCREEN]))
     points = sobol.random_base2(power)[: search.screening]
+    if problem.starts is not None:
+        points = np.concatenate([points, problem.starts])
     for run in sorted({branch.run for branch in problem.branches}):
         archive.evaluate(run, points)
 
@@ -156,12 +150,13 @@ def chain(
 ) -> Chain:
     """Differential-evolution Markov chains (ter Braak 2006) whose density is exp(-cost / (2 scale)).
 
-    They start spread over the visited points of the likelihood region; the first third is dropped.
+    They start spread over the visited points that cost as much more than the best as a state of the chain does on
+    average, ``scale`` for each unknown; the first third is dropped.
     """
     chosen = problem.branches[branch]
     points, costs = costs_at(problem, archive, branch, without)
     nu = points.shape[1]
-    now = start_of(points, costs, size, scale * float(chi2.ppf(LEVEL, nu)))
+    now = start_of(points, costs, size, scale * nu)
     now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now, without)
     states = [now]
     for generation in range(generations):
@@ -178,8 +173,8 @@ def chain(
     return Chain(np.concatenate(states[len(states) // 3 :]))
 
 
-def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple[dict[int, Found], float]:
-    """Search all branches; what was found in each, and the squared residual scale of the best."""
+def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple[dict[int, Found], Freedom]:
+    """Search all branches; what was found in each, and the degrees of freedom of the best."""
     screen(problem, archive, search)
     numbers = range(len(problem.branches))
     populations: dict[int, Floats] = {}
@@ -197,7 +192,7 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
         rng = np.random.default_rng([search.seed, DEEP, b])
         evolve(problem, archive, b, populations[b], search.generations, rng)
     best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in kept}
-    scale = _scale(problem, archive, best)
+    scale = best_freedom(problem, archive, best).scale
     near = [b for b in kept if best[b] <= min(best.values()) + search.within * scale]
     chains = {
         b: chain(
@@ -210,7 +205,7 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
     best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in near}
     return {
         b: Found(best[b], _reason(b, kept, near, search), chains.get(b)) for b in numbers
-    }, _scale(problem, archive, best)  # fmt: skip
+    }, best_freedom(problem, archive, best)  # fmt: skip
 
 
 def _reason(branch: int, kept: list[int], near: list[int], search: Search) -> str:
@@ -227,20 +222,8 @@ def _filled(start: Floats, count: int, rng: np.random.Generator) -> Floats:
     return start if missing <= 0 else np.concatenate([start, rng.random((missing, start.shape[1]))])
 
 
-def _scale(problem: Problem, archive: Archive, best: Mapping[int, float]) -> float:
-    """Squared residual scale of the best branch at its best set."""
-    b = min(best, key=lambda one: (best[one], one))
-    return scale_of_best(problem, archive, b)
-
-
-def scale_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> float:
-    """Squared residual scale of a branch at its best set, of the rows that are fitted."""
-    chosen = problem.branches[branch]
-    points, readings = archive.points(chosen.run)
-    costs = problem.costs(readings, chosen)
-    i = int(np.argmin(problem.total(costs, points, without)))
-    rows = np.ones(problem.trained, dtype=bool)
-    if without is not None:
-        rows[without] = False
-    cells = int(np.isfinite(problem.objective.cells.observed[rows]).sum())
-    return residual_scale(cells, len(problem.unknowns), float(costs.rows[i, rows].sum()))
+def best_freedom(
+    problem: Problem, archive: Archive, best: Mapping[int, float], without: int | None = None
+) -> Freedom:
+    """Degrees of freedom of the best branch, from the lowest cost of each."""
+    return freedom_of_best(problem, archive, min(best, key=lambda one: (best[one], one)), without)

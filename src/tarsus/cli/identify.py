@@ -92,6 +92,7 @@ def _show(found: Identification) -> None:
     for one in () if judged is None else judged.verdicts:
         if not isinstance(one, Determined):
             print(one.sentence(units[one.name].unit))
+    print("\n" + "; ".join(_landing(found)))
     used = found.files_used
     print(f"\n{used} of {len(found.readings)} files used")
     for step in found.steps.values():
@@ -103,6 +104,13 @@ def _show(found: Identification) -> None:
             f"held-out signals: {len(found.comparisons)}; absolute error of peaks {peak}, of contact durations "
             f"{contact}"
         )
+
+
+def _landing(found: Identification) -> list[str]:
+    """What is known of the landing rule."""
+    if found.landing is not None:
+        return found.landing.sentences()
+    return [f"landing rule: {found.model.scene.ground.landing_rule.kind} is assumed, no records decide it"]
 
 
 def _size(found: Identification, which: str) -> str:

@@ -94,23 +94,24 @@ def foot_volts(signals, cursor, laws, i, t):
 
 
 @rare
-def smooth_pull(rows, feed, laws, signals, cursor, q, m, nd, size, y, foot, t):
-    """Pull on a foot at the ground by rows of the state and of the inputs, its own smooth force at contact included."""
+def robot_pull(rows, feed, signals, cursor, q, m, nd, size, y, foot, t):
+    """Pull on a foot at the ground by rows of the state and of the inputs, without the ground's own forces on it."""
     pull = dot(rows, q, foot, size, y) + feed[q, foot, 2 * m + nd]
     for d in range(nd):
         pull += feed[q, foot, 2 * m + d] * value(
             signals.first, signals.start, signals.end, signals.coef, signals.loop, signals.period, cursor, d, t
         )
-    if laws.flags[foot] & HAS_FORCE:
-        volts = foot_volts(signals, cursor, laws, foot, t)
-        pull += hooks.force(laws.parameters, laws.pointer, foot, 0.0, 0.0, volts, t)
     return pull
 
 
 @rare
 def held_pull(modes, laws, signals, cursor, q, m, nd, mask, size, y, gaps, foot, t, probe):
     """Structure's pull on free foot ``foot`` if it were stopped on the ground now, smooth force at contact included."""
-    pull = smooth_pull(modes.held, modes.held_feed, laws, signals, cursor, q, m, nd, size, y, foot, t)
+    pull = robot_pull(modes.held, modes.held_feed, signals, cursor, q, m, nd, size, y, foot, t)
+    if laws.flags[foot] & HAS_FORCE:
+        pull += hooks.force(
+            laws.parameters, laws.pointer, foot, 0.0, 0.0, foot_volts(signals, cursor, laws, foot, t), t
+        )
     for k in range(m):
         factor = modes.held_feed[q, foot, m + k]
         if factor == 0.0 or k == foot or mask >> k & 1:
@@ -208,7 +209,7 @@ def impact(modes, laws, signals, state, events, q, m, nd, size, foot, gaps, mini
     strength = hooks.strength(laws.parameters, laws.pointer, foot, 0.0) if latch else 0.0
     printed = 0.0
     if laws.flags[foot] & PULL_AS_PRINTED:
-        printed = smooth_pull(modes.printed, modes.printed_feed, laws, signals, state.cursor, q, m, nd, size, w, foot, t)
+        printed = robot_pull(modes.printed, modes.printed_feed, signals, state.cursor, q, m, nd, size, w, foot, t)
         printed += modes.printed_damping[q, foot] * (rate + after)
     kind = landing(laws, foot, after, pull, strength, printed, modes.mobility[q, foot], real[REST_HEIGHT])
     if kind != BOUNCE:

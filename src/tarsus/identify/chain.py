@@ -23,18 +23,19 @@ from tarsus.identify.heldout import Comparison, compare
 from tarsus.identify.hysteresis import identify_hysteresis
 from tarsus.identify.impact_column import identify_impact_column
 from tarsus.identify.known import PLACEHOLDER, Known
+from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
-from tarsus.identify.step import LeftOut, Residual, StepResult, Used
+from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Used
 from tarsus.identify.traces import Trace
 
-__all__ = ["Chain", "Identification", "NotDone", "identify"]
+__all__ = ["Chain", "Identification", "identify"]
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-_STEPS = 7
+_STEPS = 8
 _FILM = "ground.film.coefficient"
 _BY_NOISE = ("hysteresis", "film", "electrostatics")
 """Steps whose intervals hold the noise of records, not a scatter from event to event."""
@@ -44,28 +45,13 @@ _STRUCTURE = "robot.structure.frequencies"
 
 
 @dataclass(frozen=True)
-class NotDone:
-    """A step that found nothing, and why, one sentence each."""
-
-    name: str
-    reasons: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Shift:
-    """How the result depends on the zero position: title, what was taken to be different; values by path [SI]."""
-
-    title: str
-    values: dict[str, float]
-
-
-@dataclass(frozen=True)
 class Identification:
     """Everything a campaign has told.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
     not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
-    resonances: the modal fit; film: the break-offs; comparisons: held-out records; in_air: records with the drive of
+    resonances: the modal fit; film: the break-offs; landing: what the records say of the landing rule, None where it is
+    assumed; comparisons: held-out records; in_air: records with the drive of
     the bounces in the air; shifts of the zero; remarks: what does not fit together, though used; seconds taken."""
 
     opened: Opened
@@ -77,6 +63,7 @@ class Identification:
     level: tuple[float, float] | None
     resonances: Resonances | None
     film: FilmFit | None
+    landing: LandingVerdict | None
     comparisons: tuple[Comparison, ...]
     in_air: tuple[InAir, ...]
     shifts: tuple[Shift, ...]
@@ -126,7 +113,7 @@ class Chain:
     _told: int = 0
 
     def __post_init__(self) -> None:
-        self.known = _nothing(self.opened.model)
+        self.known = Known.nothing(self.opened.model)
         self.evidence = Evidence(self.opened)
 
     def run(self) -> Identification:
@@ -137,6 +124,7 @@ class Chain:
         for name, purpose, step in self.planned():
             if any(self.opened.sets(purpose)):
                 self.attempt(name, step)
+        landing = self.judge_landing()
         comparisons, in_air = self.validate(), self.look_in_the_air()
         shifts = self.shifted()
         used = {file for step in self.steps.values() for file in step.files}
@@ -157,6 +145,7 @@ class Chain:
             self.level,
             self.resonances,
             self.film,
+            landing,
             tuple(comparisons),
             tuple(in_air),
             shifts,
@@ -344,6 +333,24 @@ class Chain:
                 out.append(Pair(name, one.air, near, far))
         return out
 
+    def judge_landing(self) -> LandingVerdict | None:
+        """Try the landing rules on the records of ramps and bounces; another than the device file's is taken, and
+        adhesion formed again with it, where they contradict that one."""
+        if self.not_done or not {"restitution", "adhesion"} <= set(self.steps):
+            return None
+        self._tell("landing rule")
+        sets = [(name, one) for p in (Purpose.RAMPS, Purpose.BOUNCES) for name, one in self.opened.sets(p)]
+        signals = {name: one.signal for name, one in sets if one.signal is not None}
+        traces = [trace for p in (Purpose.RAMPS, Purpose.BOUNCES) for trace in self.traces.get(p, [])]
+        found = judge_landing(self.known.model(), traces, signals, self._ground())
+        if found is not None and found.replaced:
+            self.opened = replace(
+                self.opened, model=self.opened.model.changed({"ground.landing": found.chosen})
+            )
+            self.known = replace(self.known.without(self.steps.pop("adhesion")), base=self.opened.model)
+            self.attempt("adhesion", self._adhesion)
+        return found
+
     def validate(self) -> list[Comparison]:
         """Held-out records against simulations of the identified device."""
         out: list[Comparison] = []
@@ -401,7 +408,7 @@ class Chain:
         other.evidence = replace(self.evidence, opened=other.opened, remarks=[])
         other.resonances = self.resonances
         other.steps["resonances"], other.film = self.steps["resonances"], self.film
-        other.known = _certain(_nothing(model).after(self.steps["resonances"]))
+        other.known = Known.nothing(model).after(self.steps["resonances"]).certain()
         for name, _, step in other.planned():
             if name not in self.steps or name in ("resonances", "impact map"):
                 continue
@@ -410,7 +417,7 @@ class Chain:
                 values = other.known.values.copy()
                 values[other.known.paths.index(path)] += force
                 other.known = replace(other.known, values=values)
-            other.known = _certain(other.known)
+            other.known = other.known.certain()
         return dict(zip(other.known.paths, other.known.values.tolist(), strict=True))
 
     def _ground(self) -> float:
@@ -467,15 +474,6 @@ class Chain:
 
 def _over_noise(one: Residual) -> float:
     return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
-
-
-def _nothing(model: FootModel) -> Known:
-    return Known(model, (), np.zeros(0), np.zeros((DRAWS, 0)))
-
-
-def _certain(known: Known) -> Known:
-    """The same as if everything found were certain: no draw moves it."""
-    return replace(known, samples=np.repeat(known.values[None], DRAWS, axis=0))
 
 
 def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:

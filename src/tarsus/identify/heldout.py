@@ -30,7 +30,7 @@ from tarsus.measure import (
 )
 from tarsus.solve import ResultCode, simulate
 
-__all__ = ["Comparison", "Contacts", "compare", "contacts_of"]
+__all__ = ["Comparison", "Contacts", "Moved", "compare", "contacts_of", "moved"]
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +69,23 @@ class Comparison:
         if measured == 0.0:
             return 0.0 if simulated == 0.0 else np.nan
         return (measured - simulated) / measured
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A foot over the contact level, measured and simulated: time [s], heights [m] and speeds [m/s] (ns,)."""
+
+    time: Floats
+    seen: Floats
+    felt: Floats
+    height: Floats
+    speed: Floats
+
+    @property
+    def off(self) -> float:
+        """Root mean square of the measured less the simulated motion over that of the measured one."""
+        apart, whole = np.mean((self.seen - self.height) ** 2), np.mean((self.seen - self.seen.mean()) ** 2)
+        return float(np.sqrt(apart / whole))
 
 
 def contacts_of(
@@ -145,6 +162,23 @@ def _points(time: Floats, value: Floats) -> Points:
     return Points(np.zeros(len(time), dtype=np.intp), time, value)
 
 
+def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until: float = np.inf) -> Moved:
+    """A record from the begin of its drive, up to a time [s], beside a simulation of the device with that drive.
+
+    level: contact level from the rest [m]. Raises InputError for a simulation that does not reach its end.
+    """
+    driven = (trace.time >= -1e-9) & (trace.time <= until)
+    time = np.maximum(trace.time[driven], 0.0)
+    run = simulate(model.driven(signal), float(time[-1]) + trace.step)
+    if run.ended is not ResultCode.DONE:
+        raise InputError(
+            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
+        )
+    states, k = run.states(time), trace.point(model.foot_point)
+    seen, felt = model.normal * (trace.x[k, driven] - level), model.normal * trace.v[k, driven]
+    return Moved(time, seen, felt, model.gap + model.row @ states.x, model.row @ states.v)
+
+
 def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> Comparison:
     """A held-out record against a simulation of the identified device.
 
@@ -167,25 +201,16 @@ def compare(model: FootModel, trace: Trace, signal: Waveform, level: float) -> C
     period = signal.period
     if period is None:
         raise InputError(f"{trace.file}: a held-out signal must be periodic, to be judged by period")
-    driven = trace.time >= -1e-9
-    time = np.maximum(trace.time[driven], 0.0)
-    run = simulate(model.driven(signal), float(time[-1]) + trace.step)
-    if run.ended is not ResultCode.DONE:
-        raise InputError(
-            f"{trace.file}: the identified device cannot be simulated with this drive: {run.ended}"
-        )
-    states = run.states(time)
-    k, normal = trace.point(model.foot_point), model.normal
-    height, speed = model.gap + model.row @ states.x, model.row @ states.v
-    seen, felt = normal * (trace.x[k, driven] - level), normal * trace.v[k, driven]
+    both = moved(model, trace, signal, level)
+    time, k = both.time, trace.point(model.foot_point)
     noise = float(trace.noise_x[k]), float(trace.noise_v[k])
-    curves = (Curve("measured", time, seen), Curve("simulated", time, height))
+    curves = (Curve("measured", time, both.seen), Curve("simulated", time, both.height))
     return Comparison(
         trace.set,
         trace.file,
-        contacts_of(time, seen, felt, period, *noise),
-        contacts_of(time, height, speed, period, *noise),
+        contacts_of(time, both.seen, both.felt, period, *noise),
+        contacts_of(time, both.height, both.speed, period, *noise),
         max(int((float(time[-1]) + trace.step) / period * (1.0 + 1e-9)), 1),
-        float(np.sqrt(np.mean((seen - height) ** 2) / np.mean((seen - seen.mean()) ** 2))),
+        both.off,
         Panel(trace.set, "time", "s", "gap", "m", curves),
     )

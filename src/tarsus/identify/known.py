@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import StepResult
 
@@ -45,6 +46,21 @@ class Known:
             least = max(value, _LEAST * found, 0.0) if positive else value
             changes[path] = min(least, 1.0) if path.startswith("ground.restitution.") else least
         return self.base.changed(changes)
+
+    @classmethod
+    def nothing(cls, base: FootModel) -> Known:
+        """Of a device of which nothing was found."""
+        return cls(base, (), np.zeros(0), np.zeros((DRAWS, 0)))
+
+    def certain(self) -> Known:
+        """The same as if everything found were certain: no draw moves it."""
+        return replace(self, samples=np.repeat(self.values[None], DRAWS, axis=0))
+
+    def without(self, step: StepResult) -> Known:
+        """Without what a step found."""
+        kept = [i for i, path in enumerate(self.paths) if path not in step.paths]
+        paths = tuple(self.paths[i] for i in kept)
+        return replace(self, paths=paths, values=self.values[kept], samples=self.samples[:, kept])
 
     def after(self, step: StepResult) -> Known:
         """With what a further step found."""

@@ -12,6 +12,7 @@ from tarsus.files.toml import scene_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
 from tarsus.identify.heldout import Comparison
+from tarsus.identify.landing import LandingVerdict
 from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import Assessment
 from tarsus.scene import Provenance, Scene, Source
@@ -54,8 +55,12 @@ def identified_device(found: Identification) -> Scene:
             if path in step.taken:
                 source, note = Source.ASSUMED, "No record tells it; goes with the other numbers of its law."
             changed[path] = Provenance(source=source, note=note, interval=None if ends is None else (ends,))
+    if found.landing is not None and found.landing.decided:
+        note = f"tarsus identify: {found.landing.sentences()[0]}."
+        changed["ground.landing"] = Provenance(source=Source.CALIBRATED, note=note)
     parents = {path.rpartition(".")[0] for path in changed}
     spread: dict[str, Provenance] = {}
+    origins = {path: origin for path, origin in origins.items() if not path.startswith("ground.landing.")}
     for path, origin in origins.items():
         inside = [one for one in units if one.startswith(f"{path}.")]
         if path in parents and any(one in changed for one in inside):
@@ -85,6 +90,7 @@ def summary_of(found: Identification) -> dict[str, Any]:
         "not_done": {one.name: list(one.reasons) for one in found.not_done},
         "files": {"read": len(found.readings), "used": found.files_used},
         "remarks": list(found.remarks),
+        "landing": None if found.landing is None else _landing(found.landing),
         "left_out": [str(one) for one in found.left_out],
         "validation": [_compared(one) for one in found.comparisons],
         "in_air": [{"name": one.name, "file": one.file, "off": one.off} for one in found.in_air],
@@ -118,6 +124,20 @@ def _verdict(judged: Assessment | None, step: StepResult, path: str) -> dict[str
     if judged is None or path not in judged.names:
         return {}
     return {"verdict": judged[path].word, "sentence": judged[path].sentence()}
+
+
+def _landing(found: LandingVerdict) -> dict[str, Any]:
+    return {
+        "assumed": found.assumed.model_dump(),
+        "chosen": found.chosen.model_dump(),
+        "decided": found.decided,
+        "sets": list(found.sets),
+        "rules": [
+            {"rule": one.rule.model_dump(), "off": one.off.tolist(), "contradicted_by": count}
+            for one, count in zip(found.fits, found.contradicted, strict=True)
+        ],
+        "sentences": found.sentences(),
+    }
 
 
 def _compared(one: Comparison) -> dict[str, Any]:

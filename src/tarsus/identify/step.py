@@ -14,8 +14,10 @@ from tarsus.errors import InputError
 __all__ = [
     "Curve",
     "LeftOut",
+    "NotDone",
     "Panel",
     "Residual",
+    "Shift",
     "StepResult",
     "Used",
     "joined_samples",
@@ -203,3 +205,19 @@ def joined_samples(steps: Mapping[str, StepResult]) -> tuple[tuple[str, ...], Fl
     paths = tuple(path for step in steps.values() for path in step.paths)
     drawn = [step.samples for step in steps.values() if step.paths]
     return paths, np.concatenate(drawn, axis=1) if drawn else np.zeros((0, 0))
+
+
+@dataclass(frozen=True)
+class NotDone:
+    """A step that found nothing, and why, one sentence each."""
+
+    name: str
+    reasons: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How the result depends on the zero position: title, what was taken to be different; values by path [SI]."""
+
+    title: str
+    values: dict[str, float]

@@ -56,7 +56,8 @@ class PullAsPrinted(Landing):
     .. math:: f_{pull} = -\sum_{j \ne p} (K_{pj} x_j + C_{pj} \dot x_j) + K_{pp} x_p + C_{pp} \dot x_p + F_p
 
     in the displacements of named points, the foot's velocity being the one after the bounce, ``+e v``.  ``F_p`` are the
-    drive's force on the foot, its weight and the smooth forces of the ground, of which the source's tip has none.
+    drive's force on the foot and its weight, of which the source's tip has none: (2.13) is what the rest of the system
+    does to the foot, and the ground's electrostatics is no part of it.
     The last two terms of the structure have the sign opposite to that of its force (erratum E1).
     """
 

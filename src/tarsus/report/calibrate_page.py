@@ -125,7 +125,8 @@ def _branches(result: Mapping[str, Any]) -> str:
     within = result["within"]
     note = (
         f"<p>A branch is kept when its cost is within {within['value']:g} residual scales of the best "
-        f"({escape(within['reason'])}); the residual scale is {result['residual_scale']:.2f} tolerances.</p>\n"
+        f"({escape(within['reason'])}); the residual scale is {result['residual_scale']:.2f} tolerances, "
+        f"for {result['effective_unknowns']:.1f} unknowns that the table's cells determine.</p>\n"
     )
     head = (
         Column("branch", number=False), Column("cost"), Column("weight"), Column("device", number=False),

@@ -95,6 +95,7 @@ def identify_html(found: Identification) -> str:
         for step in found.steps.values():
             parts += _step(found, step, numbers)
         parts += _validation(found.comparisons, numbers)
+    parts += _landing(found)
     parts += _in_air(found)
     parts += _zero(found)
     parts += _account(found)
@@ -285,6 +286,33 @@ def _in_air(found: Identification) -> list[str]:
         "<p>Records with the drive of the bounces in the air, against simulations of the identified structure "
         "and drive: root mean square of what is left of the motion of each point.</p>\n",
         table(head, rows, tall=len(rows) > 14),
+    ]
+
+
+def _landing(found: Identification) -> list[str]:
+    """Every landing rule that was tried, against one record of each set."""
+    verdict = found.landing
+    if verdict is None:
+        return []
+    columns = [
+        Column("rule", number=False),
+        Column("speed", "mm/s"),
+        Column("contradicted by"),
+        Column("off", "%"),
+    ]
+    rows: list[list[Cell]] = []
+    for one, wrong in zip(verdict.fits, verdict.contradicted, strict=True):
+        speed = getattr(one.rule, "speed", None)
+        shown = MISSING if speed is None else number(1e3 * speed, 3)
+        off = number(100.0 * float(np.median(one.off)), 3) if np.isfinite(one.off).all() else MISSING
+        rows.append([code(one.rule.kind), shown, str(wrong), off])
+    return [
+        "<h2>Landing rule</h2>\n",
+        f"<p>The identified device under every rule, against one record of each of {len(verdict.sets)} sets of ramps "
+        "and bounces. A record contradicts a rule where the foot moves off it more than twice as much as under the "
+        "rule that meets it best; off is the median of the root mean square of that, over the foot's motion.</p>\n",
+        *(f"<p>{escape(said)}.</p>\n" for said in verdict.sentences()),
+        table(columns, rows),
     ]
 
 

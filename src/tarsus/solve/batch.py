@@ -80,10 +80,12 @@ def simulate_batch(
     own = {path: where for path, where in native.items() if where is not None}
     starts = {path: initial_column(scene, path) for path in values if path not in own}
     starts = {path: column for path, column in starts.items() if column is not None}
-    for path in own:
-        for edge in (values[path].min(), values[path].max()):
-            with_values(scene, {path: float(edge)})  # bounds are intervals: both ends suffice
     rest = [path for path in values if path not in own and path not in starts]
+    if own:  # bounds are intervals: both ends suffice
+        lowest = {path: float(values[path].min()) for path in own}
+        highest = {path: float(values[path].max()) for path in own}
+        for ends in (lowest, highest) if lowest != highest else (lowest,):
+            with_values(scene, ends)
     groups: dict[tuple[float, ...], list[int]] = {}
     for i in range(count):
         groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)

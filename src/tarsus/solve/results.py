@@ -26,7 +26,7 @@ from tarsus.measure import (
 from tarsus.plan import initial_column, law_column
 from tarsus.scene import Scene
 from tarsus.solve import shown
-from tarsus.solve.codes import EventColumns, ResultCode, structured_events
+from tarsus.solve.codes import EventColumns, EventLog, ResultCode
 from tarsus.solve.engine import RawRuns
 from tarsus.solve.march import RawWalks
 from tarsus.solve.walkrun import structured_marks
@@ -108,6 +108,14 @@ class Part:
         marks, end = (raw.marks, raw.mark_end) if isinstance(raw, RawWalks) else (None, np.zeros(0, np.intp))
         return cls(members, raw.codes, raw.events, raw.event_end, raw.finish[:, 0].copy(), marks, end)
 
+    @cached_property
+    def log(self) -> EventLog:
+        """Events of the runs, one by one."""
+        return EventLog(self.events, self.event_end)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: self.__dict__[name] for name in self.__dataclass_fields__}
+
 
 @dataclass(frozen=True, repr=False)
 class Batch:
@@ -181,21 +189,29 @@ class Batch:
             part[one.members], place[one.members] = number, np.arange(len(one.members))
         return part, place
 
+    def _number(self, i: int | tuple[int, ...]) -> int:
+        return int(np.ravel_multi_index(i, self.shape)) if isinstance(i, tuple) else int(i)
+
+    def _at(self, i: int | tuple[int, ...]) -> tuple[Part, int]:
+        """Where a run is."""
+        part, place = (int(one[self._number(i)]) for one in self._where)
+        return self.parts[part], place
+
     def run(self, i: int | tuple[int, ...]) -> BatchRun:
         """Run number ``i``, or at an index of the grid."""
-        number = int(np.ravel_multi_index(i, self.shape)) if isinstance(i, tuple) else int(i)
-        part, place = (int(one[number]) for one in self._where)
-        one = self.parts[part]
+        number = self._number(i)
+        one, place = self._at(number)
         marks = None if one.marks is None else self._marks([_rows(one.marks, one.mark_end, place)])
         values = {path: float(column[number]) for path, column in self.vary.items()}
         return BatchRun(
-            structured_events(_rows(one.events, one.event_end, place)), tuple(self.scene.robot.feet), self.duration,
+            one.log.all_of(place), tuple(self.scene.robot.feet), self.duration,
             float(self.periods[number]), self.codes[number], self.scene, values, marks, float(one.ends[place]),
         )  # fmt: skip
 
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
-        return self.run(i).events
+        part, place = self._at(i)
+        return part.log.of(place)
 
     def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""

@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
+ROUNDINGS = 30.0
+"""Roundings that add up in an energy of a film's momentum: the terms of a step's quadratic form, about."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -241,7 +243,7 @@ def _rounding(run: Run, last: Floats) -> float:
     momenta = np.array([film_momentum(run, float(gap)) for gap in gaps])
     speed = np.linalg.solve(system.mass, system.normals @ momenta) if momenta.any() else np.zeros(n)
     energy = 0.5 * speed @ system.mass @ speed + run.end_time * speed @ system.damping @ speed
-    return float(np.finfo(float).eps * energy)
+    return float(ROUNDINGS * np.finfo(float).eps * energy)
 
 
 def balance(run: Run, terms: dict[str, float], last: Floats, least: float = 0.0) -> Ledger:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,9 @@ if TYPE_CHECKING:
     from tarsus_reproduce.cantilever import CantileverReproduction, Row
 
 
-def run(device: str | None, rows: Path | None, output: Path | None, *, json: bool, quiet: bool = False) -> int:
+def run(
+    device: str | None, rows: Path | None, output: Path | None, *, json: bool, quiet: bool = False
+) -> int:
     """Reproduce, print and write; the exit code. Quiet: nothing is printed."""
     from tarsus.cli import console
     from tarsus_reproduce.cantilever import reproduce_cantilever
@@ -35,7 +38,10 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
 
     print(f"Micro-cantilever under periodic drive, device '{reproduction.device}'")
     print("source = the source's model, measured = its experiment; error = (measured - simulated)/measured")
-    print("ours = median over drive periods after transients and members of a mixture (interval that holds 80 %)")
+    over = "drive periods after transients"
+    if reproduction.calibration is not None:
+        over += ", members of a mixture and what the model misses of a row left out"
+    print(f"ours = median over {over} (interval that holds 80 %)")
     for title, cells in _tables(reproduction):
         print(f"\n{title}")
         console.table(
@@ -47,6 +53,13 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
         "\nperiods with a bounce: "
         + ", ".join(f"{_drive(row)} {share(row.p_bounce)}" for row in reproduction.rows)
     )
+    if reproduction.calibration is not None:
+        print(
+            "\nThe mixture by its calibration (left out: each row as predicted by a mixture refitted without it)"
+        )
+        console.table(
+            ("against the measurement", "calibrated on", "left out"), _left_out(reproduction.calibration)
+        )
     for title, part in _parts(summary):
         print(f"\n{title}")
         console.table(("against the measurement", "source", "ours"), _summary_rows(part))
@@ -57,6 +70,32 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
             f"{close['contact_within_30_percent_or_1_ms']} of {close['contact']['cases']}, "
             f"existence of bounces in {close['existence_right']} of {close['count_cases']}"
         )
+
+
+def _left_out(calibration: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Errors of the packaged mixture over the rows it was fitted to, and over each row predicted without it."""
+    both = [calibration["training"], calibration["left_out"]]
+    held = [_whole(one["held"] if one else None) for one in both]
+
+    def line(title: str, name: str, key: str, show: Callable[[float | None], str]) -> tuple[str, str, str]:
+        first, second = (show(one["measures"][name][key] if one else None) for one in both)
+        return (title, first, second)
+
+    return [
+        line("existence of bounces: Brier score", "bounces", "brier", lambda one: _number(one, 2)),
+        line("mean error of the number", "bounces", "mean_absolute_error", lambda one: _number(one, 2)),
+        line("peak: mean error, absolute", "peak", "mean_relative_error", _whole),
+        line("contact: mean error, absolute", "contact", "mean_relative_error", _whole),
+        *(
+            line(f"{name}: values in the 80 % interval", name, "held", _whole)
+            for name in ("bounces", "peak", "contact")
+        ),
+        ("all: values in the 80 % interval", held[0], held[1]),
+    ]
+
+
+def _whole(share: float | None) -> str:
+    return "-" if share is None else f"{100.0 * share:.1f} %"
 
 
 def _tables(reproduction: CantileverReproduction) -> list[tuple[str, list[tuple[str, ...]]]]:

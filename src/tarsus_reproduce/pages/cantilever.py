@@ -80,6 +80,7 @@ def cantilever_html(result: Mapping[str, Any]) -> str:
         f'<p class="lede">{len(result["rows"])} periodic drives; Tarsus {escape(package_version())}.</p>\n',
         "<h2>Summary</h2>\n",
         summary_table(result["summary"]),
+        _calibration_section(result.get("calibration")),
         "<h2>Row by row</h2>\n",
     ]
     with figure_style():
@@ -91,6 +92,38 @@ def cantilever_html(result: Mapping[str, Any]) -> str:
         "</p></footer>"
     )
     return page(f"{device} – reproduction", "".join(parts))
+
+
+def _calibration_section(calibration: Mapping[str, Any] | None) -> str:
+    """What the calibration says of fitted rows and of each row left out; nothing without one."""
+    if calibration is None:
+        return ""
+    parts = [("calibrated on", calibration["training"]), ("left out", calibration["left_out"])]
+    parts = [(title, part) for title, part in parts if part is not None]
+    columns = [Column("measure", number=False)]
+    keys = (("mean_relative_error", "relative error"), ("held", "in 80 %"), ("brier", "Brier"))
+    columns += [Column(words) for _ in parts for _, words in keys]
+    body: list[list[Cell]] = []
+    for name in calibration["training"]["measures"]:
+        cells: list[Cell] = [name]
+        for _, part in parts:
+            for key, _ in keys:
+                value = part["measures"][name][key]
+                percent = key != "brier"
+                cells.append(
+                    MISSING if value is None else f"{100 * value:.0f} %" if percent else f"{value:.2f}"
+                )
+        body.append(cells)
+    note = (
+        "<p>The mixture's medians against the measurement over the rows it was fitted to, and over each row as it was "
+        "predicted by a mixture refitted without it: mean absolute relative error, values in the 80 % interval, "
+        "and the Brier score of existence (a coin has 0.25).</p>\n"
+    )
+    return (
+        "<h2>Calibrated on and left out</h2>\n"
+        + table(columns, body, over=[("", 1), *((title, len(keys)) for title, _ in parts)])
+        + note
+    )
 
 
 def rows_section(rows: Sequence[Mapping[str, Any]], numbers: Iterator[int]) -> str:
@@ -131,9 +164,8 @@ def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     handles, labels = panels[1].get_legend_handles_labels()
     figure_.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.3)
     caption = (
-        "Bounces per period, peak after break-off and contact duration per period of every case, bars hold 80 % of our "
-        "drive periods; the axis of "
-        "contact durations is linear below 1 ms and logarithmic above."
+        "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
+        "intervals; the axis of contact durations is linear below 1 ms and logarithmic above."
     )
     return Plate(to_svg(figure_, caption), caption)
 
@@ -168,7 +200,8 @@ def _rows_table(rows: Sequence[Mapping[str, Any]]) -> str:
         body.append(cells)
     note = (
         "<p>Tarsus is the median over drive periods after transients, 80 % the interval that holds 80 % "
-        "of them. Error is (measured − Tarsus) / measured, as the source gives it, and a difference for bounces; "
+        "of them; for a mixture also over its members, and over what the model misses of rows left out. "
+        "Error is (measured − Tarsus) / measured, as the source gives it, and a difference for bounces; "
         f"errors beyond {100 * NOTABLE:.0f} % are coloured.</p>\n"
     )
     return table(columns, body, over=over) + note

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from calibrate.toys import BALL, ball_study
 
 import tarsus as ts
-from tarsus.calibrate.calibrating import calibrate
+from tarsus.calibrate.calibrating import ENOUGH_ROWS, calibrate
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
@@ -170,6 +171,8 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "did you mean 'height'",
         ),
         ("[search]", "[search]\nwithn = 3", "withn"),
+        ("[search]", "[search]\nstart = [{{ee = 0.7}}]", "search.start, set 1: there is no unknown 'ee'"),
+        ("[search]", "[search]\nstart = [{{e = 0.99}}]", "set 1: 'e' lies outside its bounds, got 0.99"),
     ],
 )
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
@@ -177,6 +180,13 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     with pytest.raises(InputError) as error:
         lower_study(*_described(ball_study(tmp_path, "50,1,1\n", BALL.replace(old, new))))
     assert said in str(error.value)
+
+
+def test_a_search_begins_from_the_sets_that_it_is_given(tmp_path):
+    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.8125}}, {{push = 0.3}}]")
+    found = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
+    assert found.starts is not None, "what a set does not name is in the middle of its bounds"
+    assert found.unknowns.values(found.starts) == pytest.approx(np.array([[0.8125, 0.75], [0.725, 0.3]]))
 
 
 def test_a_bad_table_is_told_with_its_lines(tmp_path):
@@ -216,6 +226,22 @@ softness = "1 mm"
     costs = lowered.problem.costs(readings, lowered.problem.branches[0])
     assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
+
+
+def test_a_study_names_sets_to_start_from(tmp_path):
+    text = BALL.replace("[search]", '[search]\nstart = [{{e = 0.59}}, {{push = 0.3, e = "0.95"}}]')
+    problem = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
+    assert problem.starts is not None
+    np.testing.assert_allclose(problem.unknowns.values(problem.starts), [[0.59, 0.75], [0.95, 0.3]])
+
+
+def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):
+    lowered = lower_study(*_described(ball_study(tmp_path, "50,1,1\n70,1,1\n")))
+    branch = lowered.forward.branches[0]
+    bad = replace(branch.rows[1], fixed={"robot.feet.ball.gap": -1.0})
+    forward = replace(lowered.forward, branches=(replace(branch, rows=(branch.rows[0], bad)),))
+    readings = forward(0, np.array([[0.8, 0.5]]), (0, 1))
+    assert np.isfinite(readings[0, 0]).any() and np.isinf(readings[0, 1]).all()
 
 
 def test_draws_start_with_velocities_of_their_own_and_all_sets_with_the_same(tmp_path):
@@ -264,3 +290,11 @@ def test_the_study_on_the_calibration_page_is_one(tmp_path):
     assert row.template.signals["pzt"].offset == 2.0
     readings = lowered.forward(0, values[None], problem.rows)
     assert readings.shape == (1, 4, len(lowered.forward.channels), 2) and np.isfinite(readings[0, :, 1]).all()
+
+
+def test_what_three_rows_left_out_miss_is_not_taken_for_the_model(finished):
+    """The rows left out of a table of three miss because the unknowns are no longer determined."""
+    solution = finished[0].solution
+    assert solution.problem.trained == 3 < ENOUGH_ROWS
+    assert solution.left_out is not None
+    assert np.array_equal(solution.discrepancy.sigma, solution.fit.discrepancy.sigma)

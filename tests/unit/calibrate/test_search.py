@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from calibrate.toys import cells, problem, search, unknowns
 
+from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
+from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
 from tarsus.calibrate.problem import Given
+from tarsus.calibrate.search import screen
 from tarsus.files.sweepstore import SweepStore
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
@@ -146,6 +151,37 @@ def test_a_killed_search_goes_on_to_the_same_result(tmp_path):
     assert calls == third, "a finished search simulates nothing"
 
 
+def test_sets_that_a_study_names_are_visited_by_every_branch_after_the_even_ones():
+    """A needle that an even spread misses: without its name the search does not find it."""
+
+    def needle(run: int, one: np.ndarray) -> np.ndarray:
+        off = np.abs(one - np.array(TRUTH)).max()
+        return (X if off < 1e-3 else 50.0 + X)[:, None, None]
+
+    table = cells(X[:, None])
+    plan = search(short=0, generations=0, spread=0)
+    lost = solve(problem(table, needle, unknowns("ab"), TWO), plan)
+    named = replace(problem(table, needle, unknowns("ab"), TWO), starts=np.array([TRUTH]))
+    found = solve(named, plan)
+    assert found.found[0].cost < 0.01 < lost.found[0].cost and found.found[1].cost < 0.01
+    archive = Archive(named)
+    screen(named, archive, plan)
+    points = archive.points(0)[0]
+    assert len(points) == plan.screening + 1 and points[-1].tolist() == list(TRUTH)
+
+
+def test_members_are_a_sample_and_not_its_edge():
+    """Thinned so that each is far from the others, members lay on the edge of the cloud they stood for."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(4000, 5))
+    cost = (points**2).sum(axis=1)
+    share = np.where(points[:, 0] > 0.0, 3.0, 1.0)
+    chosen = drawn(share, cost, 400)
+    assert cost[chosen].mean() == pytest.approx(5.0, rel=0.03)
+    assert np.quantile(cost[chosen], 0.9) == pytest.approx(np.quantile(cost, 0.9), rel=0.05)
+    assert (points[chosen, 0] > 0.0).mean() == pytest.approx(0.75, abs=0.06)
+
+
 def test_another_seed_is_another_search():
     first, second = (solve(of(0), search(seed=seed)) for seed in (1, 2))
     assert not np.array_equal(first.fit.ensembles[0].points, second.fit.ensembles[0].points)
@@ -172,3 +208,20 @@ def _best_without(constant, row: int) -> float:
     screen(constant, archive, plan)
     fit = leave_out(constant, archive, plan, [0], row)
     return float(constant.unknowns.values(fit.ensembles[0].points[0])[0])
+
+
+def test_a_row_left_out_is_as_uncertain_as_the_other_rows_left_out_were_wrong():
+    """A line through two of three points of a parabola misses neither, and the third by 1 or 2."""
+    x = np.array([1.0, 2.0, 3.0])
+    table = cells(20.0 + x[:, None] ** 2, absolute=0.1)
+    given = problem(
+        table,
+        lambda run, one: (20.0 + one[0] + one[1] * x)[:, None, None],
+        unknowns("ab", -9.0, 9.0),
+        robust=1e3,
+    )
+    found = solve(given, search(generations=20, leave_out=20))
+    assert found.left_out is not None
+    told = [one for (one,) in found.left_out]
+    assert [one.median for one in told] == pytest.approx([19.0, 25.0, 27.0], abs=0.2)
+    assert all(1.5 < one.high - one.low < 8.0 for one in told), "the tolerance alone is 0.3 wide"

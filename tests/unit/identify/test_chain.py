@@ -86,6 +86,18 @@ def test_the_impact_map_is_mass_weighted():
     assert "agrees" in found.notes[0]
 
 
+def test_the_landing_rule_of_the_device_file_is_tested_and_stays_where_records_allow_it():
+    """An adhesion of 4 nN holds hardly anything: restitution first meets these few records as well."""
+    found = identified().landing
+    assert found is not None and not found.replaced and found.chosen == truth().ground.landing_rule
+    assert set(found.sets) >= {"ramps-20hz-50", "ramps-60hz-100"}
+    by_kind = {one.rule.kind: count for one, count in zip(found.fits, found.contradicted, strict=True)}
+    assert by_kind["capture_unless_pulled"] == 0 and by_kind["pull_as_printed"] >= 2
+    said = summary_of(identified())["landing"]
+    assert said["chosen"]["kind"] == "capture_unless_pulled" and said["decided"] is found.decided is False
+    assert "undecided between" in said["sentences"][0]
+
+
 def test_held_out_records_are_met():
     comparisons = identified().comparisons
     assert len(comparisons) == 2

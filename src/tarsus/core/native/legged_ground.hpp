@@ -79,7 +79,8 @@ inline void land(Legged& s, int i) {
   }
   at.after = s.laws.rebound(f, at.speed);
   if (s.laws.has(f, PULL_AS_PRINTED)) {
-    at.printed = at.pull - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * at.after;
+    const double own = structure_force(s, i, UP, -leg.gap);  // the ground's forces are no part of (2.13)
+    at.printed = own - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * at.after;
   }
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
   if (kind == BOUNCE) {

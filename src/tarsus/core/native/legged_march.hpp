@@ -33,7 +33,7 @@ struct LeggedMarch : Legged {
   // before the height.
   void begin(const double* initial, const double* parameters) {
     const int nb = coordinates(), n = nb + 2 * legs();
-    laws.use(parameters);
+    laws.take(parameters);
     clock = Clock();
     clock.mark = 0.0;
     player.restart();
@@ -137,9 +137,12 @@ struct LeggedMarch : Legged {
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
-    if (keeps_account) add_energies(*this, h, fraction);
-    while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) sample(h, fraction, before);
     motion_at(*this, h, fraction, moment);
+    if (keeps_account) add_energies(*this, h, fraction, moment);
+    if (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) {
+      while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) sample(h, fraction, before);
+      motion_at(*this, h, fraction, moment);
+    }
     for (int i : body.leg) {
       Foot& foot = feet[i];
       if (foot.contact == AIR && settings.track) {

@@ -20,21 +20,21 @@ inline void remove_film_momenta(Modal& m) {
   }
 }
 
-// Pull on a foot at the ground by rows of the state and of the inputs, its own smooth force at contact included.
-inline double smooth_pull(const Modal& m, const double* rows, const double* feeds, int foot, double t) {
+// Pull of the robot on a foot at the ground by rows of the state and of the inputs, without the ground's own forces on it.
+inline double robot_pull(const Modal& m, const double* rows, const double* feeds, int foot, double t) {
   const double* feed = feeds + foot * m.sizes.inputs();
   double pull = m.along(rows, foot) + feed[m.sizes.last()];
   for (int d = 0; d < m.sizes.drives; d++) {
     const double part = feed[2 * m.sizes.feet + d];
     if (part != 0.0) pull += part * m.player.value(d, t);
   }
-  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
   return pull;
 }
 
-// Structure's pull on a free foot if it were stopped on the ground now.
+// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included.
 inline double pull_if_held(const Modal& m, int foot, double t) {
-  double pull = smooth_pull(m, m.mode->held_rows, m.mode->held_feed, foot, t);
+  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, foot, t);
+  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
   for (int k : m.mode->free) {
     const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
     if (factor == 0.0 || k == foot) continue;
@@ -148,7 +148,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
   at.after = m.laws.rebound(foot, speed);
   at.strength = new_strength(m, foot);
   if (m.laws.has(foot, PULL_AS_PRINTED)) {
-    at.printed = smooth_pull(m, mode.printed, mode.printed_feed, foot, t) + mode.printed_damping[foot] * (rate + at.after);
+    at.printed = robot_pull(m, mode.printed, mode.printed_feed, foot, t) + mode.printed_damping[foot] * (rate + at.after);
   }
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {

@@ -98,8 +98,8 @@ def touch(body, signals, laws, state, events, f, nb):
     gap = state.foot[i, 0, 0] + body.gap[i]
     speed = -(state.foot[i, 0, 1] + film_momentum(laws, f, gap) / mass)
     state.foot[i, 0, 0] = -body.gap[i]
-    pull = structure_force(body, signals, state, i, 0, -body.gap[i], nb, t)
-    pull += smooth_at_contact(laws, signals, state, f, t)
+    own = structure_force(body, signals, state, i, 0, -body.gap[i], nb, t)
+    pull = own + smooth_at_contact(laws, signals, state, f, t)
     latch = laws.flags[f] & HAS_LATCH != 0
     strength = hooks.strength(laws.parameters, laws.pointer, f, 0.0) if latch else 0.0
     if speed <= state.real[a.EPS_SPEED]:
@@ -115,7 +115,7 @@ def touch(body, signals, laws, state, events, f, nb):
     kept = 0.5 * mass * after * after
     printed = 0.0
     if laws.flags[f] & PULL_AS_PRINTED:
-        printed = pull - 2.0 * body.stiffness[i, 0] * body.gap[i] + body.damping[i, 0] * after
+        printed = own - 2.0 * body.stiffness[i, 0] * body.gap[i] + body.damping[i, 0] * after
     kind = landing(laws, f, after, pull, strength, printed, 1.0 / mass, state.real[a.REST_HEIGHT])
     if kind != BOUNCE:
         over = rest_time(t, speed, after, pull, 1.0 / mass) if kind == REST else t

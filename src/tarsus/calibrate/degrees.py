@@ -1,0 +1,88 @@
+"""How many unknowns the cells of a table determine, and how large the residuals of the best set are for that.
+
+An unknown that a prior or its own bounds hold is no degree of freedom of a fit: it does not bend to the cells. The
+number of unknowns that do is the trace of the hat matrix of the fit linearised about the best set,
+
+    p = tr((G + L)^-1 G),   G = J^T J,
+
+J the slopes of the pulls (residuals over tolerance and scatter) along the unknowns, and L what is known of them
+beforehand (MacKay 1992, "well-determined parameters"). J comes from a linear regression over the visited sets of lowest
+cost; what noise alone would give to G, the residual variance of the regression times (X^T X)^-1, is taken off, for a
+chaotic motion gives every regression some slope.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.calibrate.archive import Archive
+from tarsus.calibrate.problem import Problem
+
+__all__ = ["Freedom", "effective_unknowns", "freedom_of_best", "residual_scale"]
+
+Floats = NDArray[np.float64]
+
+SETS = 12
+"""Sets for each coefficient of the regression: slopes are then known within a third of the scatter of the pulls, and a
+third of a usual population's visits is enough for them."""
+FEWEST = 2
+"""With fewer sets for each coefficient nothing is regressed, and every unknown counts."""
+
+
+def residual_scale(cells: int, unknowns: float, misfit: float) -> float:
+    """Squared residual scale: misfit of the table's cells over their degrees of freedom, at least 1.
+
+    Cells less unknowns that they determine, but at least a quarter of the cells.
+    """
+    return max(1.0, misfit / max(cells - unknowns, 0.25 * cells, 1.0))
+
+
+def effective_unknowns(points: Floats, pulls: Floats, costs: Floats, precision: Floats) -> float:
+    """Number of unknowns that cells determine, from visited points (n, nu), pulls (n, nc) and costs (n,) there, and
+    what is known of each unknown beforehand, as 1 over its variance (nu,)."""
+    nu = points.shape[1]
+    chosen = np.argsort(costs, kind="stable")[: SETS * (nu + 1)]
+    if len(chosen) < FEWEST * (nu + 1):
+        return float(nu)
+    x = points[chosen] - points[chosen].mean(axis=0)
+    y = pulls[chosen] - pulls[chosen].mean(axis=0)
+    inverse = np.linalg.pinv(x.T @ x)
+    slopes = inverse @ (x.T @ y)
+    noise = ((y - x @ slopes) ** 2).sum() / (len(chosen) - nu - 1)
+    gram = slopes @ slopes.T - noise * inverse
+    own = np.sqrt(precision)
+    told = np.linalg.eigvalsh(gram / np.outer(own, own)).clip(min=0.0)
+    return float((told / (1.0 + told)).sum())
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Degrees of freedom of a fit: cells, unknowns that they determine, misfit of the cells at the best set."""
+
+    cells: int
+    unknowns: float
+    misfit: float
+
+    @property
+    def scale(self) -> float:
+        """Squared residual scale."""
+        return residual_scale(self.cells, self.unknowns, self.misfit)
+
+
+def freedom_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> Freedom:
+    """Degrees of freedom of a branch at its best set, of the rows that are fitted."""
+    chosen = problem.branches[branch]
+    points, readings = archive.points(chosen.run)
+    costs = problem.costs(readings, chosen)
+    total = problem.total(costs, points, without)
+    i = int(np.argmin(total))
+    rows = np.ones(problem.trained, dtype=bool)
+    if without is not None:
+        rows[without] = False
+    known = np.isfinite(problem.objective.cells.observed[rows])
+    pulls = costs.pulls[:, rows][:, known]
+    unknowns = effective_unknowns(points, pulls, total, problem.unknowns.precision(points[i]))
+    return Freedom(int(known.sum()), unknowns, float(costs.misfit[i, rows].sum()))
