@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -32,7 +34,21 @@ class SharedBook:
     """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads."""
 
     def __init__(self, plan: Plan, duration: float) -> None:
-        self.book = ModeBook(plan.system, step_lengths(duration), plan.laws.use_rates)
+        self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
+        self._met: list[int] = []
+        _ = self.book  # now, not when threads first meet there
+
+    @cached_property
+    def book(self) -> ModeBook:
+        """The contact modes, those of a pickle in the order in which its runs met them: recorded steps number them."""
+        book = ModeBook(*self._made_of)
+        for mask in self._met:
+            book.require(mask)
+        return book
+
+    def __getstate__(self) -> dict[str, Any]:
+        met = [mode.mask for mode in self.book.modes]
+        return {"_made_of": self._made_of, "_met": met}
 
 
 @dataclass
