@@ -65,6 +65,11 @@ def source_hash() -> str:
     return digest.hexdigest()[:16]
 
 
+def without_native(plan: Any) -> dict[str, Any]:
+    """What is pickled of a plan: its fields; what the native engine holds of it is made again where it is needed."""
+    return {name: plan.__dict__[name] for name in plan.__dataclass_fields__}
+
+
 @dataclass(frozen=True)
 class FootLaws:
     """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,); addresses (8,) of users' functions and,
@@ -78,6 +83,9 @@ class FootLaws:
     terms: tuple[tuple[int, int, int, int], ...] = ()
     """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
     programs: tuple[Any, ...] = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
     @property
     def use_rates(self) -> bool:
@@ -129,6 +137,9 @@ class Plan:
     length: float
     force: float
     rate: float
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
     @property
     def feet(self) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from tarsus.core import _native
 from tarsus.core.walk.arrays import Body
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import Pieces
-from tarsus.plan import Plan, lower_scene
+from tarsus.plan import Plan, lower_scene, without_native
 from tarsus.scene import Scene
 from tarsus.structure.walker import Walker
 
@@ -30,6 +31,9 @@ class WalkPlan:
     plan: Plan
     body: Body
     blocks: np.ndarray
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
     @cached_property
     def native(self) -> _native.LeggedBody:

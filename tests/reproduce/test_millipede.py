@@ -203,11 +203,11 @@ def test_what_the_printed_landing_shows_on_few_grounds():
         if one.trend.directional and one.finding.verdict is Verdict.AGREES
     }
     assert shown >= {
-        ("4.8", "max_heave"), ("4.8", "max_peak"), ("4.8", "max_surge"), ("4.8", "all_rebounds"),
+        ("4.8", "max_heave"), ("4.8", "max_peak"), ("4.8", "max_surge"), ("4.8", "total_rebounds_any_height"),
         ("4.11", "max_heave"), ("4.11", "max_surge"),
     }  # fmt: skip
     assert outcome.comparisons[0].verdict is Verdict.AGREES
-    bounces = swept(outcome, "millipede-electrostatics").values["all_rebounds"]
+    bounces = swept(outcome, "millipede-electrostatics").values["total_rebounds_any_height"]
     assert (bounces[-3:].mean(axis=0) > bounces[:3].mean(axis=0)).all()
 
 

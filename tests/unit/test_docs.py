@@ -21,6 +21,15 @@ def test_the_scene_on_the_file_format_page_is_one():
     assert scene.origin("robot.feet.tip.gap").source.value == "printed"
 
 
+def test_the_grid_on_the_page_of_batches_runs():
+    page = (DOCS / "batches.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["contact"].shape == (5, 3) and np.isfinite(names["contact"]).all()
+    assert names["data"]["peak"].dims == ("ground.film.coefficient", "signals.pzt.amplitude")
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

@@ -11,7 +11,7 @@ import pytest
 import tarsus as ts
 from tarsus.core import arrays as a
 from tarsus.errors import InputError
-from tarsus.measure import FootHistory
+from tarsus.measure import Flights
 from tarsus.solve import Accuracy, ResultCode
 from tarsus.solve.codes import EventLog, structured_events
 
@@ -228,7 +228,7 @@ def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
         assert batch.measure(name)[0] == every[name].value
     with pytest.raises(InputError, match="no measure 'peek'; did you mean 'peak'"):
         batch.measure("peek")
-    monkeypatch.delattr(FootHistory, "rebounds")  # no other measure can be computed any more
+    monkeypatch.delattr(Flights, "rebounds")  # no other measure can be computed any more
     assert batch.measure("peak")[0] == every["peak"].value
 
 

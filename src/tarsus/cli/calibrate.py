@@ -34,7 +34,7 @@ def calibrate(
     seed
         of the search, instead of the study's own.
     threads
-        worker threads; all cores by default. The result does not depend on them.
+        worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         continue what the folder holds; visited sets are not simulated again.
     overwrite

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -69,6 +71,18 @@ EVENT_TYPE = np.dtype(
 approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
 the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
 that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]."""
+
+
+@dataclass(frozen=True)
+class EventColumns:
+    """Kernel event rows (ne, 12) of several batches, one after the other, field by field as measures ask for them."""
+
+    rows: Sequence[np.ndarray]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A field of `EVENT_TYPE` (ne,)."""
+        column = list(_FIELDS).index(name)
+        return np.concatenate([some[:, column] for some in self.rows])
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:

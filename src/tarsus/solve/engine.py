@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +38,23 @@ class SharedBook:
     """
 
     def __init__(self, plan: Plan, duration: float, *, shared: SharedBook | None = None) -> None:
-        other = None if shared is None else shared.book
-        self.book = ModeBook(plan.system, step_lengths(duration), plan.laws.use_rates, shared=other)
+        self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
+        self._met: list[int] = []
+        if shared is not None:
+            self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
+        _ = self.book  # now, not when threads first meet there
+
+    @cached_property
+    def book(self) -> ModeBook:
+        """The contact modes, those of a pickle in the order in which its runs met them: recorded steps number them."""
+        book = ModeBook(*self._made_of)
+        for mask in self._met:
+            book.require(mask)
+        return book
+
+    def __getstate__(self) -> dict[str, Any]:
+        met = [mode.mask for mode in self.book.modes]
+        return {"_made_of": self._made_of, "_met": met}
 
 
 def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.book import NODES, step_lengths
-from tarsus.core.walk.tables import step_tables
 from tarsus.slots import Rows, rows_of
 from tarsus.solve.engine import Accuracy, unit_settings
 from tarsus.walkplan import WalkPlan
@@ -76,5 +75,4 @@ def walk(
 
 def tables_of(plan: WalkPlan, duration: float) -> _native.LegTables:
     """Step tables of a plan's legs for runs of one duration."""
-    mass, stiffness, damping = plan.blocks.T
-    return _native.LegTables(step_tables(mass, stiffness, damping, step_lengths(duration)))
+    return _native.LegTables(NODES, *np.ascontiguousarray(plan.blocks.T), step_lengths(duration))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,7 @@ from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
+from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events
 from tarsus.solve.engine import RawRuns
 
@@ -61,7 +62,7 @@ class Ledger:
     closure: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A finished simulation of ``scene`` over ``duration`` [s].
 
@@ -74,6 +75,15 @@ class Run:
     duration: float
     period: float
     wall_s: float
+
+    def __repr__(self) -> str:
+        return shown.run_line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.run_table(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return shown.state_of(self, self.scene)
 
     @cached_property
     def code(self) -> ResultCode:

@@ -41,7 +41,7 @@ def structured_marks(rows: np.ndarray, body: int, feet: int) -> np.ndarray:
     return np.ascontiguousarray(rows).view(kind).reshape(len(rows))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class WalkRun(Run):
     """A finished simulation of a walker. Series are taken by marching through the run again: the engine samples itself,
     so that nothing is interpolated."""

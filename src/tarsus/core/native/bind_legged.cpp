@@ -51,28 +51,12 @@ void make_body(Body* out, nb::handle group) {
   }
 }
 
-void make_tables(LegTables* out, nb::handle group) {
-  new (out) LegTables();
-  out->lengths = field<double>(group, "lengths");
-  out->rate = field<double>(group, "rate");
-  out->longest = narrowed<int>(field<int64_t>(group, "longest"));
-  const auto state = nb::cast<Doubles>(group.attr("state")), reach = nb::cast<Doubles>(group.attr("reach"));
-  const auto force = nb::cast<Doubles>(group.attr("force")), film = nb::cast<Doubles>(group.attr("film"));
-  out->steps.resize(out->lengths.size() * out->rate.size());
-  for (size_t q = 0; q < out->steps.size(); q++) {
-    LegStep& step = out->steps[q];
-    std::copy_n(state.data() + q * 4 * N, 4 * N, &step.state[0][0]);
-    std::copy_n(force.data() + q * 2 * N * N, 2 * N * N, &step.force[0][0][0]);
-    std::copy_n(film.data() + q * 2 * N * N, 2 * N * N, &step.film[0][0][0]);
-    for (int v = 0; v < 2; v++) {
-      for (int j = 0; j < N; j++) {
-        step.force_end[v][j] = step.force[v][j][N - 1];
-        step.film_end[v][j] = step.film[v][j][N - 1];
-      }
-    }
-    step.reach_force = reach.data()[2 * q];
-    step.reach_film = reach.data()[2 * q + 1];
-  }
+// One step's matrices, for tests: state (4, N), force and film (2, N, N), largest |u| under a constant one.
+nb::tuple step_of(const LegTables& tables, int k, int kind) {
+  const LegStep& step = tables.of(k, kind);
+  const auto rows = [](const double* from, size_t count) { return returned(std::vector<double>(from, from + count * N), N); };
+  return nb::make_tuple(rows(&step.state[0][0], 4), rows(&step.force[0][0][0], 2 * N), rows(&step.film[0][0][0], 2 * N),
+                        step.reach_force, step.reach_film);
 }
 
 struct Ends {
@@ -127,7 +111,13 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
 
 void bind_legged(nb::module_& m) {
   nb::class_<Body>(m, "LeggedBody").def("__init__", &make_body);
-  nb::class_<LegTables>(m, "LegTables").def("__init__", &make_tables);
+  nb::class_<LegTables>(m, "LegTables")
+      .def("__init__",
+           [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness, const Doubles& damping,
+              const Doubles& lengths) {
+             new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
+           })
+      .def("step", &step_of);
   m.def("run_legged", &run_legged);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 #include "laws.hpp"
 #include "legged_body.hpp"
+#include "legged_tables.hpp"
 #include "log.hpp"
 #include "march.hpp"
 #include "signals.hpp"
@@ -39,6 +40,20 @@ struct BodyRows {
   Row x[MOST_COORDINATES], v[MOST_COORDINATES];
   Row push[MOST_COORDINATES], drag[MOST_COORDINATES];        // forces, and what damps, by its integral
   Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];   // of the free feet, and its integral
+};
+
+// What all held feet do to the body through spring and damper: push = offset - stiffness x, drag = - damping (x - x(0)).
+struct HeldLegs {
+  double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
+  double offset[MOST_COORDINATES];
+};
+
+// How the body answers its own legs within a step: held ones push and drag it, those in the air follow with their mass.
+struct Answer {
+  double push = -1.0, drag = -1.0, follow = -1.0;
+  bool operator==(const Answer& other) const {
+    return push == other.push && drag == other.drag && follow == other.follow;
+  }
 };
 
 constexpr int AHEAD = 5;  // powers of time in which the body's velocity goes on into the next step
@@ -121,8 +136,9 @@ struct Legged {
   std::vector<Row> channels;
   std::vector<LegRows> rows;
   BodyRows at;
-  Row solver[MOST_COORDINATES][N];              // columns of (1 + drag int + push int int)^-1
-  double solver_push[MOST_COORDINATES], solver_drag[MOST_COORDINATES];
+  HeldLegs held;
+  Row solver[MOST_COORDINATES][N];  // columns of (1 + follow + drag int + push int int)^-1
+  Answer answer[MOST_COORDINATES];  // that it was made for
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)

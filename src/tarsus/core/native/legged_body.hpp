@@ -59,24 +59,4 @@ struct Body {
   int feet() const { return int(leg.size()); }
 };
 
-// The exact motion of one kind of leg over a step of one length.
-struct alignas(64) LegStep {
-  double state[4][N];               // at the nodes: u of u0, u of w0, w of u0, w of w0
-  double force[2][N][N];            // u and w at the nodes (last index) of a force at one node
-  double film[2][N][N];             // the same of a film's momentum
-  double force_end[2][N];           // the same at the end of the step alone
-  double film_end[2][N];
-  double reach_force, reach_film;   // largest |u| under a constant one
-};
-
-struct LegTables {
-  std::vector<double> lengths;     // [s], falling
-  std::vector<double> rate;        // [1/s] of the fastest motion of every kind
-  std::vector<int> longest;        // first class whose nodes see the kind's own oscillation
-  std::vector<LegStep> steps;      // (lengths, kinds)
-
-  int classes() const { return int(lengths.size()); }
-  const LegStep& of(int k, int kind) const { return steps[size_t(k) * rate.size() + kind]; }
-};
-
 }  // namespace tarsus

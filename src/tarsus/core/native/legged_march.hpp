@@ -46,7 +46,7 @@ struct LeggedMarch : Legged {
       v[b] = initial[n + b];
       for (double& power : ahead[b]) power = 0.0;
       ahead[b][0] = v[b];
-      solver_push[b] = solver_drag[b] = -1.0;
+      answer[b] = Answer();
     }
     channels.back() = Row(0.0);
     for (int i = 0; i < legs(); i++) {

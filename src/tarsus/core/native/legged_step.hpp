@@ -74,12 +74,12 @@ inline void first_guess(Legged& s, double h) {
   }
 }
 
-// How the body answers its own held legs within a step: columns of (1 + drag int + push int int)^-1.
-inline void make_solver(const Nodes& nodes, double drag, double push, Row* solver) {
+// Columns of (1 + follow + drag int + push int int)^-1.
+inline void make_solver(const Nodes& nodes, const Answer& answer, Row* solver) {
   Row left[N];
   for (int r = 0; r < N; r++) {
-    left[r] = load(nodes.once[r]) * drag + load(nodes.twice[r]) * push;
-    left[r].set(r, left[r][r] + 1.0);
+    left[r] = load(nodes.once[r]) * answer.drag + load(nodes.twice[r]) * answer.push;
+    left[r].set(r, left[r][r] + 1.0 + answer.follow);
     solver[r] = Row(0.0);
     solver[r].set(r, 1.0);
   }
@@ -96,41 +96,56 @@ inline void make_solver(const Nodes& nodes, double drag, double push, Row* solve
   }
 }
 
-// Stiffness and damping that held feet put on every coordinate of the body, and the solver for them.
-inline void make_solvers(Legged& s, double h) {
-  double push[MOST_COORDINATES] = {}, drag[MOST_COORDINATES] = {};
-  for (int i : s.body.leg) {
+// What held feet do to the body, and how it answers its legs in a step of class k: the matrices of one that is taken
+// alone in every coordinate, which is enough to make the repetition settle fast.
+inline void make_solvers(Legged& s, int k, double h) {
+  s.held = {};
+  double follow[MOST_COORDINATES] = {};
+  for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
     for (int d = 0; d < DIRECTIONS; d++) {
-      if (!s.feet[i].held(d)) continue;
-      for (int n = 0; n < leg.hip[d].count; n++) {
-        const double squared = leg.hip[d].by[n] * leg.hip[d].by[n];
-        push[leg.hip[d].at[n]] += squared * leg.stiffness[d];
-        drag[leg.hip[d].at[n]] += squared * leg.damping[d];
+      const Hip& hip = leg.hip[d];
+      if (!s.feet[i].held(d)) {
+        // how far a foot follows its hip within the step: not at all in a short one, and wholly in a long one
+        const double share = std::min(s.tables.of(k, leg.kind[d]).reach_force * leg.stiffness[d], 1.0);
+        for (int n = 0; n < hip.count; n++) follow[hip.at[n]] += hip.by[n] * hip.by[n] * leg.mass * share;
+        continue;
+      }
+      for (int n = 0; n < hip.count; n++) {
+        s.held.offset[hip.at[n]] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
+        for (int l = 0; l < hip.count; l++) {
+          s.held.stiffness[hip.at[n]][hip.at[l]] += hip.by[n] * hip.by[l] * leg.stiffness[d];
+          s.held.damping[hip.at[n]][hip.at[l]] += hip.by[n] * hip.by[l] * leg.damping[d];
+        }
       }
     }
   }
   for (int b = 0; b < s.coordinates(); b++) {
-    push[b] *= h * h / s.body.mass[b];
-    drag[b] *= h / s.body.mass[b];
-    if (push[b] == s.solver_push[b] && drag[b] == s.solver_drag[b]) continue;
-    s.solver_push[b] = push[b];
-    s.solver_drag[b] = drag[b];
-    make_solver(s.nodes, drag[b], push[b], s.solver[b]);
+    const double m = 1.0 / s.body.mass[b];
+    const Answer answer = {s.held.stiffness[b][b] * h * h * m, s.held.damping[b][b] * h * m, follow[b] * m};
+    if (answer == s.answer[b]) continue;
+    s.answer[b] = answer;
+    make_solver(s.nodes, answer, s.solver[b]);
   }
 }
 
-// Loads on the body itself; nothing carried yet.
+// Loads on the body itself and what held feet put on it; nothing carried yet.
 inline void clear_body(Legged& s) {
   const int nb = s.coordinates();
   for (int b = 0; b < nb; b++) {
-    Row push = Row(-s.body.weight[b]);
+    Row push = Row(s.held.offset[b] - s.body.weight[b]), drag = Row(0.0);
     for (int d = 0; d < s.body.drives; d++) {
       const double load = s.body.load[d * nb + b];
       if (load != 0.0) push += s.channels[d] * load;
     }
+    for (int c = 0; c < nb; c++) {
+      if (s.held.stiffness[b][c] == 0.0 && s.held.damping[b][c] == 0.0) continue;
+      push -= s.at.x[c] * s.held.stiffness[b][c];
+      drag -= (s.at.x[c] - s.x[c]) * s.held.damping[b][c];
+    }
     s.at.push[b] = push;
-    s.at.drag[b] = s.at.momentum[b] = s.at.place[b] = Row(0.0);
+    s.at.drag[b] = drag;
+    s.at.momentum[b] = s.at.place[b] = Row(0.0);
   }
 }
 
@@ -140,30 +155,44 @@ TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const
   w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
 }
 
-// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns the largest change of the gap:
+// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns how much the gap has not settled by:
 // infinite where a stiff film does not settle, NaN where a number is undefined.
 TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, double h, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const Foot& foot = s.feet[i];
-  const Row before = r.gap;
+  const double settled = 1e-3 * s.settings.gap;
+  const Row before = r.gap - leg.gap;
+  double change;
   if (foot.film) {
-    if (is_stiff(s, table, leg.foot, r.gap) && !stiff_film(s, table, i, r)) return INF;
-    r.u[UP] += combine(&table.film[0][0][0], r.film);
+    const bool stiff = is_stiff(s, table, leg.foot, r.gap);
+    if (stiff && !stiff_film(s, table, i, r)) return INF;
+    const Row alone = r.u[UP];
+    r.u[UP] = alone + combine(&table.film[0][0][0], r.film);
+    change = highest(magnitude(r.u[UP] - before));
+    if (change > settled && !stiff) {  // once more for the leg alone, which is less than a repetition of all
+      r.film = s.laws.momentum(leg.foot, r.u[UP] + leg.gap);
+      const Row again = alone + combine(&table.film[0][0][0], r.film);
+      change = highest(magnitude(again - r.u[UP]));
+      r.u[UP] = again;
+    }
     r.w[UP] += combine(&table.film[1][0][0], r.film);
     r.gap = r.u[UP] + leg.gap;
     r.film = s.laws.momentum(leg.foot, r.gap);
     r.rate = r.w[UP] + r.film * (1.0 / leg.mass);
   } else {
+    change = highest(magnitude(r.u[UP] - before));
     r.gap = r.u[UP] + leg.gap;
     r.rate = r.w[UP];
   }
   if (foot.force) {
     const Row now = s.nodes.times() * h + s.clock.time;
-    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
-    if (!finite(r.smooth)) return NOT_A_NUMBER;
+    const Row smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+    if (!finite(smooth)) return NOT_A_NUMBER;
+    change = std::max(change, highest(magnitude(smooth - r.smooth)) * table.reach_force);
+    r.smooth = smooth;
   }
   if (!finite(r.gap)) return NOT_A_NUMBER;
-  return highest(magnitude(r.gap - before));
+  return change;
 }
 
 // What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and damper.
@@ -178,27 +207,19 @@ TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h,
   leg.hip[d].carry(place, s.at.place);
 }
 
-// What a held foot does to the body through spring and damper; ``hip``: its hip at the nodes.
-TARSUS_INLINE void carry_held(Legged& s, int i, int d, const Row& hip) {
-  const Leg& leg = s.body.legs[i];
-  leg.hip[d].carry((hip - s.feet[i].u[d]) * -leg.stiffness[d], s.at.push);
-  leg.hip[d].carry((hip - leg.hip[d].motion(s.x)) * -leg.damping[d], s.at.drag);
+// Forces on a leg through spring and damper from the motion of its hip.
+TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
+  return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
 }
 
-// Upward: a free foot moves, a held one has a margin N + f_a = f_a - pull - smooth force. Returns as ``air_laws``.
-TARSUS_INLINE double upward(Legged& s, int i, int k, double h) {
+// A foot in the air, upward. Returns as ``air_laws``.
+TARSUS_INLINE double fly(Legged& s, int i, int k, double h) {
   const Leg& leg = s.body.legs[i];
   const Foot& foot = s.feet[i];
   LegRows& r = s.rows[i];
-  const Row hip = leg.hip[UP].motion(s.at.x), rate = leg.hip[UP].motion(s.at.v);
-  if (foot.contact != AIR) {
-    r.margin = r.smooth - ((hip - foot.u[UP]) * leg.stiffness[UP] + rate * leg.damping[UP] + r.load[UP]);
-    carry_held(s, i, UP, hip);
-    return finite(r.margin) ? 0.0 : NOT_A_NUMBER;
-  }
   Row own = r.load[UP];
   if (foot.force) own += r.smooth;
-  r.q[UP] = own + hip * leg.stiffness[UP] + rate * leg.damping[UP];
+  r.q[UP] = own + spring(s, leg, UP);
   const LegStep& table = s.tables.of(k, leg.kind[UP]);
   free_motion(table, foot.u[UP], foot.w[UP], r.q[UP], r.u[UP], r.w[UP]);
   const double change = leg.foot >= 0 ? air_laws(s, i, table, h, r) : 0.0;
@@ -206,26 +227,59 @@ TARSUS_INLINE double upward(Legged& s, int i, int k, double h) {
   return change;
 }
 
-// Along the way: a foot that sticks feels a force, any other moves.
-TARSUS_INLINE void along(Legged& s, int i, int k, double h) {
+// A held foot's margin N + f_a = f_a - pull - smooth force.
+TARSUS_INLINE void find_margin(Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  LegRows& r = s.rows[i];
+  r.margin = r.smooth - (spring(s, leg, UP) - s.feet[i].u[UP] * leg.stiffness[UP] + r.load[UP]);
+}
+
+// A foot that slides or is in the air, along the way.
+TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
   const Leg& leg = s.body.legs[i];
   const Foot& foot = s.feet[i];
   LegRows& r = s.rows[i];
-  const Row hip = leg.hip[ALONG].motion(s.at.x);
   Row own = r.load[ALONG];
-  const Row spring = hip * leg.stiffness[ALONG] + leg.hip[ALONG].motion(s.at.v) * leg.damping[ALONG];
-  if (foot.contact == STUCK) {
-    r.along = own + spring - foot.u[ALONG] * leg.stiffness[ALONG];
-    carry_held(s, i, ALONG, hip);
-    return;
-  }
   if (foot.contact == SLIPPING) {
     r.bound = s.laws.friction(leg.foot, r.margin, r.strength);
     own -= r.bound * foot.sense;
   }
-  r.q[ALONG] = own + spring;
+  r.q[ALONG] = own + spring(s, leg, ALONG);
   free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
   carry_free(s, i, ALONG, own, h, r);
+}
+
+// The forces on feet that stick, once the body's motion is known. False where a number is undefined.
+inline bool find_held(Legged& s) {
+  for (int i : s.body.leg) {
+    LegRows& r = s.rows[i];
+    const Leg& leg = s.body.legs[i];
+    if (s.feet[i].contact == AIR) continue;
+    find_margin(s, i);
+    if (!finite(r.margin)) return false;
+    if (s.feet[i].contact != STUCK) continue;
+    r.along = r.load[ALONG] + spring(s, leg, ALONG) - s.feet[i].u[ALONG] * leg.stiffness[ALONG];
+  }
+  return true;
+}
+
+// All legs that move, for the present motion of the body. Returns as ``air_laws`` the largest of all.
+inline double move_legs(Legged& s, int k, double h) {
+  double change = 0.0;
+  for (int i = 0; i < s.legs(); i++) {
+    const Contact contact = s.feet[i].contact;
+    if (contact == STUCK) continue;
+    if (contact == SLIPPING) {
+      find_margin(s, i);
+      if (!finite(s.rows[i].margin)) return NOT_A_NUMBER;
+    } else {
+      const double moved = fly(s, i, k, h);
+      if (!std::isfinite(moved)) return moved;
+      change = std::max(change, moved);
+    }
+    move_along(s, i, k, h);
+  }
+  return change;
 }
 
 // The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m].
@@ -239,8 +293,10 @@ inline double follow(Legged& s, double h) {
     x += combine(&s.nodes.once[0][0], at.drag[b]) * (h * m) + s.nodes.times() * (h * s.v[b]) + s.x[b];
     const Row misfit = x - at.x[b];
     const Row step = combine(reinterpret_cast<const double*>(s.solver[b]), misfit);
-    // the velocity answers the step through the same held legs
-    at.v[b] = v - step * (s.solver_drag[b] / h) - combine(&s.nodes.once[0][0], step) * (s.solver_push[b] / h);
+    // the velocity answers the step through the same legs
+    const Answer& answer = s.answer[b];
+    const Row held = step * (answer.drag / h) + combine(&s.nodes.once[0][0], step) * (answer.push / h);
+    at.v[b] = (v - held + at.v[b] * answer.follow) * (1.0 / (1.0 + answer.follow));
     at.x[b] += step;
     if (!finite(step)) return NOT_A_NUMBER;
     change = std::max(change, highest(magnitude(step)) * s.body.lever[b]);
@@ -289,21 +345,16 @@ inline Attempt attempt(Legged& s, int k) {
   const double h = s.tables.lengths[k], tolerance = 1e-3 * s.settings.gap;
   fill_drives(s, h);
   first_guess(s, h);
-  make_solvers(s, h);
+  make_solvers(s, k, h);
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
-    double change = 0.0;
-    for (int i = 0; i < s.legs(); i++) {
-      const double moved = upward(s, i, k, h);
-      if (!std::isfinite(moved)) return {std::isnan(moved) ? UNDEFINED : UNSETTLED, n};
-      along(s, i, k, h);
-      change = std::max(change, moved);
-    }
+    double change = move_legs(s, k, h);
+    if (!std::isfinite(change)) return {std::isnan(change) ? UNDEFINED : UNSETTLED, n};
     const double moved = follow(s, h);
     if (!std::isfinite(moved)) return {UNDEFINED, n};
     change = std::max(n > 0 ? change : INF, moved);
-    if (change <= tolerance) return {error_of(s, k, h), n + 1};
+    if (change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
     if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
     before = change;
   }
