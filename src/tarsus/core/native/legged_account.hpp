@@ -8,13 +8,13 @@ constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which c
 
 // A stretch of the step, in scaled time: rows on it from rows on the step.
 struct Stretch {
-  double start = 0.0, width = 1.0;
+  double start, width;
   double matrix[N][N];
 
   Stretch(const Legged& s, double from, double wide) : start(from), width(wide) {
     if (whole()) return;
+    const Row x = s.nodes.times() * width + start;
     for (int j = 0; j < N; j++) {
-      const Row x = s.nodes.times() * width + start;
       Row value = Row(s.between.powers[j][N - 1]);
       for (int c = N - 2; c >= 0; c--) value = value * x + s.between.powers[j][c];
       store(matrix[j], value);
@@ -24,11 +24,18 @@ struct Stretch {
   Row of(const Row& values) const { return whole() ? values : combine(&matrix[0][0], values); }
 };
 
+// A leg on a stretch: its rate without the film's momentum at the nodes, and displacements at the ends.
+struct Path {
+  Row w;
+  double low, high;
+};
+
 struct Account {
   Legged& s;
   const double h;
 
   double integral(const Row& values) const { return total(values * load(s.between.weights)); }
+  bool seen(const Row& w) const { return s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w)); }
 
   // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
   //
@@ -43,28 +50,18 @@ struct Account {
   }
 
   // What a foot that nothing holds in direction d passes on over a stretch.
-  void of_free(int i, int d, const Stretch& over) {
+  void add(int i, int d, const Stretch& over, const Path& path) {
     const Leg& leg = s.body.legs[i];
     const Foot& foot = s.feet[i];
     const LegRows& r = s.rows[i];
     const double span = h * over.width;
-    Row w = r.w[d];
-    double low = r.u[d][0], high = r.u[d][N - 1];
-    if (!over.whole()) {
-      for (int n = 0; n < N; n++) {
-        const Motion at = leg_at(s, i, d, h, over.start + s.nodes.tau[n] * over.width);
-        w.set(n, at.w);
-        high = at.u;
-        if (n == 0) low = high;
-      }
-    }
-    Row rate = w;
+    Row rate = path.w;
     if (d == UP && foot.filmed()) {
       const Row film = over.of(r.film);
       rate += film * (1.0 / leg.mass);
-      low = s.laws.momentum(leg.foot, low + leg.gap);
-      high = s.laws.momentum(leg.foot, high + leg.gap);
-      s.energy.film -= by_film(w, film, rate, leg.mass, low, high);
+      const double low = s.laws.momentum(leg.foot, path.low + leg.gap);
+      const double high = s.laws.momentum(leg.foot, path.high + leg.gap);
+      s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
@@ -75,44 +72,62 @@ struct Account {
     }
   }
 
+  // The exact motion of a leg over a stretch.
+  Path path(int i, int d, const Stretch& over) const {
+    Path out;
+    for (int n = 0; n < N; n++) {
+      const Motion at = leg_at(s, i, d, h, over.start + s.nodes.tau[n] * over.width);
+      out.w.set(n, at.w);
+      out.high = at.u;
+      if (n == 0) out.low = at.u;
+    }
+    return out;
+  }
+
   void of_body(const Stretch& over) {
     const int nb = s.coordinates();
     for (int b = 0; b < nb; b++) {
       Row push = Row(-s.body.weight[b]);
-      for (int d = 0; d < s.body.drives; d++) push += s.channels[d] * s.body.load[d * nb + b];
+      for (int d = 0; d < s.body.drives; d++) {
+        if (s.body.load[d * nb + b] != 0.0) push += s.channels[d] * s.body.load[d * nb + b];
+      }
       s.energy.work += integral(over.of(push) * over.of(s.at.v[b])) * h * over.width;
     }
   }
 
-  // A leg over the step up to ``fraction``, which ``over`` stands for.
-  void of_leg(int i, int d, double fraction, const Stretch& over) {
+  // A leg over the step up to the end of ``over``, where it is at displacement ``end``.
+  void of_leg(int i, int d, const Stretch& over, double end) {
     const Leg& leg = s.body.legs[i];
-    const Row& w = s.rows[i].w[d];
-    if (s.feet[i].held(d)) {
+    const Foot& foot = s.feet[i];
+    if (foot.held(d)) {
       const Row rate = over.of(leg.hip[d].motion(s.at.v));
-      s.energy.damping += leg.damping[d] * integral(rate * rate) * h * fraction;
+      s.energy.damping += leg.damping[d] * integral(rate * rate) * h * over.width;
       return;
     }
+    const Row& w = s.rows[i].w[d];
+    if (seen(w)) return add(i, d, over, {over.of(w), foot.u[d], end});
     // a fast decay at the start that the nodes do not see is taken on stretches that halve towards it
-    const double fast = s.tables.rate[leg.kind[d]] * h * fraction;
-    if (fast < 1.0 || s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w))) return of_free(i, d, over);
-    const int halvings = 1 + int(std::log2(fast));
-    double start = 0.0;
-    for (int n = halvings; n >= 0; n--) {
-      const double end = fraction * std::ldexp(1.0, -n);
-      of_free(i, d, Stretch(s, start, end - start));
-      start = end;
+    const double fast = s.tables.rate[leg.kind[d]] * h;
+    Stretch rest = over;
+    Path here = path(i, d, rest);
+    while (fast * rest.width >= 1.0 && !seen(here.w)) {
+      const double half = 0.5 * rest.width;
+      const Stretch later(s, half, half);
+      add(i, d, later, path(i, d, later));
+      rest = Stretch(s, 0.0, half);
+      here = path(i, d, rest);
     }
+    add(i, d, rest, here);
   }
 };
 
-// Add the energies of the step up to scaled time ``fraction``.
-inline void add_energies(Legged& s, double h, double fraction) {
+// Add the energies of the step up to scaled time ``fraction``, where the legs are as in ``end``.
+inline void add_energies(Legged& s, double h, double fraction, Moment& end) {
   Account account{s, h};
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
   account.of_body(over);
   for (int i = 0; i < s.legs(); i++) {
-    for (int d = 0; d < DIRECTIONS; d++) account.of_leg(i, d, fraction, over);
+    for (int d = 0; d < DIRECTIONS; d++) account.of_leg(i, d, over, end.of(i, d).u);
   }
 }
 

@@ -137,9 +137,12 @@ struct LeggedMarch : Legged {
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
-    if (keeps_account) add_energies(*this, h, fraction);
-    while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) sample(h, fraction, before);
     motion_at(*this, h, fraction, moment);
+    if (keeps_account) add_energies(*this, h, fraction, moment);
+    if (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) {
+      while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) sample(h, fraction, before);
+      motion_at(*this, h, fraction, moment);
+    }
     for (int i : body.leg) {
       Foot& foot = feet[i];
       if (foot.contact == AIR && settings.track) {
