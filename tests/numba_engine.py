@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from numba_laws import own
+from numba_laws import rows as compiled_rows
 from tarsus.core import arrays as a
 from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.flow import TERMS
@@ -83,9 +85,8 @@ def execute(
     accuracy = accuracy or Accuracy()
     book = book if book is not None else OracleBook(plan, duration)
     kernel = advance()
-    laws = plan.laws.own()
-    if parameters is None:
-        parameters = laws.parameters[None]
+    laws = own(plan.laws)
+    parameters = compiled_rows(plan.laws, plan.laws.parameters[None] if parameters is None else parameters)
     if initial is None:
         initial = np.broadcast_to(plan.initial, (len(parameters), len(plan.initial)))
     runs = len(parameters)

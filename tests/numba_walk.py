@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from numba_laws import own
+from numba_laws import rows as compiled_rows
 from tarsus.core import arrays as events_of
 from tarsus.core.cache import drop_stale, is_compiled
 from tarsus.core.nodes import N
@@ -89,9 +91,8 @@ def walk(
     accuracy = accuracy or Accuracy()
     base = plan.plan
     tables = tables if tables is not None else tables_of(plan, duration)
-    laws = base.laws.own()
-    if parameters is None:
-        parameters = laws.parameters[None]
+    laws = own(base.laws)
+    parameters = compiled_rows(base.laws, base.laws.parameters[None] if parameters is None else parameters)
     if initial is None:
         initial = np.broadcast_to(base.initial, (len(parameters), len(base.initial)))
     runs, m = len(parameters), base.feet
