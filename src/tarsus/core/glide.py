@@ -68,6 +68,9 @@ def glide(modes, tables, signals, laws, state, work, q, m, nb, ni, nk, t, left):
     if k == nk or tables.terms[q, k] > 0:
         return -1
     drive(signals, laws, state, work, m, ni - 2 * m - 1, t, tables.lengths[k])
+    for i in range(2 * m, ni):
+        if not work.constant[i]:  # a drive without kinks changes all the same
+            return -1
     if not quiet(modes, laws, state, work, q, m, nb, ni, t, left):
         return -1
     for i in range(2 * m):

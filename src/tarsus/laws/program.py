@@ -361,7 +361,7 @@ def _divided(builder: Builder, a: Number, b: Number) -> Number | None:
 
 
 LARGEST_POWER = 8
-"""Whole powers up to this are products: within 4 roundings of the exact power."""
+"""Whole powers up to this, and halves between, are products and roots: within 4 roundings of the exact power."""
 
 
 def _raised(builder: Builder, base: Number, exponent: Number) -> Number | None:
@@ -371,12 +371,15 @@ def _raised(builder: Builder, base: Number, exponent: Number) -> Number | None:
         return 1.0
     if exponent == 0.5:
         return builder.apply(Op.SQRT, base)
-    if exponent < 0 and (exponent == -0.5 or exponent in range(-LARGEST_POWER, 0)):
-        return builder.apply(Op.DIVIDE, 1.0, builder.apply(Op.POWER, base, -exponent))
-    if exponent not in range(1, LARGEST_POWER + 1):
+    whole = int(exponent) if math.isfinite(exponent) else LARGEST_POWER + 1
+    if abs(whole) > LARGEST_POWER or abs(exponent - whole) not in (0, 0.5):
         return None
+    if exponent < 0:
+        return builder.apply(Op.DIVIDE, 1.0, builder.apply(Op.POWER, base, -exponent))
+    if exponent != whole:
+        return builder.apply(Op.MULTIPLY, builder.apply(Op.POWER, base, whole), builder.apply(Op.SQRT, base))
     result: Number | None = None
-    square, rest = base, int(exponent)
+    square, rest = base, whole
     while rest:
         if rest % 2:
             result = square if result is None else builder.apply(Op.MULTIPLY, result, square)

@@ -42,15 +42,15 @@ void make_laws(Laws* out, const Integers& flags, const Integers& volts, int colu
   out->columns = columns;
   out->flags = copied(flags);
   out->volts = copied(volts);
-  for (nb::handle item : terms) {
-    const auto term = nb::cast<nb::tuple>(item);  // hook, twin, program, first column
-    out->terms[nb::cast<int>(term[0])].push_back({nb::cast<int>(term[1]), nb::cast<int>(term[2]), nb::cast<int>(term[3])});
-  }
   for (nb::handle item : programs) {
     const auto code = field<int32_t>(item, "code");
     const auto constants = field<double>(item, "constants");
     out->programs.push_back(link(code.data(), int(code.size() / 4), constants.data(), int(constants.size()),
                                  nb::cast<int>(item.attr("arguments")), nb::cast<int>(item.attr("parameters"))));
+  }
+  for (nb::handle item : terms) {
+    const auto term = nb::cast<nb::tuple>(item);  // hook, twin, program, first column
+    out->add(nb::cast<int>(term[0]), {nb::cast<int>(term[1]), nb::cast<int>(term[2]), nb::cast<int>(term[3])});
   }
 }
 

@@ -1,4 +1,5 @@
-// Programs of laws for Python: their values and derivatives at many points, for tests and for what Python evaluates.
+// Programs of laws for Python: their values and derivatives at many points, for tests and for what Python
+// evaluates.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
@@ -13,13 +14,14 @@ namespace tarsus {
 namespace {
 
 using Code = nb::ndarray<const int32_t, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-using Vector1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using List = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Result = nb::ndarray<nb::numpy, double>;
 
-Program linked(const Code& code, const Vector1& constants, const Table& arguments, const Vector1& parameters) {
-  return link(code.data(), int(code.shape(0)), constants.data(), int(constants.shape(0)), int(arguments.shape(0)),
-              int(parameters.shape(0)));
+Program linked(const Code& code, const List& constants, const Table& arguments,
+                const List& parameters) {
+  return link(code.data(), int(code.shape(0)), constants.data(), int(constants.shape(0)),
+              int(arguments.shape(0)), int(parameters.shape(0)));
 }
 
 Result fresh(std::initializer_list<size_t> shape) {
@@ -41,7 +43,8 @@ void stored(double* at, int count, const Row& row) {
   for (int j = 0; j < count; j++) at[j] = row[j];
 }
 
-Result evaluate_rows(const Code& code, const Vector1& constants, const Table& arguments, const Vector1& parameters) {
+Result evaluate_rows(const Code& code, const List& constants, const Table& arguments,
+                const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
   const size_t k = arguments.shape(1);
   Result out = fresh({k});
@@ -57,7 +60,8 @@ Result evaluate_rows(const Code& code, const Vector1& constants, const Table& ar
   return out;
 }
 
-Result evaluate_numbers(const Code& code, const Vector1& constants, const Table& arguments, const Vector1& parameters) {
+Result evaluate_numbers(const Code& code, const List& constants, const Table& arguments,
+                const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
   const size_t k = arguments.shape(1);
   Result out = fresh({k});
@@ -72,7 +76,8 @@ Result evaluate_numbers(const Code& code, const Vector1& constants, const Table&
 
 // One row of the result: the derivative by argument ``place``, or by parameter ``place`` less the arguments.
 template <class Fixed>
-void slopes_by(const Program& program, const Table& arguments, const Vector1& parameters, int place, double* out) {
+void slopes_by(const Program& program, const Table& arguments, const List& parameters, int place,
+               double* out) {
   const size_t k = arguments.shape(1);
   std::vector<Fixed> given, fixed(program.fixed());
   for (int i = 0; i < program.parameters; i++) given.push_back(Fixed(parameters.data()[i]));
@@ -90,7 +95,8 @@ void slopes_by(const Program& program, const Table& arguments, const Vector1& pa
   }
 }
 
-Result evaluate_slopes(const Code& code, const Vector1& constants, const Table& arguments, const Vector1& parameters) {
+Result evaluate_slopes(const Code& code, const List& constants, const Table& arguments,
+                const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
   const size_t k = arguments.shape(1), inputs = size_t(program.arguments + program.parameters);
   Result out = fresh({inputs, k});
@@ -103,7 +109,8 @@ Result evaluate_slopes(const Code& code, const Vector1& constants, const Table& 
 }
 
 // Value and derivatives by the first two arguments, number by number.
-Result evaluate_duals(const Code& code, const Vector1& constants, const Table& arguments, const Vector1& parameters) {
+Result evaluate_duals(const Code& code, const List& constants, const Table& arguments,
+                const List& parameters) {
   const Program program = linked(code, constants, arguments, parameters);
   const size_t k = arguments.shape(1);
   Result out = fresh({3, k});
@@ -135,12 +142,14 @@ std::vector<std::string> operations() {
 
 void bind_program(nb::module_& m) {
   m.def("operations", &operations, "Names of the operations, in the order that programs number them.");
-  m.def("evaluate", &evaluate_rows, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"), nb::arg("parameters"),
+  m.def("evaluate", &evaluate_rows, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
+        nb::arg("parameters"),
         "Values (k,) of a law's program at arguments (na, k) and parameters (np,), eight at a time.");
   m.def("evaluate_numbers", &evaluate_numbers, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"), "As evaluate, one at a time.");
   m.def("evaluate_slopes", &evaluate_slopes, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
-        nb::arg("parameters"), "Derivatives (na + np, k) of the value by every argument, then every parameter.");
+        nb::arg("parameters"),
+        "Derivatives (na + np, k) of the value by every argument, then every parameter.");
   m.def("evaluate_duals", &evaluate_duals, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"), "Value and derivatives by the first two arguments (3, k), one at a time.");
 }

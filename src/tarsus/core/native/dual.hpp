@@ -1,4 +1,5 @@
-// Dual numbers: a value and its P first derivatives, carried through every operation (forward differentiation).
+// Dual numbers: a value and its P first derivatives, carried through every operation (forward
+// differentiation).
 //
 // The value is computed exactly as without derivatives. A selection has the derivative of what it selects, a
 // minimum that of the smaller, and what moves in jumps (floor, comparisons) has none.
@@ -81,7 +82,9 @@ TARSUS_DUAL operator-(const Dual<Real, P>& a) {
     out.value = a - b.value;                                                                       \
     return out;                                                                                    \
   }                                                                                                \
-  TARSUS_DUAL operator*(const Dual<Real, P>& a, const B& b) { return chained<Real, P, B>(a.value * b, b, a); } \
+  TARSUS_DUAL operator*(const Dual<Real, P>& a, const B& b) {                                      \
+    return chained<Real, P, B>(a.value * b, b, a);                                                 \
+  }                                                                                                \
   TARSUS_DUAL operator/(const Dual<Real, P>& a, const B& b) {                                      \
     return chained<Real, P, B>(a.value / b, 1.0 / b, a);                                           \
   }                                                                                                \
@@ -139,8 +142,12 @@ TARSUS_INLINE Dual<Real, P> chosen(const Real& test, const Dual<Real, P>& then, 
 TARSUS_DUAL select(const Dual<Real, P>& test, const Dual<Real, P>& then, const Dual<Real, P>& other) {
   return chosen(test.value, then, other);
 }
-TARSUS_DUAL minimum(const Dual<Real, P>& a, const Dual<Real, P>& b) { return chosen(less(b.value, a.value), b, a); }
-TARSUS_DUAL maximum(const Dual<Real, P>& a, const Dual<Real, P>& b) { return chosen(less(a.value, b.value), b, a); }
+TARSUS_DUAL minimum(const Dual<Real, P>& a, const Dual<Real, P>& b) {
+  return chosen(less(b.value, a.value), b, a);
+}
+TARSUS_DUAL maximum(const Dual<Real, P>& a, const Dual<Real, P>& b) {
+  return chosen(less(a.value, b.value), b, a);
+}
 TARSUS_DUAL magnitude(const Dual<Real, P>& a) {
   return chained<Real, P, Real>(magnitude(a.value), with_sign(Real(1.0), a.value), a);
 }
@@ -198,8 +205,8 @@ TARSUS_DUAL arc_tangent_of(const Dual<Real, P>& a, const Dual<Real, P>& b) {
   return chained(arc_tangent_of(a.value, b.value), b.value / squares, a, -a.value / squares, b);
 }
 TARSUS_DUAL with_sign(const Dual<Real, P>& a, const Dual<Real, P>& b) {
-  const Real one(1.0);
-  return chained<Real, P, Real>(with_sign(a.value, b.value), with_sign(one, a.value) * with_sign(one, b.value), a);
+  const Real one(1.0), rate = with_sign(one, a.value) * with_sign(one, b.value);
+  return chained<Real, P, Real>(with_sign(a.value, b.value), rate, a);
 }
 TARSUS_DUAL modulo(const Dual<Real, P>& a, const Dual<Real, P>& b) {
   const Real turns = -floor_divide(a.value, b.value);

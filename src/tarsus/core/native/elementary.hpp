@@ -1,5 +1,5 @@
-// Elementary functions of numbers and rows under one name each, as a law's program means them: comparisons give 1 or 0,
-// nothing traps, and a row gives at every node what a number gives.
+// Elementary functions of numbers and rows under one name each, as a law's program means them: comparisons
+// give 1 or 0, nothing traps, and a row gives at every node what a number gives.
 #pragma once
 #include "simd.hpp"
 
@@ -78,8 +78,9 @@ TARSUS_INLINE Row with_sign(const Row& a, const Row& b) {
   Row out;
   const long long size = 0x7fffffffffffffffLL;
   for (int p = 0; p < PARTS; p++) {
-    const Bits bits = (reinterpret_cast<Bits>(a.part[p]) & size) | (reinterpret_cast<Bits>(b.part[p]) & ~size);
-    out.part[p] = reinterpret_cast<Vector>(bits);
+    const Bits own = reinterpret_cast<Bits>(a.part[p]) & size;
+    const Bits sign = reinterpret_cast<Bits>(b.part[p]) & ~size;
+    out.part[p] = reinterpret_cast<Vector>(own | sign);
   }
   return out;
 }
@@ -107,15 +108,18 @@ TARSUS_ROW_WHOLE(truncated)
 TARSUS_ROW_WHOLE(rounded)
 #undef TARSUS_ROW_WHOLE
 
-// Libraries mix instructions of old and new machines, which costs 200 ns a call while the upper halves of vector
-// registers are in use (measured, glibc 2.36); compilers forget to clear them where a row comes by address.
+// Libraries mix instructions of old and new machines, which costs 200 ns a call while the upper halves of
+// vector registers are in use (measured, glibc 2.36); compilers forget to clear them where a row comes by
+// address. With AVX-512 some upper halves cannot be cleared, so what laws use most is computed here instead,
+// see below.
 TARSUS_INLINE void clear_upper_halves() {
 #if defined(__AVX__)
   __builtin_ia32_vzeroupper();
 #endif
 }
 
-// Those of the machine's mathematical library, node by node; apart, so that the rows around them stay in registers.
+// Those of the machine's mathematical library, node by node; apart, so that the rows around them stay in
+// registers.
 template <class F>
 TARSUS_INLINE Row by_library(const Row& a, F&& function) {
   alignas(64) double value[N];
@@ -143,10 +147,7 @@ TARSUS_INLINE Row by_library(const Row& a, const Row& b, F&& function) {
   TARSUS_APART inline Row name(const Row& a, const Row& b) {        \
     return by_library(a, b, [](double x, double y) { return function(x, y); }); \
   }
-TARSUS_ONE(exponential, std::exp)
 TARSUS_ONE(exponential_less_one, std::expm1)
-TARSUS_ONE(logarithm, std::log)
-TARSUS_ONE(logarithm_of_one_plus, std::log1p)
 TARSUS_ONE(binary_logarithm, std::log2)
 TARSUS_ONE(decimal_logarithm, std::log10)
 TARSUS_ONE(sine, std::sin)
@@ -169,6 +170,69 @@ TARSUS_TWO(arc_tangent_of, std::atan2)
 TARSUS_TWO(remainder_towards_zero, std::fmod)
 #undef TARSUS_ONE
 #undef TARSUS_TWO
+// ---- exponential and logarithm of rows, within one unit in the last place (methods of fdlibm)
+
+inline double exponential(double a) { return std::exp(a); }
+inline double logarithm(double a) { return std::log(a); }
+inline double logarithm_of_one_plus(double a) { return std::log1p(a); }
+
+constexpr double LN2_HIGH = 6.93147180369123816490e-01;  // 20 zeros at its end: exact times a small integer
+constexpr double LN2_LOW = 1.90821492927058770002e-10;
+constexpr double WHOLE = 6755399441055744.0;  // 1.5 * 2^52: added to a number, it leaves the whole part last
+
+// x = k ln 2 + r, exp(r) by a rational approximation, times 2^k in two steps so that ends are reached gently.
+TARSUS_APART inline Row exponential(const Row& a) {
+  const Row x = minimum(maximum(a, Row(-746.0)), Row(710.0));
+  Row out;
+  for (int p = 0; p < PARTS; p++) {
+    const Vector shifted = x.part[p] * 1.44269504088896338700 + WHOLE;
+    const Vector k = shifted - WHOLE;
+    const Bits whole = reinterpret_cast<Bits>(shifted) - reinterpret_cast<Bits>(WHOLE - Vector{});
+    const Vector high = x.part[p] - k * LN2_HIGH, low = k * LN2_LOW, r = high - low, t = r * r;
+    const Vector tail = -1.65339022054652515390e-06 + t * 4.13813679705723846039e-08;
+    const Vector c = r - t * (1.66666666666666019037e-01 + t * (-2.77777777770155933842e-03 +
+        t * (6.61375632143793436117e-05 + t * tail)));
+    const Vector y = 1.0 - ((low - (r * c) / (2.0 - c)) - high);
+    const Bits half = whole >> 1;
+    const Vector first = reinterpret_cast<Vector>((half + 1023) << 52);
+    out.part[p] = y * first * reinterpret_cast<Vector>((whole - half + 1023) << 52);
+  }
+  return out;
+}
+
+// x = 2^k (1 + f) with 1 + f between sqrt(1/2) and sqrt(2), log(1 + f) by a series in f / (2 + f).
+TARSUS_APART inline Row logarithm(const Row& a) {
+  Row out;
+  for (int p = 0; p < PARTS; p++) {
+    const Vector given = a.part[p];
+    const Bits tiny = given < 2.2250738585072014e-308;
+    const Vector x = tiny ? given * 18014398509481984.0 : given;  // 2^54
+    const long long root = 0x3fe6a09e00000000LL, one = 0x3ff0000000000000LL;
+    const Bits raised = reinterpret_cast<Bits>(x) + (one - root);
+    const Bits exponent = (raised >> 52) - 1023 - (tiny & 54);
+    const Vector f = reinterpret_cast<Vector>((raised & 0x000fffffffffffffLL) + root) - 1.0;
+    const Vector k = reinterpret_cast<Vector>(exponent + reinterpret_cast<Bits>(WHOLE - Vector{})) - WHOLE;
+    const Vector square = 0.5 * f * f, s = f / (2.0 + f), z = s * s, w = z * z;
+    const Vector even = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 +
+        w * 1.531383769920937332e-01));
+    const Vector odd = z * (6.666666666666735130e-01 + w * (2.857142874366239149e-01 +
+        w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01)));
+    Vector y = k * LN2_HIGH - ((square - (s * (square + (even + odd)) + k * LN2_LOW)) - f);
+    y = given == 0.0 ? -INF - Vector{} : y;
+    y = given < 0.0 ? NOT_A_NUMBER - Vector{} : y;
+    out.part[p] = given < INF ? y : given;  // infinity and NaN stay what they are
+  }
+  return out;
+}
+
+// log(u) of the rounded sum u = 1 + x, and what rounding lost.
+TARSUS_INLINE Row logarithm_of_one_plus(const Row& x) {
+  const Row u = 1.0 + x, large = less(Row(1.0), x);
+  const Row lost = select(large, 1.0 - (u - x), x - (u - 1.0));
+  const Row main = logarithm(u), exact = less(Row(0.0), u) * less(u, Row(INF));
+  return select(exact, main + lost / u, main);
+}
+
 TARSUS_APART inline Row modulo(const Row& a, const Row& b) {
   return by_library(a, b, [](double x, double y) { return modulo(x, y); });
 }

@@ -34,8 +34,9 @@ enum LawFlag {
   PULL_AS_PRINTED = 64
 };
 
+// A twin or the number of a program; the first column of its parameters, and of what a program makes of them.
 struct Term {
-  int twin = NO_TWIN, program = -1, first = 0;
+  int twin = NO_TWIN, program = -1, first = 0, fixed = 0;
 };
 
 // Momentum [N s] of a squeeze film at a gap [m]: C / 2 (g + g0)^2.
@@ -64,35 +65,38 @@ struct Laws {
   std::vector<int64_t> flags, volts;  // per foot; volts: channel of its electrode, or -1
   std::vector<Term> terms[HOOKS];
   std::vector<Program> programs;
+  int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
+
+  void add(int hook, Term term) {
+    if (term.program >= 0) {
+      const Program& program = programs.at(term.program);
+      term.fixed = fixed;
+      fixed += program.fixed();
+      registers = std::max(registers, program.registers());
+    }
+    terms[hook].push_back(term);
+  }
 };
 
-// The laws as one run sees them: with the parameters of that run, and what programs make of them alone.
+// The laws as one run sees them: with the parameters of that run.
 struct ActingLaws {
   const Laws& laws;
   const double* parameters = nullptr;  // (feet, columns)
+  std::vector<double> fixed;           // (feet, laws.fixed): what programs make of them, see ``take``
+  mutable std::vector<Row> rows;
+  mutable std::vector<double> numbers;
 
-  explicit ActingLaws(const Laws& l) : laws(l), place(l.programs.size()) {
-    size_t most = 0;
-    for (size_t n = 0; n < l.programs.size(); n++) {
-      place[n] = width;
-      width += l.programs[n].fixed();
-      most = std::max(most, size_t(l.programs[n].registers()));
+  explicit ActingLaws(const Laws& l) : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers) {}
+
+  // The parameters (feet, columns) of a run, which stay where they are as long as it lasts.
+  void take(const double* given) {
+    parameters = given;
+    for (const auto& terms : laws.terms) {
+      for (const Term& term : terms) {
+        if (term.program < 0) continue;
+        for (int i = 0; i < laws.feet; i++) prepare(laws.programs[term.program], of(i, term), fixed_of(i, term));
+      }
     }
-    fixed.resize(width * l.feet);
-    rows.resize(most);
-    numbers.resize(most);
-  }
-
-  // Go on with other parameters.
-  void use(const double* values) {
-    parameters = values;
-    if (width == 0) return;
-    for (const auto& terms : laws.terms)
-      for (const Term& term : terms)
-        if (term.program >= 0)
-          for (int foot = 0; foot < laws.feet; foot++) {
-            prepare(laws.programs[term.program], of(foot, term), fixed.data() + foot * width + place[term.program]);
-          }
   }
 
   bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
@@ -212,23 +216,18 @@ struct ActingLaws {
   }
 
  private:
-  size_t width = 0;  // of the fixed values of a foot
-  std::vector<size_t> place;
-  std::vector<double> fixed;
-  mutable std::vector<Row> rows;
-  mutable std::vector<double> numbers;
-
-  template <class Real>
-  Real evaluated(int foot, const Term& term, const Real* arguments, Real* registers) const {
-    const Program& program = laws.programs[term.program];
-    for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
-    return evaluate(program, fixed.data() + foot * width + place[term.program], registers);
-  }
+  double* fixed_of(int foot, const Term& term) { return fixed.data() + foot * laws.fixed + term.fixed; }
   TARSUS_APART double by_program(int foot, const Term& term, const double* arguments) const {
-    return evaluated(foot, term, arguments, numbers.data());
+    return value_of(foot, term, arguments, numbers.data());
   }
   TARSUS_APART Row by_program(int foot, const Term& term, const Row* arguments) const {
-    return evaluated(foot, term, arguments, rows.data());
+    return value_of(foot, term, arguments, rows.data());
+  }
+  template <class Real>
+  TARSUS_INLINE Real value_of(int foot, const Term& term, const Real* arguments, Real* registers) const {
+    const Program& program = laws.programs[term.program];
+    for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
+    return evaluate(program, fixed.data() + foot * laws.fixed + term.fixed, registers);
   }
   static double along_leg(double gap, double volts, const double* p) { return leg_attraction(gap, volts, p[0], p[1], p[2]); }
   static Row along_leg(const Row& gap, const Row& volts, const double* p) {

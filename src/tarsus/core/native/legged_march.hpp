@@ -33,7 +33,7 @@ struct LeggedMarch : Legged {
   // before the height.
   void begin(const double* initial, const double* parameters) {
     const int nb = coordinates(), n = nb + 2 * legs();
-    laws.use(parameters);
+    laws.take(parameters);
     clock = Clock();
     clock.mark = 0.0;
     player.restart();

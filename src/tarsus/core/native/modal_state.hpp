@@ -97,16 +97,19 @@ struct Modal {
     return c < 0 ? 0.0 : player.value(int(c), t);
   }
 
-  // Values of drives and volts at the nodes of the step [t, t + h].
-  TARSUS_INLINE void drive(double t, double h) {
+  // Values of drives and volts at the nodes of the step [t, t + h]. Returns whether all of them are constant.
+  TARSUS_INLINE bool drive(double t, double h) {
+    bool steady = true;
     for (int d = 0; d < sizes.drives; d++) {
       const int i = 2 * sizes.feet + d;
       constant[i] = player.fill(d, t, h, value(i));
+      steady = steady && constant[i];
     }
     for (int i = 0; i < sizes.feet; i++) {
       const int64_t c = laws.laws.volts[i];
-      if (c >= 0) player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i]));
+      if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
     }
+    return steady;
   }
 
   // Keep a step: what ``sample`` and the energy integrals of a run are made of.

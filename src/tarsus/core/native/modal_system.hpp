@@ -63,8 +63,7 @@ TARSUS_APART bool glide(Modal& m, double left) {
   int k = 0;
   while (k < int(lengths.size()) && m.mode->terms[k] == 0 && lengths[k] > left) k++;
   if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
-  m.drive(m.clock.time, lengths[k]);
-  if (!stays_held<S>(m, left)) return false;
+  if (!m.drive(m.clock.time, lengths[k]) || !stays_held<S>(m, left)) return false;
   const StepClass& step = m.book.step(*m.mode, k);
   m.record(step, 1.0);
   flow<S>(m, step, m.acting.data(), int(m.acting.size()));
@@ -83,7 +82,7 @@ struct ModalSystem : Modal {
 
   // Start a run from displacements and velocities (2 n), with the parameters (feet, columns) of its laws.
   void begin(const double* initial, const double* parameters) {
-    laws.use(parameters);
+    laws.take(parameters);
     physical.assign(initial, initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {
       foot = Foot();

@@ -24,7 +24,8 @@ inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double
     power *= limit;
   }
   apex.integral += sum;
-  if (top > 0.5 * apex.gap && high > low) {
+  // a flight that begins in this step is as high as nothing yet, whatever rounding makes of its first node
+  if ((top > 0.5 * apex.gap || apex.gap == 0.0) && high > low) {
     const double last = horner_slope(line, 0, N, high);
     if (last < 0.0 && horner_slope(line, 0, N, low) > 0.0) {
       for (int n = 0; n < 30; n++) {

@@ -1,12 +1,12 @@
 // A law as a program (tarsus.laws.program): operations on numbers, carried out for eight nodes at once.
 //
-// ``link`` reads the plain list once. What depends on parameters and constants alone is set apart: ``prepare`` computes
-// it whenever the parameters change (the *fixed* values), ``evaluate`` does the rest for given arguments. Both are
-// templates: Real is double, Row or a Dual of them; Fixed is double, or a row of eight trajectories' parameters, or a
-// Dual for derivatives with respect to parameters.
+// ``link`` reads the plain list once. What depends on parameters and constants alone is set apart:
+// ``prepare`` computes it whenever the parameters change (the *fixed* values), ``evaluate`` does the rest for
+// given arguments. Both are templates: Real is double, Row or a Dual of them; Fixed is double, or a row of
+// eight trajectories' parameters, or a Dual for derivatives with respect to parameters.
 //
-// Results equal those of plain Python to the last bit where the operation is exactly rounded (+ - * / sqrt, comparisons):
-// a product and a sum are never contracted into one operation.
+// Results equal those of plain Python to the last bit where the operation is exactly rounded (+ - * / sqrt,
+// comparisons): a product and a sum are never contracted into one operation.
 #pragma once
 #include <stdexcept>
 #include <vector>
@@ -37,8 +37,9 @@ namespace tarsus {
   X(POWER) X(FLOOR_DIVIDE) X(MODULO) X(FMOD) X(HYPOT) X(ATAN2) X(COPYSIGN) X(EXP) X(EXPM1) X(LOG)      \
   X(LOG1P) X(LOG2) X(LOG10) X(SIN) X(COS) X(TAN) X(ASIN) X(ACOS) X(ATAN) X(SINH) X(COSH) X(TANH)       \
   X(ASINH) X(ACOSH) X(ATANH) X(ERF) X(ERFC) X(ISFINITE) X(ISNAN) X(ISINF)
-// Forms with a fixed operand (F beside a value V), which then need not be spread over a row; and with the result of the
-// instruction before (L), which is still in a register: memory would add its delay to every link of a chain.
+// Forms with a fixed operand (F beside a value V), which then need not be spread over a row; and with the
+// result of the instruction before (L), which is still in a register: memory would add its delay to every
+// link of a chain.
 #define TARSUS_FORMS(X)                                                                                \
   X(SPREAD) X(SQUARE) X(ADD_VF) X(SUBTRACT_VF) X(SUBTRACT_FV) X(MULTIPLY_VF) X(DIVIDE_VF) X(DIVIDE_FV) \
   X(SELECT_VVF) X(SELECT_VFV) X(SELECT_VFF)                                                            \
@@ -69,7 +70,8 @@ struct Program {
 
 // next[i] = result of instruction i, from values at ``own`` and fixed ones at ``fixed``.
 template <class Real, class Fixed>
-TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, const Fixed* fixed, Real* next) {
+TARSUS_INLINE void execute(const Instruction* code, int count, const Real* own, const Fixed* fixed,
+                           Real* next) {
   Real last = Real(0.0);
   for (int i = 0; i < count; i++) {
     const Instruction it = code[i];
@@ -128,7 +130,7 @@ inline void prepare(const Program& program, const Fixed* parameters, Fixed* fixe
 
 // The law's value; the arguments are the first of ``registers``, which has room for program.registers().
 template <class Real, class Fixed>
-TARSUS_INLINE const Real& evaluate(const Program& program, const Fixed* fixed, Real* registers) {
+inline const Real& evaluate(const Program& program, const Fixed* fixed, Real* registers) {
   const int count = int(program.body.size());
   execute(program.body.data(), count, registers, fixed, registers + program.arguments);
   return registers[program.arguments + count - 1];
@@ -136,7 +138,8 @@ TARSUS_INLINE const Real& evaluate(const Program& program, const Fixed* fixed, R
 
 // The law's value from arguments and parameters at once; ``fixed`` and ``registers`` are room to work in.
 template <class Real, class Fixed>
-inline Real run(const Program& program, const Real* arguments, const Fixed* parameters, Fixed* fixed, Real* registers) {
+inline Real run(const Program& program, const Real* arguments, const Fixed* parameters, Fixed* fixed,
+                Real* registers) {
   prepare(program, parameters, fixed);
   for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
   return evaluate(program, fixed, registers);
@@ -217,7 +220,8 @@ class Linker {
         if (l0 || l1) return l0 ? emit(op::DIVIDE_LV, 0, b) : emit(op::DIVIDE_VL, 0, a);
         break;
       case op::SELECT:
-        if (!f0 && (f1 || f2)) return emit(f1 ? (f2 ? op::SELECT_VFF : op::SELECT_VFV) : op::SELECT_VVF, a, b, c);
+        if (!f0 && f1) return emit(f2 ? op::SELECT_VFF : op::SELECT_VFV, a, b, c);
+        if (!f0 && f2) return emit(op::SELECT_VVF, a, b, c);
         break;
     }
     int at[3] = {};
@@ -227,8 +231,9 @@ class Linker {
 
   // The register that holds a fixed value spread over a row, filled once.
   int spread(int fixed) {
-    for (size_t i = 0; i < program_.body.size(); i++)
-      if (program_.body[i].op == op::SPREAD && program_.body[i].a == fixed) return program_.arguments + int(i);
+    const std::vector<Instruction>& body = program_.body;
+    for (size_t i = 0; i < body.size(); i++)
+      if (body[i].op == op::SPREAD && body[i].a == fixed) return program_.arguments + int(i);
     return emit(op::SPREAD, fixed);
   }
 
@@ -259,7 +264,8 @@ class Linker {
   std::vector<Place> places_;
 };
 
-inline Program link(const int32_t* code, int count, const double* constants, int number, int arguments, int parameters) {
+inline Program link(const int32_t* code, int count, const double* constants, int number, int arguments,
+                    int parameters) {
   return Linker(code, count, constants, number, arguments, parameters).link();
 }
 
