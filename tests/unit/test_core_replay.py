@@ -40,7 +40,8 @@ def drive(s):
 def recorded(plan: LinearSystem, k: int, fraction: float) -> tuple[ModeBook, np.ndarray]:
     """One step of class k, started at START with prescribed inputs."""
     book = ModeBook(plan, LENGTHS)
-    mode = book.modes[book.require(0)]
+    number = book.require(0)
+    mode = book.modes[number]
     row = np.zeros(TRACE_HEAD + 4 + 4 * N)
     row[[T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS]] = 0.0, LENGTHS[k], fraction, 0, k
     row[TRACE_HEAD : TRACE_HEAD + 4] = mode.from_physical @ START - momentum(0.0) * mode.beta[0]

@@ -214,7 +214,7 @@ class _Split:
         x, _ = legendre.leggauss(N)
         inside = [self.at(trace, rows, np.full(len(rows), 0.5 * (s + 1.0)))[0] for s in x]
         found = np.stack(inside, axis=-1) @ np.linalg.inv(legendre.legvander(x, N - 1)).T
-        return np.moveaxis(found, 0, 1).reshape(len(rows), -1, N)
+        return np.moveaxis(found, 0, 1).reshape(len(rows), found.shape[0] * found.shape[2], N)
 
     def work(self, trace: Floats, rows: Rows) -> Floats:
         """Work (np, k) over steps that ended early; those are short."""
