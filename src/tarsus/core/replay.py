@@ -113,7 +113,9 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
                 told = np.zeros((len(rows), len(parts) * system.normals.shape[1], N))
                 told[whole] = split.coefficients(trace, rows[whole])
                 inputs = np.concatenate([inputs, told], axis=1)
-            work[:, rows] = _Energies(system, book, q, inputs, [part.resistive for part in parts]).of(trace, rows)
+            work[:, rows] = _Energies(system, book, q, inputs, [part.resistive for part in parts]).of(
+                trace, rows
+            )
             if parts:
                 work[WHOLE:, rows[~whole]] = split.work(trace, rows[~whole])
     total = np.cumsum(work, axis=1)
@@ -144,7 +146,13 @@ def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -
 
 
 def _store(
-    system: LinearSystem, mode: ContactMode, out: Sampled, chosen: Rows, y: Floats, value: Floats, slope: Floats
+    system: LinearSystem,
+    mode: ContactMode,
+    out: Sampled,
+    chosen: Rows,
+    y: Floats,
+    value: Floats,
+    slope: Floats,
 ) -> None:
     n, m = system.normals.shape
     physical = y @ mode.to_physical.T + mode.offset
@@ -361,7 +369,11 @@ def _states(
     steps = _Steps(book, q, inputs)
     whole = steps.vectors(trace, distinct, inputs)
     size = mode.feed.shape[1]
-    y, value, slope = np.zeros((len(rows), 2 * steps.nb)), np.zeros((len(rows), size)), np.zeros((len(rows), size))
+    y, value, slope = (
+        np.zeros((len(rows), 2 * steps.nb)),
+        np.zeros((len(rows), size)),
+        np.zeros((len(rows), size)),
+    )
     for part in _chunks(len(rows), (TERMS + 1) * max(2 * steps.nb, 1)):
         z, s = whole[place[part]], along[part].copy()
         level = trace[rows[part], T_CLASS].astype(int)

@@ -23,6 +23,7 @@ LEDGER_WORDS: dict[str, str] = {
 }
 """Term of every energy account -> its line in reports; those of the laws follow."""
 
+
 @dataclass(frozen=True)
 class StoredLedger:
     """Energy ledger of a stored run [J], works of laws by name; `closure` is relative to the largest term."""

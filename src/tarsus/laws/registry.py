@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
-import sys
 from collections.abc import Mapping
 from functools import lru_cache, reduce
 from operator import or_
@@ -13,6 +10,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field
 
+from tarsus.discover import classes_beside
 from tarsus.laws.base import Law
 
 __all__ = ["Slot", "built_in", "is_built_in", "slots"]
@@ -28,20 +26,11 @@ class Slot(NamedTuple):
 @lru_cache(maxsize=1)
 def built_in() -> Mapping[str, type[Law]]:
     """Laws by name, in the order of their files: every class of a law with parameters or a function."""
-    package = sys.modules[__package__ or ""]
-    found: dict[str, type[Law]] = {}
-    for file in sorted(pkgutil.iter_modules(package.__path__), key=lambda one: one.name):
-        module = importlib.import_module(f"{package.__name__}.{file.name}")
-        for law in vars(module).values():
-            if not isinstance(law, type) or not issubclass(law, Law) or law.__module__ != module.__name__:
-                continue
-            if not law.model_fields and law.function() is None:
-                continue  # a base of others
-            if law.name() in found:
-                other = found[law.name()].__module__
-                raise TypeError(f"{law.__module__}: a law named '{law.name()}' is in {other} already")
-            found[law.name()] = law
-    return MappingProxyType(found)
+    return classes_beside(__package__ or "", Law, _name)
+
+
+def _name(law: type[Law]) -> str | None:
+    return law.name() if law.model_fields or law.function() is not None else None
 
 
 def is_built_in(law: type[Law]) -> bool:

@@ -43,7 +43,9 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     add("adhesion_strength", foot, series.strength, "N", "pull that the contact would hold")
     laws = scene.ground.acting_laws
     for name, force in series.laws.items():
-        add(f"{name}_force", foot, force, "N", f"force of the {laws[name].title} on the foot along the normal")
+        add(
+            f"{name}_force", foot, force, "N", f"force of the {laws[name].title} on the foot along the normal"
+        )
     add(
         "contact_force",
         foot,

@@ -200,7 +200,10 @@ def balance(
     gained = terms["work_in"] + sum(works.values())
     spent = terms["damping"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
-    sizes = [abs(x) for x in (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
+    sizes = [
+        abs(x)
+        for x in (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
+    ]
     largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length, least)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
