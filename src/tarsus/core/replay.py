@@ -83,7 +83,8 @@ class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
     work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth: work of the
-    ground's forces on the structure; parts (np, nr): what of it single laws have done.
+    ground's forces on the structure; parts (np, nr): what of it single laws have done. swing (m,) [m]: between the lowest
+    and the highest gap of each foot at the starts of the steps.
     """
 
     time: Floats
@@ -92,6 +93,7 @@ class Integrals:
     resistive: Floats
     smooth: Floats
     parts: Floats
+    swing: Floats
 
 
 WHOLE = 4  # energies that are of all laws, in the order of Integrals
@@ -103,24 +105,26 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
     trace (nr, width): rows as the kernel records them; parts: laws whose work is told apart.
     """
     work = np.zeros((WHOLE + len(parts), len(trace)))
+    gaps = np.zeros((len(trace), system.normals.shape[1]))
     for q, mode in enumerate(book.modes):
         found = np.flatnonzero(trace[:, T_MODE] == q)
         for rows in (found[part] for part in _chunks(len(found), trace.shape[1])):
-            inputs = _coefficients(mode, trace, rows)
+            state, inputs = _started(mode, trace, rows)
+            x = (state @ mode.to_physical.T + mode.offset)[:, : len(system.mass)]
+            gaps[rows] = system.rest_gap + x @ system.normals
             split = _Split(system, book, q, parts)
             whole = trace[rows, T_FRACTION] == 1.0
             if parts:
                 told = np.zeros((len(rows), len(parts) * system.normals.shape[1], N))
                 told[whole] = split.coefficients(trace, rows[whole])
                 inputs = np.concatenate([inputs, told], axis=1)
-            work[:, rows] = _Energies(system, book, q, inputs, [part.resistive for part in parts]).of(
-                trace, rows
-            )
+            energies = _Energies(system, book, q, inputs, [part.resistive for part in parts])
+            work[:, rows] = energies.of(trace, rows, state)
             if parts:
                 work[WHOLE:, rows[~whole]] = split.work(trace, rows[~whole])
     total = np.cumsum(work, axis=1)
     time = trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION]
-    return Integrals(time, *total[:WHOLE], total[WHOLE:])
+    return Integrals(time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1]))
 
 
 def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
@@ -179,11 +183,19 @@ def _rate(mode: ContactMode) -> float:
     return float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
 
 
-def _coefficients(mode: ContactMode, trace: Floats, rows: Rows) -> Floats:
-    """Legendre coefficients (k, ni, 8) of the inputs of recorded steps."""
-    ni = mode.feed.shape[1]
+def _started(mode: ContactMode, trace: Floats, rows: Rows) -> tuple[Floats, Floats]:
+    """States (k, 2nb) at the start of recorded steps, and Legendre coefficients (k, ni, 8) of their inputs.
+
+    A momentum of the ground may be counted from any value; recorded states are less all of it. Here it is counted from
+    its value at the start of the step, so that the states are those of the motion, and what a foot does that hardly
+    moves is no difference of two numbers of the size of the momentum.
+    """
+    ni, m = mode.feed.shape[1], len(mode.beta)
     nodal = trace[rows, trace.shape[1] - ni * N :].reshape(len(rows), ni, N)
-    return _to_coefficients(nodal)
+    first = nodal[:, :m, :1].copy()
+    nodal[:, :m] -= first
+    state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * len(mode.blocks)] + first[..., 0] @ mode.beta
+    return state, _to_coefficients(nodal)
 
 
 def _to_coefficients(nodal: Floats) -> Floats:
@@ -274,8 +286,7 @@ class _Steps:
         drive[: len(self.mode.inputs)] = self.mode.inputs
         self.forcing = _MONOMIAL[:, self.degree, None] * drive[self.of_input]
 
-    def vectors(self, trace: Floats, rows: Rows, inputs: Floats) -> Floats:
-        state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * self.nb]
+    def vectors(self, state: Floats, inputs: Floats) -> Floats:
         return np.concatenate([state, inputs[:, self.of_input, self.degree]], axis=1)
 
     def right(self, k: int) -> Floats:
@@ -365,9 +376,9 @@ def _states(
     """Modal state y (k, 2nb), inputs (k, ni) and their rates at scaled times ``along`` of recorded steps."""
     mode = book.modes[q]
     distinct, place = np.unique(rows, return_inverse=True)
-    inputs = _coefficients(mode, trace, distinct)
+    state, inputs = _started(mode, trace, distinct)
     steps = _Steps(book, q, inputs)
-    whole = steps.vectors(trace, distinct, inputs)
+    whole = steps.vectors(state, inputs)
     size = mode.feed.shape[1]
     y, value, slope = (
         np.zeros((len(rows), 2 * steps.nb)),
@@ -423,11 +434,11 @@ class _Energies:
         first = mode.feed.shape[1] + p * m
         return range(first, first + m)
 
-    def of(self, trace: Floats, rows: Rows) -> Floats:
+    def of(self, trace: Floats, rows: Rows, state: Floats) -> Floats:
         """Energies (count, k) of recorded steps."""
         steps = self.steps
         out = np.zeros((self.count, len(rows)))
-        z = steps.vectors(trace, rows, self.inputs)
+        z = steps.vectors(state, self.inputs)
         level = trace[rows, T_CLASS].astype(int)
         whole = trace[rows, T_FRACTION] == 1.0
         for k in np.unique(level[whole]):

@@ -104,7 +104,7 @@ def _series(run: Any, variables: Variables) -> Series:
         contacts=tuple(contact_intervals(run.events, foot, float(run.duration)) for foot in range(len(feet))),
         period=drive_period(scene),
         duration=float(run.duration),
-        laws={name: law for name, law in scene.ground.acting_laws.items() if f"{name}_force" in values},
+        laws={name: law for name, law in scene.ground.acting_laws.items() if f"{name}_work" in values},
     )
 
 

@@ -14,7 +14,6 @@ from tarsus.core.replay import Integrals, Sampled, integrate
 from tarsus.core.replay import sample as sample_states
 from tarsus.drive.pieces import evaluate
 from tarsus.solve import acting
-from tarsus.solve.codes import CLOSED
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
@@ -25,8 +24,12 @@ Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
-ROUNDINGS = 30.0
-"""Roundings that add up in an energy of a film's momentum: the terms of a step's quadratic form, about."""
+SETTLED = 0.05
+"""Part of the engine's tolerance of a gap to which the gaps at the nodes of a step settle (modal_newton.hpp). With it, a
+resistive law's momentum, and so its work, is as uncertain as 0.05 * 1e-8 of the plan's length is to the way of a foot:
+more than an account closes to where that way is below 0.05 of the length."""
+LEAST = 1e-12
+"""Way of a foot, as part of the plan's length, below which it is rounding."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -36,8 +39,8 @@ VALUES = 4_000_000
 class Series:
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
-    force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the normal;
-    contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held foot.
+    force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the
+    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     """
 
@@ -169,26 +172,24 @@ def ledger(run: Run) -> Ledger:
         for some in _terms(run)
     )
     last = last_state(run)
-    return balance(run, terms, works, last, _rounding(run, last) / CLOSED)
+    return balance(run, terms, works, last, _unresolved(run, last))
 
 
-def _rounding(run: Run, last: Floats) -> float:
-    """Rounding [J] of the energies where a film acts: the engine keeps momenta less the film's, so that energies are
-    differences of those of the velocities that the film's momentum alone would make."""
+def _unresolved(run: Run, last: Floats) -> float:
+    """How many times less exactly than others the account of a run closes, whose feet hardly move in a resistive law."""
+    if not run.scene.ground.acting_on("momentum"):
+        return 1.0
     system, n = run.plan.system, len(run.plan.system.mass)
-    gaps = np.min([system.rest_gap + z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
-    gaps[np.unique(run.events["foot"])] = 0.0
-    momenta = np.array([acting.momentum(run.scene.ground, float(gap)) for gap in gaps])
-    speed = np.linalg.solve(system.mass, system.normals @ momenta) if momenta.any() else np.zeros(n)
-    energy = 0.5 * speed @ system.mass @ speed + run.end_time * speed @ system.damping @ speed
-    return float(ROUNDINGS * np.finfo(float).eps * energy)
+    ends = np.ptp([z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
+    way = float(max(run.energies.swing.max(), ends.max()))
+    return max(1.0, SETTLED / max(way / run.plan.length, LEAST))
 
 
 def balance(
-    run: Run, terms: Mapping[str, float], works: Mapping[str, float], last: Floats, least: float = 0.0
+    run: Run, terms: Mapping[str, float], works: Mapping[str, float], last: Floats, unresolved: float = 1.0
 ) -> Ledger:
-    """The ledger of energies and of the laws' works by name and of the state (2n,) at the end; least: energy [J] below which
-    terms are rounding, beside `NOTHING`."""
+    """The ledger of energies and of the laws' works by name and of the state (2n,) at the end; unresolved: how
+    many times less exactly than others it can close."""
     system = run.plan.system
     n = len(system.mass)
     first = run.plan.initial
@@ -204,7 +205,7 @@ def balance(
         abs(x)
         for x in (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
     ]
-    largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length, least)
+    largest = max(unresolved * max(abs(x) for x in sizes), NOTHING * run.plan.force * run.plan.length)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / largest,
