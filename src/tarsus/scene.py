@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from enum import Enum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import (
@@ -13,6 +13,7 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
     ValidationInfo,
+    create_model,
     field_validator,
     model_validator,
 )
@@ -24,7 +25,6 @@ from tarsus.errors import InputError
 from tarsus.explain import PathErrors, located_faults, nearest
 from tarsus.laws import (
     Adhesion,
-    AdhesiveFriction,
     AnyFriction,
     AnyImpactMap,
     AnyLanding,
@@ -33,7 +33,6 @@ from tarsus.laws import (
     Film,
     Gravity,
     ImpactMap,
-    LatchLaw,
     Law,
     LegElectrostatic,
     MassWeighted,
@@ -41,6 +40,7 @@ from tarsus.laws import (
     Restitution,
 )
 from tarsus.laws.impact_map import Body
+from tarsus.laws.registry import built_in, slots
 from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.spec import (
     Description,
@@ -74,52 +74,74 @@ __all__ = [
 ]
 
 
-class Ground(Description):
-    """The set of laws between feet and ground; an absent law does not act.
+class _Ground(Description):
+    """What of a ground is no law's slot, and what acts; see `Ground`."""
 
-    Without restitution an impact takes all of the approach speed.
-    """
+    if TYPE_CHECKING:  # the slots, as type checkers see them; what they are says `tarsus.laws.registry`
+        restitution: Restitution | None = None
+        landing: AnyLanding | None = None
+        adhesion: Adhesion | None = None
+        film: Film | None = None
+        electrostatic: Electrostatic | None = None
+        leg_electrostatic: LegElectrostatic | None = None
+        gravity: Gravity | None = None
+        friction: AnyFriction | None = None
 
-    restitution: Restitution | None = None
     impact: AnyImpactMap | None = Field(
         default=None, description="how the whole structure follows an impact; absent: mass-weighted"
     )
-    landing: AnyLanding | None = Field(
-        default=None,
-        description="whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion",
-    )
-    adhesion: Adhesion | None = None
-    film: Film | None = None
-    electrostatic: Electrostatic | None = None
-    leg_electrostatic: LegElectrostatic | None = None
     small_forces: bool = Field(
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
-    gravity: Gravity | None = None
-    friction: AnyFriction | None = Field(
-        default=None, description="along the ground, on the feet of a walker; absent: frictionless"
+    laws: Named[Law] = Field(
+        default=FrozenDict(), description="further laws by name, a user's own among them"
     )
-    laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
 
     @property
     def acting(self) -> Ground:
         """The ground as it acts: without film and electrostatics where `small_forces` is off."""
         if self.small_forces:
             return self
-        absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
-        return self.model_copy(update=absent)
+        small = {slot: None for slot, law in self._in_slots().items() if law.small}
+        return self.model_copy(update={**small, "small_forces": True})
+
+    @property
+    def acting_laws(self) -> Mapping[str, Law]:
+        """What acts on the feet, by name: the laws in slots, then those of `laws`.
+
+        Of `laws`, one that says how a foot rebounds or what a contact holds takes the place of the one in the slot.
+        """
+        own = dict(self.laws)
+        ruled = {law.hook for law in own.values()} - {"momentum", "force"}
+        here = {slot: law for slot, law in self.acting._in_slots().items() if law.hook not in ruled}
+        return {name: law for name, law in {**here, **own}.items() if law.hook is not None}
+
+    def acting_on(self, hook: str) -> dict[str, Law]:
+        """Those of `acting_laws` that the engine calls in one place; see `tarsus.laws.Law.hook`."""
+        return {name: law for name, law in self.acting_laws.items() if law.hook == hook}
+
+    def by_path(self) -> dict[str, Law]:
+        """Every law of the ground, acting or not, by its path in it."""
+        return {**self._in_slots(), **{f"laws.{name}": law for name, law in self.laws.items()}}
+
+    def _in_slots(self) -> dict[str, Law]:
+        return {slot: law for slot in slots() if (law := getattr(self, slot)) is not None}
 
     @property
     def holds(self) -> bool:
-        """Whether a contact has a strength: adhesion or a user's latch acts."""
-        return self.adhesion is not None or any(isinstance(law, LatchLaw) for law in self.laws.values())
+        """Whether a contact has a strength: adhesion or a latch among `laws` acts."""
+        return bool(self.acting_on("strength"))
 
     @property
     def without_adhesion(self) -> Ground:
-        """The ground without its law of adhesion, and without friction that only adhesion bears."""
-        bare = self.model_copy(update={"adhesion": None})
-        alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
-        return bare.model_copy(update={"friction": None}) if alone else bare
+        """The ground without the law of adhesion in its slot, and without friction that only adhesion bears."""
+        bare = self.model_copy(
+            update={slot: None for slot, law in self._in_slots().items() if law.hook == "strength"}
+        )
+        if not bare.holds:
+            alone = {slot: None for slot, law in bare._in_slots().items() if law.needs_strength}
+            bare = bare.model_copy(update=alone)
+        return bare
 
     @property
     def landing_rule(self) -> AnyLanding:
@@ -131,13 +153,32 @@ class Ground(Description):
         """Whether impacts may create kinetic energy: an impact map acts as it is."""
         return self.impact is not None and not self.impact.passive
 
+    @model_validator(mode="after")
+    def _named_apart(self) -> _Ground:
+        """Names of laws are those of their forces and works in series and accounts: each means one thing."""
+        taken = {*self._in_slots(), "drive", "contact", "friction"}
+        faults = [
+            (f"laws.{name}", f"the name '{name}' is taken by another force on the feet: give the law another")
+            for name, law in self.laws.items()
+            if name in taken and law.hook in ("momentum", "force")
+        ]
+        for hook in ("rebound", "strength", "friction", "excess"):
+            several = [name for name, law in self.laws.items() if law.hook == hook]
+            if len(several) > 1:
+                text = f"only one law can say {_RULED[hook]}, got {', '.join(several)}"
+                faults.append(("laws", text))
+        if faults:
+            raise PathErrors(faults)
+        return self
+
     @field_validator("laws", mode="before")
     @classmethod
     def _user_laws(cls, value: Any, info: ValidationInfo) -> Any:
-        """Tables of user laws, built with the classes in the validation context."""
+        """Tables of laws: of the library, and of a user by the classes in the validation context."""
         if not isinstance(value, Mapping):
             return value
-        known: Mapping[str, type[Law]] = (info.context or {}).get("laws", {})
+        given: Mapping[str, type[Law]] = (info.context or {}).get("laws", {})
+        known = {name: law for name, law in built_in().items() if law.hook is not None} | dict(given)
         laws: dict[str, Any] = {}
         faults: list[tuple[str, str]] = []
         for name, item in value.items():
@@ -147,7 +188,7 @@ class Ground(Description):
             kind = str(item.get("kind", name))
             law = known.get(kind)
             if law is None:
-                hint = nearest(kind, known) if known else "; give the file that defines it (--law FILE.py)"
+                hint = nearest(kind, known) if given else "; give the file that defines it (--law FILE.py)"
                 faults.append((str(name), f"no law of kind '{kind}' is known{hint}"))
                 continue
             try:
@@ -157,6 +198,32 @@ class Ground(Description):
         if faults:
             raise PathErrors(faults)
         return laws
+
+
+_RULED = {
+    "rebound": "how fast a foot departs",
+    "strength": "what a contact holds",
+    "friction": "what friction bears",
+    "excess": "when a foot that lands is held",
+}
+"""What is said by one law at a time, by hook."""
+
+if TYPE_CHECKING:
+    Ground = _Ground
+else:
+    Ground = create_model(
+        "Ground",
+        __base__=_Ground,
+        __module__=__name__,
+        __doc__="""The set of laws between feet and ground; an absent law does not act.
+
+    Without restitution an impact takes all of the approach speed.
+    """,
+        **{
+            name: (slot.type | None, Field(default=None, description=slot.note))
+            for name, slot in slots().items()
+        },
+    )
 
 
 class Standing(Description):
@@ -249,9 +316,9 @@ class Scene(Description):
             faults.append(("robot.structure.upward", f"gravity {text}"))
         if not any(foot.electrode for foot in self.robot.feet.values()):
             faults += [
-                (f"ground.{name}", "acts on no foot: give a foot its electrode, the name of a drive")
-                for name in ("electrostatic", "leg_electrostatic")
-                if getattr(self.ground, name) is not None
+                (f"ground.{path}", "acts on no foot: give a foot its electrode, the name of a drive")
+                for path, law in self.ground.by_path().items()
+                if law.needs_electrode
             ]
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
@@ -366,9 +433,13 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
     faults: list[tuple[str, str]] = []
-    if isinstance(ground.friction, AdhesiveFriction) and not ground.holds:
-        text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
-        faults.append(("ground.friction", text))
+    if not ground.holds:
+        text = "needs adhesion: give ground.adhesion or a latch of your own"
+        faults += [
+            (f"ground.{path}", f"{law.title} {text}")
+            for path, law in ground.by_path().items()
+            if law.needs_strength
+        ]
     if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
         text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))

@@ -171,7 +171,7 @@ def test_a_batch_is_its_runs_one_by_one():
     plan = lower_scene(bench.chain(2))
     book = SharedBook(plan, 0.1)
     parameters = np.repeat(plan.laws.parameters[None], 5, axis=0)
-    parameters[:, :, 6] = np.linspace(0.2, 0.6, 5)[:, None]
+    parameters[:, :, plan.laws.columns["restitution"]] = np.linspace(0.2, 0.6, 5)[:, None]
     raw = execute(plan, 0.1, parameters=parameters, book=book)
     for i in range(5):
         alone = execute(plan, 0.1, parameters=parameters[i : i + 1], book=book)

@@ -30,7 +30,7 @@ def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
     scale = max(abs(x) for x in terms)
     if ledger.closure > 0.0:
         scale = max(scale, abs(ledger.residual) / ledger.closure)  # below that all is rounding
-    for loss in (ledger.damping, ledger.film, ledger.impacts, ledger.adhesion):
+    for loss in (ledger.damping, -ledger.laws.get("film", 0.0), ledger.impacts, ledger.adhesion):
         assert loss >= -1e-9 * scale
     events = run.events
     assert np.all(np.diff(events["time"]) >= 0.0)

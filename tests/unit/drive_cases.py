@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from tarsus.drive.laws import Cubic, TwoBranch
-from tarsus.drive.sampled import Interpolation
+from tarsus.drive.waveforms.sampled import Interpolation
 from tarsus.drive.signal import Signal
 from tarsus.drive.waveforms import (
     Constant,

@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from tarsus.drive.laws import LinearForce
 from tarsus.drive.lower import evaluate, lower
-from tarsus.drive.sampled import Interpolation
+from tarsus.drive.waveforms.sampled import Interpolation
 from tarsus.drive.waveforms import (
     RampedSquare,
     Sampled,
