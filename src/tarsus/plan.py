@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -12,21 +12,15 @@ from typing import Any
 import numpy as np
 
 from tarsus.core import _native, hooks
-from tarsus.core.arrays import Laws
 from tarsus.core.modes import LinearSystem
 from tarsus.core.signals import Signals
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import Pieces
 from tarsus.errors import InputError
-from tarsus.laws.adhesion import Adhesion
 from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
-from tarsus.laws.electrostatic import Electrostatic
-from tarsus.laws.film import Film
-from tarsus.laws.friction import AdhesiveFriction, Friction
-from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
+from tarsus.laws.friction import AdhesiveFriction
+from tarsus.laws.impact_map import Body, MassWeighted
 from tarsus.laws.landing import PullAsPrinted, RestituteFirst
-from tarsus.laws.leg_electrostatic import LegElectrostatic
-from tarsus.laws.restitution import Restitution
 from tarsus.laws.translate import translate
 from tarsus.scene import Ground, Scene
 from tarsus.spec import quantity_units
@@ -37,44 +31,24 @@ from tarsus.structure.base import Matrices
 FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG = 0, 2, 4, 6, 7
 FRICTION, ADHESIVE, LANDING, USER = 10, 11, 12, 13
 
-hooks.bind(
-    {
-        "momentum": [hooks.BoundLaw(Film.momentum, FILM, 2)],
-        "force": [
-            hooks.BoundLaw(Electrostatic.force, ELECTROSTATIC, 2),
-            hooks.BoundLaw(LegElectrostatic.force, LEG, 3),
-        ],
-        "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
-        "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
-        "friction": [
-            hooks.BoundLaw(Friction.bound, FRICTION, 1),
-            hooks.BoundLaw(AdhesiveFriction.bound, ADHESIVE, 1),
-        ],
-        "excess": [hooks.BoundLaw(RestituteFirst.excess, LANDING, 1)],
-    }
-)
-hooks.bind_angle(passive_angle)
-
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
-    """Hash of every source compiled into the engine: a changed law or kernel never meets stale machine code."""
+    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
+    engine = Path(_native.__file__)
+    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__), engine]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
 class FootLaws:
-    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,); addresses (8,) of users' functions and,
-    by pointer column, where in the parameter row a user's parameters start."""
+    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,)."""
 
     flags: np.ndarray
     parameters: np.ndarray
-    addresses: np.ndarray
-    starts: dict[int, int]
     volts: np.ndarray
     terms: tuple[tuple[int, int, int, int], ...] = ()
     """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
@@ -92,32 +66,12 @@ class FootLaws:
             self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
         )
 
-    def own(self) -> OwnLaws:
-        """A copy with parameter memory of its own, which the users' functions read."""
-        parameters = self.parameters.copy()
-        pointer = np.tile(self.addresses, (len(parameters), 1))
-        base, width = parameters.ctypes.data, parameters.shape[1]
-        for column, start in self.starts.items():
-            pointer[:, column + 4] = base + 8 * (np.arange(len(parameters)) * width + USER + start)
-        return OwnLaws(Laws(self.flags, parameters, pointer, self.volts))
-
-
-@dataclass(frozen=True)
-class OwnLaws:
-    """Kernel arrays of the laws, with memory nobody else writes to."""
-
-    arrays: Laws
-
-    @property
-    def parameters(self) -> np.ndarray:
-        return self.arrays.parameters
-
 
 @dataclass(frozen=True)
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters, users' pointers and volts channel per foot;
+    system: the linear structure; laws: flags, parameters and volts channel per foot;
     signals: drive channels then volts channels, made of ``channels``; initial (2n,): displacements and velocities
     at t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
@@ -269,9 +223,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
     if isinstance(ground.landing, RestituteFirst):
         terms.append((_native.HOOKS.index("excess"), _native.TWINS["RestituteFirst.excess"], -1, LANDING))
     programs: list[Any] = []
-    own = np.zeros(8, dtype=np.int64)
     extra: list[float] = []
-    starts: dict[int, int] = {}
     for kind, column, flag in _PROTOCOLS:
         laws = [law for law in ground.laws.values() if isinstance(law, kind)]
         if not laws:
@@ -279,10 +231,6 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
         if len(laws) > 1 and column in (hooks.REBOUND, hooks.STRENGTH):
             names = ", ".join(law.name() for law in laws)
             raise InputError(f"ground.laws: only one {kind.__name__} can act at a time, got {names}")
-        own[column] = _compiled(
-            tuple((type(law).function(), len(law.parameters())) for law in laws), len(kind.leading)
-        )
-        starts[column] = len(extra)
         if column in (hooks.REBOUND, hooks.STRENGTH):  # takes the place of the built-in one
             terms = [term for term in terms if term[0] != column]
         for law in laws:
@@ -295,7 +243,7 @@ def _lower_laws(ground: Ground, m: int) -> FootLaws:
                 flags |= hooks.USES_RATE
         flags |= flag
     return FootLaws(
-        np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)), own, starts,
+        np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)),
         np.full(m, -1, dtype=np.int64), tuple(terms), tuple(programs),
     )  # fmt: skip
 
@@ -357,20 +305,6 @@ _PROTOCOLS = (
     (ImpactLaw, hooks.REBOUND, 0),
     (LatchLaw, hooks.STRENGTH, hooks.HAS_LATCH),
 )
-
-
-@lru_cache(maxsize=64)
-def _compiled(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int) -> int:
-    try:
-        return hooks.compile_laws(laws, arguments)
-    except Exception as error:  # numba raises many kinds; all mean the same to the user
-        names = ", ".join(function.__qualname__ for function, _ in laws)
-        reason = next(
-            (line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__
-        )
-        raise InputError(
-            f"{names}: a law must be arithmetic, 'if' and math functions of floats: {reason}"
-        ) from error
 
 
 def pack_signals(channels: Sequence[Pieces]) -> Signals:
