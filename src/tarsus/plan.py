@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,10 +31,11 @@ from tarsus.structure.base import Matrices
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
-    """Hash of every source compiled into the engine: a changed law or kernel never meets stale machine code."""
+    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
+    engine = Path(_native.__file__)
+    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__), engine]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -79,7 +81,7 @@ class FootLaws:
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters, users' pointers and volts channel per foot;
+    system: the linear structure; laws: flags, parameters and volts channel per foot;
     signals: drive channels then volts channels, made of ``channels``; initial (2n,): displacements and velocities
     at t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
