@@ -124,7 +124,9 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
                 work[WHOLE:, rows[~whole]] = split.work(trace, rows[~whole])
     total = np.cumsum(work, axis=1)
     time = trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION]
-    return Integrals(time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1]))
+    return Integrals(
+        time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1])
+    )
 
 
 def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
