@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import tarsus as ts
+from tarsus.ground import Ground
 from tarsus.laws import registry
-from tarsus.scene import Ground
 
 LAWS = {
     "suction": '''

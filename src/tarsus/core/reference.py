@@ -27,7 +27,9 @@ class Reference(Type):
     def __init__(self, of: Any) -> None:
         self.of = of
         number = _numbers.setdefault(of, len(_numbers))
-        super().__init__(name=f"Reference({of.instance_class.__name__}{number})")  # short: it is part of every symbol
+        super().__init__(
+            name=f"Reference({of.instance_class.__name__}{number})"
+        )  # short: it is part of every symbol
 
 
 @register_default(Reference)

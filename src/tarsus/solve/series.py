@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
 SETTLED = 0.05
-"""Part of the engine's tolerance of a gap to which the gaps at the nodes of a step settle (modal_newton.hpp). With it,
-a resistive law's momentum, and so its work, is as uncertain as 0.05 * 1e-8 of the plan's length is to the way of a foot:
+"""Part of the engine's tolerance of a gap to which gaps at the nodes of a step settle (modal_newton.hpp). With it a
+resistive law's momentum, and so its work, is as uncertain as 0.05 * 1e-8 of the plan's length is to the way of a foot:
 more than an account closes to where that way is below 0.05 of the length."""
 LEAST = 1e-12
 """Way of a foot, as part of the plan's length, below which it is rounding."""
