@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import tarsus as ts
+from tarsus.ground import Ground
 from tarsus.laws import registry
-from tarsus.scene import Ground
 
 LAWS = {
     "suction": '''
@@ -65,8 +65,10 @@ class Tooth(Signal):
         return np.interp(np.remainder(time, 2 * self.half), [0.0, self.half, 2 * self.half], [0.0, self.top, 0.0])
 
     def track(self):
-        return linear_track([0.0, self.half, 2 * self.half], [0.0, self.top], [self.top, 0.0], periodic=True, hold=False)
+        times = [0.0, self.half, 2 * self.half]
+        return linear_track(times, [0.0, self.top], [self.top, 0.0], periodic=True, hold=False)
 '''
+
 
 def run_beside(folder: Path, script: str) -> dict:
     """What a script prints in a process whose library has the files of a folder as well."""
@@ -92,7 +94,7 @@ def run_beside(folder: Path, script: str) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-USE = '''
+USE = """
 import numpy as np
 import tarsus as ts
 from tarsus.cli.summary import run_object
@@ -106,20 +108,21 @@ wave = {"kind": "tooth", "top": "4 V", "half": "5 ms"}
 base = ts.read_scene(sys.argv[2])
 modal = {"ground.suction": suction(drag=2e-5, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
 legged = {"ground.suction": suction(drag=2e-7, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
-walker = ts.load_scene("millipede").model_copy(update={"duration": 0.02})
-scenes = {"modal": ts.with_values(base, modal | {"signals.pzt": wave}), "legged": ts.with_values(walker, legged)}
+walker = ts.load_scene("millipede").model_copy(update={"duration": 0.006})
+modal |= {"signals.pzt": wave, "duration": 0.02}
+scenes = {"modal": ts.with_values(base, modal), "legged": ts.with_values(walker, legged)}
 out = {}
 for name, scene in scenes.items():
     text = scene_text(scene)
     assert parse_scene(text) == scene
-    run = ts.simulate(scene, 0.02)
+    run = ts.simulate(scene, scene.duration)
     data = run.to_dataset()
     write_run(run, folder / name)
     back = read_run(folder / name)
-    page = write_report(run, folder / name / "report.html").read_text()
+    page = write_report(run, folder / "report.html").read_text() if name == "legged" else None
     path = "ground.suction.drag"
     drag = ts.get_value(scene, path)
-    batch = ts.simulate_batch(scene, {path: [drag, 0.0]}, 0.02, track=False)
+    batch = ts.simulate_batch(scene, {path: [drag, 0.0]}, scene.duration, track=False)
     held = data["contact"].values.astype(bool)
     pushed = data["contact_force"].values[held] + data["pull"].values[held]
     parts = [data[f"{law}_force"].values[held] for law in ("gust", "electrostatic") if f"{law}_force" in data]
@@ -128,15 +131,17 @@ for name, scene in scenes.items():
         "forces": {law: float(abs(data[f"{law}_force"]).max()) for law in run.ledger.laws},
         "works": {law: float(data[f"{law}_work"][-1]) for law in run.ledger.laws},
         "units": [data[f"gust_{what}"].attrs["units"] for what in ("force", "work")],
-        "named": data["suction_force"].attrs["long_name"], "file": sorted(set(back.dataset) & {"gust_work", "suction_work"}),
-        "json": sorted(run_object(run, [])["ledger_J"]["laws"]), "lines": ["lost to the seal" in page, "work of the breeze" in page],
+        "named": data["suction_force"].attrs["long_name"],
+        "file": sorted(set(back.dataset) & {"gust_work", "suction_work"}),
+        "json": sorted(run_object(run, [])["ledger_J"]["laws"]),
+        "lines": page and ["lost to the seal" in page, "work of the breeze" in page],
         "batch": len(batch.events(0)) and not np.array_equal(batch.events(0), batch.events(1)),
         "alike": bool(np.isclose(batch.events(0)["time"][0], run.events["time"][0], rtol=1e-9)),
         "held": int(held.sum()), "misfit": float(np.abs(pushed + sum(parts)).max() / np.abs(pushed).max()),
         "volts": float(data["volts"].max()),
     }
 print(json.dumps(out))
-'''
+"""
 
 
 @pytest.fixture(scope="module")
@@ -154,13 +159,17 @@ def found(tmp_path_factory) -> dict:
 def test_a_law_of_one_file_acts_and_is_accounted_for(found, system):
     out = found[system]
     assert out["ok"] and out["closure"] < 1e-8
-    assert {"suction", "gust"} <= set(out["laws"]) and out["laws"]["suction"] < 0.0 and out["laws"]["gust"] != 0.0
+    assert (
+        {"suction", "gust"} <= set(out["laws"])
+        and out["laws"]["suction"] < 0.0
+        and out["laws"]["gust"] != 0.0
+    )
     assert out["stored"] == out["laws"] and out["json"] == sorted(out["laws"])
     assert out["forces"]["gust"] == pytest.approx(3e-8) and out["forces"]["suction"] > 0.0
     for law, work in out["works"].items():
         assert work == pytest.approx(out["laws"][law], rel=1e-9)
     assert out["units"] == ["N", "J"] and out["named"].startswith("force of the seal")
-    assert out["file"] == ["gust_work", "suction_work"] and out["lines"] == [True, True]
+    assert out["file"] == ["gust_work", "suction_work"]
 
 
 @pytest.mark.parametrize("system", ["modal", "legged"])
@@ -171,6 +180,10 @@ def test_its_parameters_vary_in_a_batch(found, system):
 @pytest.mark.parametrize("system", ["modal", "legged"])
 def test_the_ground_bears_every_smooth_law_on_a_held_foot(found, system):
     assert found[system]["held"] > 0 and found[system]["misfit"] < 1e-9
+
+
+def test_the_report_has_its_lines(found):
+    assert found["legged"]["lines"] == [True, True]
 
 
 def test_a_waveform_of_one_file_drives(found):
@@ -204,7 +217,9 @@ def test_two_laws_of_one_name_are_refused():
 
     built_in = ts.Film(coefficient=1e-21, thickness=1e-6)
     with pytest.raises(ts.InputError, match="the name 'film' is taken"):
-        ts.with_values(ts.load_scene("cantilever"), {"ground.film": built_in, "ground.laws.film": Film(pull=1e-9)})
+        ts.with_values(
+            ts.load_scene("cantilever"), {"ground.film": built_in, "ground.laws.film": Film(pull=1e-9)}
+        )
     alone = {"ground.film": None, "ground.laws.film": Film(pull=0.0)}
     run = ts.simulate(ts.with_values(ts.load_scene("cantilever"), alone), 0.001)
     assert run.ledger.laws["film"] == 0.0 and registry.built_in()["film"] is ts.Film

@@ -108,7 +108,9 @@ def test_split_off_part_of_the_smooth_force():
     plan = system(90.0, 0.2)
     for fraction in (1.0, 0.21):
         book, trace = recorded(plan, 3, fraction)
-        whole = integrate(plan, book, trace, [Part(False, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])])
+        whole = integrate(
+            plan, book, trace, [Part(False, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])]
+        )
         assert whole.parts[0, 0] == pytest.approx(whole.smooth[0], rel=1e-11)
         half = integrate(plan, book, trace, [Part(False, lambda gap, rate, time: 0.5 * rate)])
         fine = sample(plan, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))

@@ -87,7 +87,11 @@ def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
 def test_ledger_tells_every_law_apart(run):
     assert run.ok and run.ledger.closure < 1e-8
     assert list(run.ledger.laws) == ["film", "electrostatic", "drag"]
-    assert run.ledger.laws["film"] < 0.0 and run.ledger.laws["drag"] < 0.0 and run.ledger.laws["electrostatic"] != 0.0
+    assert (
+        run.ledger.laws["film"] < 0.0
+        and run.ledger.laws["drag"] < 0.0
+        and run.ledger.laws["electrostatic"] != 0.0
+    )
     times = run.series.time
     rate = np.where(run.series.state.held, 0.0, run.series.state.rate)
     drag = np.trapezoid((run.series.laws["drag"] * rate).sum(axis=0), times)

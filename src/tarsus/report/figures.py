@@ -229,8 +229,8 @@ def ledger(series: Series) -> Plate:
     for name, law in series.laws.items():
         work = series[f"{name}_work"]
         curves[name] = -work if law.loses else work
-        look = (next(losses), "-") if law.loses else (next(works), (0, (4, 1.5)))
-        entries.append((name, name.replace("_", " "), *look))
+        color, dash = (next(losses), "-") if law.loses else (next(works), (0, (4, 1.5)))
+        entries.append((name, name.replace("_", " "), color, dash))
     shown = [entry for entry in entries if entry[0] in curves and ever(curves[entry[0]])]
     scale = scale_of("J", *(curves[name] for name, *_ in shown))
     for name, label, color, dash in shown:

@@ -57,6 +57,7 @@ _HOLDING = ("pull", "strength")
 EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: _HOLDING, 4: _LANDING, 5: _HOLDING, 7: _HOLDING, 8: _HOLDING}
 """What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
 
+
 def write_report(run: RunLike, path: str | Path, companion: RunLike | None = None) -> Path:
     """Write the report of a run as one self-contained HTML file and return its path.
 
@@ -220,7 +221,9 @@ def _feet(values: Mapping[str, float]) -> list[tuple[str, float]]:
 
 def _ledger(run: RunLike) -> str:
     lines = [
-        (label, value) for label, value in ledger_lines(run) if value != 0.0 or label != LEDGER_WORDS["friction"]
+        (label, value)
+        for label, value in ledger_lines(run)
+        if value != 0.0 or label != LEDGER_WORDS["friction"]
     ]
     largest = max(abs(value) for _, value in lines) or 1.0
     scale = scale_of("J", largest)

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
 SETTLED = 0.05
-"""Part of the engine's tolerance of a gap to which the gaps at the nodes of a step settle (modal_newton.hpp). With it, a
+"""Part of the engine's tolerance of a gap to which gaps at the nodes of a step settle (modal_newton.hpp). With it a
 resistive law's momentum, and so its work, is as uncertain as 0.05 * 1e-8 of the plan's length is to the way of a foot:
 more than an account closes to where that way is below 0.05 of the length."""
 LEAST = 1e-12
@@ -40,7 +40,8 @@ class Series:
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
     force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the
-    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held foot.
+    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
+    foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     """
 
@@ -176,7 +177,7 @@ def ledger(run: Run) -> Ledger:
 
 
 def _unresolved(run: Run, last: Floats) -> float:
-    """How many times less exactly than others the account of a run closes, whose feet hardly move in a resistive law."""
+    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
     if not run.scene.ground.acting_on("momentum"):
         return 1.0
     system, n = run.plan.system, len(run.plan.system.mass)
