@@ -3,64 +3,38 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tarsus.core import _native, hooks
-from tarsus.core.arrays import Laws
+from tarsus.core import _native
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.drive.lower import lower
 from tarsus.drive.pieces import TERMS, Pieces
 from tarsus.errors import InputError
-from tarsus.laws.adhesion import Adhesion
-from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
-from tarsus.laws.electrostatic import Electrostatic
-from tarsus.laws.film import Film
-from tarsus.laws.friction import AdhesiveFriction, Friction
-from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
-from tarsus.laws.landing import PullAsPrinted, RestituteFirst
-from tarsus.laws.leg_electrostatic import LegElectrostatic
-from tarsus.laws.restitution import Restitution
+from tarsus.laws.base import Law, SmoothLaw
+from tarsus.laws.impact_map import Body, MassWeighted
+from tarsus.laws.landing import PullAsPrinted
+from tarsus.laws.program import Program
+from tarsus.laws.registry import is_built_in
 from tarsus.laws.translate import translate
 from tarsus.scene import Ground, Scene
-from tarsus.spec import quantity_units
 from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
-
-# Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG = 0, 2, 4, 6, 7
-FRICTION, ADHESIVE, LANDING, USER = 10, 11, 12, 13
-
-hooks.bind(
-    {
-        "momentum": [hooks.BoundLaw(Film.momentum, FILM, 2)],
-        "force": [
-            hooks.BoundLaw(Electrostatic.force, ELECTROSTATIC, 2),
-            hooks.BoundLaw(LegElectrostatic.force, LEG, 3),
-        ],
-        "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
-        "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
-        "friction": [
-            hooks.BoundLaw(Friction.bound, FRICTION, 1),
-            hooks.BoundLaw(AdhesiveFriction.bound, ADHESIVE, 1),
-        ],
-        "excess": [hooks.BoundLaw(RestituteFirst.excess, LANDING, 1)],
-    }
-)
-hooks.bind_angle(passive_angle)
 
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
-    """Hash of every source compiled into the engine: a changed law or kernel never meets stale machine code."""
+    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
+    engine = Path(_native.__file__)
+    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__), engine]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -72,17 +46,19 @@ def without_native(plan: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class FootLaws:
-    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,); addresses (8,) of users' functions and,
-    by pointer column, where in the parameter row a user's parameters start."""
+    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,).
+
+    acting: the laws by name; columns: where in the parameter row each one's parameters start; terms: the same for the
+    engine, (hook, twin, number of a program, first column) each.
+    """
 
     flags: np.ndarray
     parameters: np.ndarray
-    addresses: np.ndarray
-    starts: dict[int, int]
     volts: np.ndarray
-    terms: tuple[tuple[int, int, int, int], ...] = ()
-    """What acts in the native engine: (hook, twin, number of a program, first column of its parameters)."""
-    programs: tuple[Any, ...] = ()
+    acting: Mapping[str, Law]
+    columns: Mapping[str, int]
+    terms: tuple[tuple[int, int, int, int], ...]
+    programs: tuple[Program, ...]
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -90,41 +66,21 @@ class FootLaws:
     @property
     def use_rates(self) -> bool:
         """Whether a law of a foot in the air asks for its gap rate."""
-        return bool(np.any(self.flags & hooks.USES_RATE))
+        return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
 
     @cached_property
     def native(self) -> _native.Laws:
-        """The laws as the native engine holds them; their parameters come with every batch."""
+        """The laws as the engine holds them; their parameters come with every batch."""
         return _native.Laws(
             self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
         )
-
-    def own(self) -> OwnLaws:
-        """A copy with parameter memory of its own, which the users' functions read."""
-        parameters = self.parameters.copy()
-        pointer = np.tile(self.addresses, (len(parameters), 1))
-        base, width = parameters.ctypes.data, parameters.shape[1]
-        for column, start in self.starts.items():
-            pointer[:, column + 4] = base + 8 * (np.arange(len(parameters)) * width + USER + start)
-        return OwnLaws(Laws(self.flags, parameters, pointer, self.volts))
-
-
-@dataclass(frozen=True)
-class OwnLaws:
-    """Kernel arrays of the laws, with memory nobody else writes to."""
-
-    arrays: Laws
-
-    @property
-    def parameters(self) -> np.ndarray:
-        return self.arrays.parameters
 
 
 @dataclass(frozen=True)
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters, users' pointers and volts channel per foot;
+    system: the linear structure; laws: flags, parameters and volts channel per foot;
     channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
     t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
@@ -168,10 +124,10 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())
-    laws = _lower_laws(scene.ground.acting, len(feet))
+    laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
-        laws.flags[:] |= hooks.MAP_AS_IS
-    acts = (laws.flags & hooks.HAS_FORCE) != 0
+        laws.flags[:] |= _native.FLAGS["map_as_is"]
+    acts = (laws.flags & _native.FLAGS["force"]) != 0
     # where no foot has an electrode, users' laws see the volts of the first drive
     rest = names[0] if names and not any(f.electrode for f in feet) else None
     wired = [f.electrode if f.electrode is not None else rest for f in feet]
@@ -189,7 +145,7 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
     length, force = scales(
-        scene, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
+        laws, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
         initial[None], system.sources[None],
     )  # fmt: skip
     return Plan(
@@ -239,95 +195,53 @@ def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.nda
     return np.array(columns).reshape(len(columns), len(matrices.mass)).T
 
 
-def _lower_laws(ground: Ground, m: int) -> FootLaws:
-    row = np.zeros(USER)
-    flags = 0
-    for column, law, flag in (
-        (FILM, ground.film, hooks.HAS_MOMENTUM),
-        (ELECTROSTATIC, ground.electrostatic, hooks.HAS_FORCE),
-        (LEG, ground.leg_electrostatic, hooks.HAS_FORCE),
-        (ADHESION, ground.adhesion, hooks.HAS_LATCH),
-        (RESTITUTION, ground.restitution, 0),
-        (_slot("friction", ground.friction), ground.friction, 0),
-    ):
-        if law is not None:
-            values = law.parameters()
-            row[column : column + len(values)] = values
-            flags |= flag
-    if isinstance(ground.landing, RestituteFirst):
-        row[LANDING] = ground.landing.speed
-        flags |= hooks.RESTITUTES_FIRST
-    elif isinstance(ground.landing, PullAsPrinted):
-        flags |= hooks.PULL_AS_PRINTED
-    if ground.film is None:
-        row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
-    if ground.electrostatic is None:
-        row[ELECTROSTATIC + 1] = 1.0
-    terms = [
-        (_native.HOOKS.index(hook), _native.TWINS[twin], -1, column)
-        for law, hook, twin, column in (
-            (ground.film, "momentum", "Film.momentum", FILM),
-            (ground.electrostatic, "force", "Electrostatic.force", ELECTROSTATIC),
-            (ground.leg_electrostatic, "force", "LegElectrostatic.force", LEG),
-            (ground.restitution, "rebound", "Restitution.rebound", RESTITUTION),
-            (ground.adhesion, "strength", "Adhesion.strength", ADHESION),
-            (
-                ground.friction,
-                "friction",
-                f"{type(ground.friction).__name__}.bound",
-                _slot("friction", ground.friction),
-            ),
-        )
-        if law is not None
-    ]
-    if isinstance(ground.landing, RestituteFirst):
-        terms.append((_native.HOOKS.index("excess"), _native.TWINS["RestituteFirst.excess"], -1, LANDING))
-    programs: list[Any] = []
-    own = np.zeros(8, dtype=np.int64)
-    extra: list[float] = []
-    starts: dict[int, int] = {}
-    for kind, column, flag in _PROTOCOLS:
-        laws = [law for law in ground.laws.values() if isinstance(law, kind)]
-        if not laws:
-            continue
-        if len(laws) > 1 and column in (hooks.REBOUND, hooks.STRENGTH):
-            names = ", ".join(law.name() for law in laws)
-            raise InputError(f"ground.laws: only one {kind.__name__} can act at a time, got {names}")
-        own[column] = _compiled(
-            tuple((type(law).function(), len(law.parameters())) for law in laws), len(kind.leading)
-        )
-        starts[column] = len(extra)
-        if column in (hooks.REBOUND, hooks.STRENGTH):  # takes the place of the built-in one
-            terms = [term for term in terms if term[0] != column]
-        for law in laws:
-            terms.append((column, -1, len(programs), USER + len(extra)))
-            function = type(law).function()
-            assert function is not None  # checked where laws are read
-            programs.append(translate(function, len(law.leading)))
-            extra += law.parameters()
-            if isinstance(law, SmoothLaw) and law.uses_rate:
-                flags |= hooks.USES_RATE
-        flags |= flag
+def lower_laws(ground: Ground, m: int) -> FootLaws:
+    """The laws that act on m feet: each takes the next columns of the parameter row, and its twin or its program.
+
+    Raises InputError where a law of the user cannot be compiled.
+    """
+    acting = ground.acting_laws
+    columns = _columns(acting)
+    flags = _native.FLAGS["pull_as_printed"] if isinstance(ground.landing, PullAsPrinted) else 0
+    terms: list[tuple[int, int, int, int]] = []
+    programs: list[Program] = []
+    row: list[float] = []
+    for name, law in acting.items():
+        row += law.parameters()
+        assert law.hook is not None  # or it would not act
+        flags |= _native.FLAGS.get(law.hook, 0)
+        if isinstance(law, SmoothLaw) and law.uses_rate:
+            flags |= _native.FLAGS["uses_rate"]
+        twin = _twin(type(law))
+        terms.append((_native.HOOKS.index(law.hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
+        if twin < 0:
+            programs.append(program_of(type(law)))
     return FootLaws(
-        np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)), own, starts,
-        np.full(m, -1, dtype=np.int64), tuple(terms), tuple(programs),
+        np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
+        np.full(m, -1, dtype=np.int64), acting, columns, tuple(terms), tuple(programs),
     )  # fmt: skip
 
 
-_SLOTS = {
-    "film": FILM,
-    "electrostatic": ELECTROSTATIC,
-    "leg_electrostatic": LEG,
-    "adhesion": ADHESION,
-    "restitution": RESTITUTION,
-    "friction": FRICTION,
-    "landing": LANDING,
-}
+def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
+    """First column of each law's parameters."""
+    counts = [len(law.names()) for law in acting.values()]
+    return dict(zip(acting, accumulate([0, *counts[:-1]]), strict=True)) if acting else {}
 
 
-def _slot(name: str, law: Law | None) -> int:
-    """First column of the ground's law of that name."""
-    return ADHESIVE if isinstance(law, AdhesiveFriction) else _SLOTS[name]
+def _twin(law: type[Law]) -> int:
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program."""
+    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
+
+
+def program_of(law: type[Law]) -> Program:
+    """A law's function as the engine carries it out.
+
+    Raises InputError where it contains what a law may not.
+    """
+    function = law.function()
+    if function is None:
+        raise InputError(f"{law.name()}: defines no function {law.function_name}")
+    return translate(function, len(law.leading))
 
 
 def law_column(scene: Scene, path: str) -> int | None:
@@ -335,23 +249,13 @@ def law_column(scene: Scene, path: str) -> int | None:
 
     Such values vary from run to run without lowering the scene again.
     """
-    keys = path.split(".")
-    if keys[0] != "ground" or len(keys) < 3 or getattr(scene.ground.acting, keys[1], None) is None:
-        return None
-    if len(keys) == 3 and keys[1] in _SLOTS:
-        law = getattr(scene.ground, keys[1])
-        fields = list(quantity_units(type(law))) if law is not None else []
-        return _slot(keys[1], law) + fields.index(keys[2]) if keys[2] in fields else None
-    if len(keys) == 4 and keys[1] == "laws" and keys[2] in scene.ground.laws:
-        column = USER
-        for kind, _, _ in _PROTOCOLS:
-            for name, law in scene.ground.laws.items():
-                if isinstance(law, kind):
-                    fields = list(quantity_units(type(law)))
-                    if name == keys[2]:
-                        return column + fields.index(keys[3]) if keys[3] in fields else None
-                    column += len(fields)
-    return None
+    acting = scene.ground.acting_laws
+    paths = {
+        f"ground.{'laws.' if name in scene.ground.laws else ''}{name}.{field}": columns + place
+        for (name, law), columns in zip(acting.items(), _columns(acting).values(), strict=True)
+        for place, field in enumerate(law.names())
+    }
+    return paths.get(path)
 
 
 def initial_column(scene: Scene, path: str) -> int | None:
@@ -363,28 +267,6 @@ def initial_column(scene: Scene, path: str) -> int | None:
     if given is None or not keys[2].isdecimal() or int(keys[2]) >= len(given):
         return None
     return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
-
-
-_PROTOCOLS = (
-    (ResistiveLaw, hooks.MOMENTUM, hooks.HAS_MOMENTUM),
-    (SmoothLaw, hooks.FORCE, hooks.HAS_FORCE),
-    (ImpactLaw, hooks.REBOUND, 0),
-    (LatchLaw, hooks.STRENGTH, hooks.HAS_LATCH),
-)
-
-
-@lru_cache(maxsize=64)
-def _compiled(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int) -> int:
-    try:
-        return hooks.compile_laws(laws, arguments)
-    except Exception as error:  # numba raises many kinds; all mean the same to the user
-        names = ", ".join(function.__qualname__ for function, _ in laws)
-        reason = next(
-            (line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__
-        )
-        raise InputError(
-            f"{names}: a law must be arithmetic, 'if' and math functions of floats: {reason}"
-        ) from error
 
 
 def pack(channels: Sequence[Pieces]) -> _native.Signals:
@@ -402,7 +284,7 @@ SMALLEST = 1e-12
 
 
 def scales(
-    scene: Scene,
+    laws: FootLaws,
     system: LinearSystem,
     spans: Floats,
     parameters: Floats,
@@ -416,14 +298,17 @@ def scales(
     """
     n, m = system.normals.shape
     lengths = [np.abs(sources[:, :m] + initial[:, :n] @ system.normals), sources[:, :m]]
-    if scene.ground.acting.film is not None:
-        lengths.append(parameters[:, :1, FILM + 1])
+    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
+    for name, law in laws.acting.items():
+        first, fields = laws.columns[name], law.names()
+        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        lengths.append(own[:, :1])
+        forces.append(own[:, 1:])
     length = np.concatenate(lengths, axis=1)
     length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
     length = np.where(length > 0.0, length, 1e-6)
-    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
-    if scene.ground.adhesion is not None:
-        forces.append(parameters[:, :1, ADHESION])
     if n:
         forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
     force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)

@@ -175,7 +175,7 @@ def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: f
     rows = _driven(scene, plan, by_kind, base, duration)
     spans = rows.signals.span[rows.channels] * np.abs(rows.changes[:, :, 0])
     length, force = scales(
-        scene, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
+        plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
     )
     rows.scales[:, 0], rows.scales[:, 1] = length, force
     return rows

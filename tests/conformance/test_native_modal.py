@@ -132,7 +132,8 @@ def test_a_scene_ends_with_its_account_closed(name):
     series, length = run.series, run.plan.length
     assert series.state.gap.min(initial=0.0) > -1e-9 * length
     held = series.state.held
-    excess = (series.state.pull + series.electrostatic + series.user - series.strength)[held]
+    smooth = sum(force for name, force in series.laws.items() if name != "film")
+    excess = (series.state.pull + smooth - series.strength)[held]
     if not made.ground.laws:
         assert excess.max(initial=0.0) < 1e-6 * max(
             run.plan.force, float(np.abs(series.state.pull).max(initial=0.0))
@@ -173,7 +174,7 @@ def test_a_batch_is_its_runs_one_by_one():
     plan = lower_scene(bench.chain(2))
     book = SharedBook(plan, 0.1)
     parameters = np.repeat(plan.laws.parameters[None], 5, axis=0)
-    parameters[:, :, 6] = np.linspace(0.2, 0.6, 5)[:, None]
+    parameters[:, :, plan.laws.columns["restitution"]] = np.linspace(0.2, 0.6, 5)[:, None]
     rows = replace(rows_of(plan, 5), parameters=parameters)
     raw = execute(plan, 0.1, rows=rows, book=book)
     for i in range(5):

@@ -84,7 +84,7 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
 
         with console.spinner("writing the report"):
             companion: Any = None
-            if scene.ground.adhesion is not None:
+            if scene.ground.without_adhesion != scene.ground:
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )

@@ -2,13 +2,6 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-
-# flags (m,), parameters (m, np), pointer (m, 8) addresses of users' laws, volts (m,) channel of the foot or -1.
-Laws = namedtuple("Laws", "flags parameters pointer volts")
-
-# number of events so far, among the counts of a walk
-EVENTS = 2
 # columns of an event row
 (E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
  E_INTEGRAL) = range(12)  # fmt: skip

@@ -19,8 +19,9 @@ class RawWalks:
     """What the engine made of nr runs: codes (nr,); event rows and mark rows of run i end at event_end[i], mark_end[i].
 
     finish (nr, 3): end time [s], steps, rejected steps. samples (ns, width), of the last run: body's displacements and
-    velocities (2 nb), legs (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5). end: the last
-    run's body (2, nb), feet (nl, 2, 2), contact (m,) of its feet and energies (5,) at its end.
+    velocities (2 nb), legs (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of
+    laws that act together, all but the last (see `tarsus.solve.acting.parts`). end: the last run's body (2, nb), feet
+    (nl, 2, 2), contact (m,) of its feet and energies with works at its end.
     """
 
     codes: np.ndarray

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -38,26 +39,25 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Where the energy of a run went [J]: work_in + electrostatic + laws = kinetic + elastic + damping + film
-    + friction + impacts + adhesion + residual.
+    """Where the energy of a run went [J]: work_in + the sum of laws = kinetic + elastic + damping + friction + impacts
+    + adhesion + residual.
 
-    work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
-    friction, impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the
-    kinetic energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the
-    largest term; where every term is below 1e-24 of the plan's force times length, or below what rounding leaves of the
-    film's momentum, over that, for then all are rounding.
+    work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
+    air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
+    impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
+    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-24 of the plan's force
+    times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
+    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
     """
 
     work_in: float
     kinetic: float
     elastic: float
     damping: float
-    film: float
     friction: float
-    electrostatic: float
     impacts: float
     adhesion: float
-    laws: float
+    laws: Mapping[str, float]
     residual: float
     closure: float
 

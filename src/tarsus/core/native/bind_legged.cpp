@@ -80,6 +80,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   notes.times = copied(times);
   std::vector<double> moving, legs, energies;
   std::vector<int64_t> contacts;
+  size_t sample_width = 0;
   {
     nb::gil_scoped_release released;
     const Between between(nodes);
@@ -97,8 +98,9 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
     for (const Foot& foot : system.feet) legs.insert(legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
     for (int i : body.leg) contacts.push_back(system.feet[i].contact);
     energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
+    energies.insert(energies.end(), system.shares.begin(), system.shares.end());
+    sample_width = system.sample_width();
   }
-  const size_t sample_width = 2 * nb + 2 * DIRECTIONS * body.legs.size() + 2 * body.feet() + ENERGIES;
   return nb::make_tuple(returned(std::move(out.codes)), returned_rows(std::move(log.events)),
                         returned(std::move(out.event_end)), returned(std::move(notes.marks), 3 + nb + 2 * body.feet()),
                         returned(std::move(out.mark_end)), returned(std::move(out.finish), 3),

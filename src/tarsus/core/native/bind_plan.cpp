@@ -104,6 +104,15 @@ void bind_plan(nb::module_& m) {
       .def_rw("track", &Settings::track)
       .def_rw("record", &Settings::record);
   m.attr("HOOKS") = nb::make_tuple("momentum", "force", "rebound", "strength", "friction", "excess");
+  nb::dict flags;  // by hook, where a law there is to be known of a foot; and what else is
+  flags["momentum"] = int(HAS_MOMENTUM);
+  flags["force"] = int(HAS_FORCE);
+  flags["strength"] = int(HAS_LATCH);
+  flags["excess"] = int(RESTITUTES_FIRST);
+  flags["uses_rate"] = int(USES_RATE);
+  flags["map_as_is"] = int(MAP_AS_IS);
+  flags["pull_as_printed"] = int(PULL_AS_PRINTED);
+  m.attr("FLAGS") = flags;
   nb::dict twins;
   twins["Film.momentum"] = int(FILM_MOMENTUM);
   twins["Electrostatic.force"] = int(ELECTROSTATIC_FORCE);

@@ -116,15 +116,15 @@ struct ActingLaws {
   template <class Real>
   TARSUS_INLINE Real momentum(int foot, const Real& gap) const {
     Real sum = Real(0.0);
-    for (const Term& term : laws.terms[MOMENTUM]) {
-      const double* p = of(foot, term);
-      if (term.twin == FILM_MOMENTUM) {
-        sum += film_momentum(gap, p[0], p[1]);
-      } else {
-        sum += by_program(foot, term, &gap);
-      }
-    }
+    for (const Term& term : laws.terms[MOMENTUM]) sum += momentum_of(term, foot, gap);
     return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
+  }
+
+  // The momentum of one law.
+  template <class Real>
+  TARSUS_INLINE Real momentum_of(const Term& term, int foot, const Real& gap) const {
+    const double* p = of(foot, term);
+    return term.twin == FILM_MOMENTUM ? film_momentum(gap, p[0], p[1]) : by_program(foot, term, &gap);
   }
 
   // Derivative of the momentum by the gap [N s/m], by central differences over a probe [m] for programs.
@@ -141,19 +141,29 @@ struct ActingLaws {
   template <class Real>
   Real force(int foot, const Real& gap, const Real& rate, const Real& volts, const Real& time) const {
     Real sum = Real(0.0);
-    for (const Term& term : laws.terms[FORCE]) {
-      const double* p = of(foot, term);
-      if (term.twin == ELECTROSTATIC_FORCE) {
-        const Real distance = gap + p[1];
-        sum += -p[0] * (volts * volts) / (distance * distance);
-      } else if (term.twin == LEG_ELECTROSTATIC_FORCE) {
-        sum += along_leg(gap, volts, p);
-      } else {
-        const Real arguments[4] = {gap, rate, volts, time};
-        sum += by_program(foot, term, arguments);
-      }
-    }
+    for (const Term& term : laws.terms[FORCE]) sum += force_of(term, foot, gap, rate, volts, time);
     return on_ground(sum, gap, [&] { return ground_force(foot, rate, volts, time); });
+  }
+
+  // The smooth force of one law.
+  template <class Real>
+  TARSUS_INLINE Real force_of(const Term& term, int foot, const Real& gap, const Real& rate, const Real& volts,
+                              const Real& time) const {
+    const double* p = of(foot, term);
+    if (term.twin == ELECTROSTATIC_FORCE) {
+      const Real distance = gap + p[1];
+      return -p[0] * (volts * volts) / (distance * distance);
+    }
+    if (term.twin == LEG_ELECTROSTATIC_FORCE) return along_leg(gap, volts, p);
+    const Real arguments[4] = {gap, rate, volts, time};
+    return by_program(foot, term, arguments);
+  }
+
+  // How many laws have a share of the work of those that act together, that of the last being the rest: all but one of
+  // the resistive, and of the smooth ones.
+  size_t shares() const {
+    const size_t resistive = laws.terms[MOMENTUM].size(), smooth = laws.terms[FORCE].size();
+    return (resistive > 0 ? resistive - 1 : 0) + (smooth > 0 ? smooth - 1 : 0);
   }
 
   // Departing speed [m/s] after an impact.

@@ -129,6 +129,7 @@ struct Legged {
   std::vector<Foot> feet;  // of every leg, also of one that has no foot to touch the ground with
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
+  std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares
   int step_class = 0, launch_class = 0;
   bool launching = false;
 
@@ -143,7 +144,7 @@ struct Legged {
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)
       : body(b), tables(t), nodes(n), between(f), units(set), settings(set), laws(l), player(s, n, driven), log(events),
-        feet(b.legs.size()), channels(driven + 1), rows(b.legs.size()) {}
+        feet(b.legs.size()), shares(laws.shares()), channels(driven + 1), rows(b.legs.size()) {}
 
   int coordinates() const { return body.coordinates(); }
   int legs() const { return int(feet.size()); }

@@ -49,6 +49,26 @@ struct Account {
     return first * (0.5 * first / mass - w[0] - low / mass) - integral((film - high) * combine(slope, w));
   }
 
+  // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the
+  // way of the foot the nodes do not see how they share its work.
+  void add_shares(int i, const Stretch& over, const Path& path, const Row& rate) {
+    const Leg& leg = s.body.legs[i];
+    const LegRows& r = s.rows[i];
+    const auto &resistive = s.laws.laws.terms[MOMENTUM], &smooth = s.laws.laws.terms[FORCE];
+    size_t share = 0;
+    for (size_t n = 0; n + 1 < resistive.size(); n++) {
+      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
+      const double low = s.laws.momentum_of(resistive[n], leg.foot, path.low + leg.gap);
+      const double high = s.laws.momentum_of(resistive[n], leg.foot, path.high + leg.gap);
+      s.shares[share++] += by_film(path.w, film, rate, leg.mass, low, high);
+    }
+    const Row now = s.nodes.times() * h + s.clock.time;
+    for (size_t n = 0; n + 1 < smooth.size(); n++) {
+      const Row force = s.laws.force_of(smooth[n], leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+      s.shares[share++] += integral(over.of(force) * rate) * h * over.width;
+    }
+  }
+
   // What a foot that nothing holds in direction d passes on over a stretch.
   void add(int i, int d, const Stretch& over, const Path& path) {
     const Leg& leg = s.body.legs[i];
@@ -63,6 +83,7 @@ struct Account {
       const double high = s.laws.momentum(leg.foot, path.high + leg.gap);
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
+    if (d == UP && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
     s.energy.work += integral(over.of(r.load[d]) * rate) * span;

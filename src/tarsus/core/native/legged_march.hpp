@@ -28,7 +28,7 @@ struct LeggedMarch : Legged {
     moment.legs.resize(DIRECTIONS * body.legs.size());
   }
 
-  size_t sample_width() const { return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES; }
+  size_t sample_width() const { return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size(); }
 
   // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
   // before the height.
@@ -63,6 +63,7 @@ struct LeggedMarch : Legged {
       foot.w[UP] -= momentum_at(*this, i, foot.u[UP] + body.legs[i].gap) / body.legs[i].mass;
     }
     energy = {};
+    std::fill(shares.begin(), shares.end(), 0.0);
     lowest_body = INF;
     highest_body = -INF;
     step_class = int(settings.first_class);
@@ -133,6 +134,7 @@ struct LeggedMarch : Legged {
     const double* from = &before.work;
     const double* now = &energy.work;
     for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;
+    for (size_t e = 0; e < shares.size(); e++) *to++ = shares_before[e] + (shares[e] - shares_before[e]) * share;
     notes.sampled++;
   }
 
@@ -149,6 +151,7 @@ struct LeggedMarch : Legged {
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
+    shares_before = shares;
     motion_at(*this, h, fraction, moment);
     if (keeps_account) add_energies(*this, h, fraction, moment);
     if (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) {
@@ -256,6 +259,7 @@ struct LeggedMarch : Legged {
   }
 
  private:
+  std::vector<double> shares_before;
   std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());
 };
 
