@@ -9,7 +9,7 @@ lowered value by value.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -257,7 +257,9 @@ def _shapes(
     return None, np.zeros(count, dtype=bool)
 
 
-def _periodic(wave: Sine | Square | RampedSquare, field, count: int) -> tuple[_Shapes, NDArray[np.bool_]]:
+def _periodic(
+    wave: Sine | Square | RampedSquare, field: Callable[[str], Floats], count: int
+) -> tuple[_Shapes, NDArray[np.bool_]]:
     """Offset and amplitude times a shape of size one; what has no amplitude or no edge is none of these."""
     amplitude, period = field("amplitude"), 1.0 / field("frequency")
     cycles = field("phase") / (2.0 * math.pi)
@@ -304,7 +306,7 @@ def _lines(
 ) -> tuple[_Shapes, NDArray[np.bool_]]:
     """Sequences of straight lines as they are; those with a line of no length, to rounding, are none of these."""
     size = times.shape[1]
-    fits = (np.diff(times, axis=1) > LEAST * times[:, -1:]).all(axis=1)
+    fits = np.asarray((np.diff(times, axis=1) > LEAST * times[:, -1:]).all(axis=1))
     columns = np.where(fits[:, None], np.concatenate([times, first, last], axis=1), 0.0)
     rows, which = _distinct(list(columns.T))
     sound = (np.diff(rows[:, :size], axis=1) > 0.0).all(axis=1)
@@ -326,4 +328,4 @@ def _straight(times: Floats, first: Floats, last: Floats, loop: int) -> list[Pie
     coef = np.zeros((*first.shape, TERMS))
     coef[:, :, 0] = np.where(first == last, first, 0.5 * first + 0.5 * last)
     coef[:, :, 1] = 0.5 * (last - first)
-    return [Pieces(t, c, k, loop) for t, c, k in zip(times, coef, kink, strict=True)]
+    return [Pieces(times[i], coef[i], kink[i], loop) for i in range(len(times))]
