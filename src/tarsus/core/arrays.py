@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 # columns of an event row
 (E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
  E_INTEGRAL) = range(12)  # fmt: skip
