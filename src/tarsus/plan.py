@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate
@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from tarsus.core import _native
-from tarsus.core.modes import LinearSystem
-from tarsus.core.signals import Signals
+from tarsus.core.modes import Floats, LinearSystem
 from tarsus.drive.lower import lower
-from tarsus.drive.pieces import Pieces
+from tarsus.drive.pieces import TERMS, Pieces
 from tarsus.errors import InputError
 from tarsus.laws.base import Law, SmoothLaw
 from tarsus.laws.impact_map import Body, MassWeighted
@@ -82,14 +81,14 @@ class Plan:
     """A scene as arrays, ready for the engine.
 
     system: the linear structure; laws: flags, parameters and volts channel per foot;
-    signals: drive channels then volts channels, made of ``channels``; initial (2n,): displacements and velocities
-    at t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
+    channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
+    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
 
     system: LinearSystem
     laws: FootLaws
-    signals: Signals
     channels: tuple[Pieces, ...]
+    charged: tuple[int, ...]
     initial: np.ndarray
     length: float
     force: float
@@ -107,21 +106,21 @@ class Plan:
         return self.system.loads.shape[1]
 
     @cached_property
-    def native_signals(self) -> _native.Signals:
-        """The drive channels as the native engine holds them."""
-        return _native.Signals(self.signals)
+    def signals(self) -> _native.Signals:
+        """The drive channels as the engine holds them."""
+        return pack(self.channels)
 
 
-def lower_scene(scene: Scene) -> Plan:
-    """Lower a scene to arrays.
+def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
+    """Lower a scene to arrays; ``drive`` lowers its drives.
 
     Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
     forces, volts, signals = [], [], scene.actuator_volts
-    for name, drive in scene.robot.drives.items():
-        force, volt = lower(signals[name], drive.law, drive.history)
+    for name, one in scene.robot.drives.items():
+        force, volt = drive(signals[name], one.law, one.history)
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())
@@ -137,7 +136,6 @@ def lower_scene(scene: Scene) -> Plan:
         if acts[i] and w is not None:
             laws.volts[i] = len(names) + used.index(names.index(w))
     channels = (*forces, *(volts[d] for d in used))
-    signals = pack_signals(channels)
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
     if scene.initial.standing is not None:
@@ -146,8 +144,13 @@ def lower_scene(scene: Scene) -> Plan:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
-    length, force, rate = _scales(scene, system, signals, initial)
-    return Plan(system, laws, signals, channels, initial, length, force, rate)
+    length, force = scales(
+        laws, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
+        initial[None], system.sources[None],
+    )  # fmt: skip
+    return Plan(
+        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system)
+    )
 
 
 def lower_system(scene: Scene) -> LinearSystem:
@@ -162,15 +165,15 @@ def lower_system(scene: Scene) -> LinearSystem:
     loads = np.zeros((n, len(scene.robot.drives)))
     for d, drive in enumerate(scene.robot.drives.values()):
         loads[:, d] = drive.load.vector(structure)
-    constant = np.zeros(n)
+    weight, gravity = np.zeros(n), 0.0
     if scene.ground.gravity is not None:
         up = structure.vertical()
         assert up is not None  # checked by Scene
-        constant -= scene.ground.gravity.acceleration * (matrices.mass @ up)
+        weight, gravity = -(matrices.mass @ up), scene.ground.gravity.acceleration
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
-        np.array([foot.gap for foot in feet], dtype=float), loads, constant, _directions(scene, matrices, normals),
-        _alone(scene),
+        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
+        _directions(scene, matrices, normals), _alone(scene),
     )  # fmt: skip
 
 
@@ -266,101 +269,57 @@ def initial_column(scene: Scene, path: str) -> int | None:
     return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
 
 
-def pack_signals(channels: Sequence[Pieces]) -> Signals:
-    """Channels laid end to end for the kernels; a channel that holds its last value gets a piece for that."""
-    starts, ends, coefs, sharps, untils, overs = [], [], [], [], [], []
-    first, loops, periods, spans = [0], [], [], []
-    for pieces in channels:
-        start, end = pieces.start[:-1], pieces.start[1:]
-        coef, kink = pieces.coef, pieces.kink
-        if pieces.loop < 0:
-            hold = np.zeros((1, coef.shape[1]))
-            hold[0, 0] = coef[-1].sum()
-            start, end = np.append(start, end[-1]), np.append(end, _FOREVER)
-            coef, kink = np.vstack([coef, hold]), np.append(kink, True)
-        sharp = np.append(kink[1:], kink[pieces.loop] if pieces.loop >= 0 else False)
-        # every piece is bounded by the sum of its coefficients' sizes
-        middle = coef[:, 0]
-        swing = np.abs(coef[:, 1:]).sum(axis=1)
-        span = float((middle + swing).max() - (middle - swing).min())
-        until, over = _kink_distances(end - start, _continued(end - start, coef, span), sharp, pieces.loop)
-        starts.append(start)
-        ends.append(end)
-        coefs.append(coef)
-        sharps.append(sharp)
-        untils.append(until)
-        overs.append(over)
-        first.append(first[-1] + len(start))
-        loops.append(pieces.loop)
-        periods.append(float(pieces.start[-1] - pieces.start[pieces.loop]) if pieces.loop >= 0 else 0.0)
-        spans.append(span)
-
-    def join(parts: list[np.ndarray], empty: tuple[int, ...] = (0,)) -> np.ndarray:
-        return np.ascontiguousarray(np.concatenate(parts)) if parts else np.zeros(empty)
-
-    coef = join(coefs, (0, 12))
-    return Signals(
-        first=np.array(first, dtype=np.int64), start=join(starts), end=join(ends), coef=coef,
-        flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils),
-        over=join(overs),
-        loop=np.array(loops, dtype=np.int64), period=np.array(periods, dtype=float), span=np.array(spans, dtype=float),
-    )  # fmt: skip
+def pack(channels: Sequence[Pieces]) -> _native.Signals:
+    """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
+    loops = np.array([pieces.loop for pieces in channels], dtype=np.int64)
+    counts = np.array([pieces.count for pieces in channels], dtype=np.int64)
+    starts = np.concatenate([np.zeros(0), *(pieces.start for pieces in channels)])
+    coefs = np.concatenate([np.zeros((0, TERMS)), *(pieces.coef for pieces in channels)])
+    kinks = np.concatenate([np.zeros(0, dtype=bool), *(pieces.kink for pieces in channels)])
+    return _native.Signals(counts, loops, starts, coefs, kinks)
 
 
-_FOREVER = 1e30
+SMALLEST = 1e-12
+"""[m] Below the size of an atom a clearance is zero and no scale."""
 
 
-_SLIVER = 1e-5
-"""A piece this much shorter than the longest may be shorter than any step."""
-_FAR = 1e4
-"""Spans of the channel that a sliver may be continued to: what it rounds then is below the tolerance of a drive."""
+def scales(
+    laws: FootLaws,
+    system: LinearSystem,
+    spans: Floats,
+    parameters: Floats,
+    initial: Floats,
+    sources: Floats,
+) -> tuple[Floats, Floats]:
+    """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
+
+    spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
+    `tarsus.slots.Rows`.
+    """
+    n, m = system.normals.shape
+    lengths = [np.abs(sources[:, :m] + initial[:, :n] @ system.normals), sources[:, :m]]
+    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
+    for name, law in laws.acting.items():
+        first, fields = laws.columns[name], law.names()
+        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        lengths.append(own[:, :1])
+        forces.append(own[:, 1:])
+    length = np.concatenate(lengths, axis=1)
+    length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
+    length = np.where(length > 0.0, length, 1e-6)
+    if n:
+        forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
+    force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
+    return length, np.where(force > 0.0, force, 1e-9)
 
 
-def _continued(length: np.ndarray, coef: np.ndarray, span: float) -> np.ndarray:
-    """How far [s] each piece (P,) may be continued beyond its end: a quarter of its length, slivers much further."""
-    over = 0.25 * length
-    short = np.flatnonzero(length < _SLIVER * length[length < _FOREVER].max(initial=0.0))
-    size = np.abs(coef[short])
-    for lengths in 2.0 ** np.arange(50.0):
-        within = size[:, 1:] @ (1.0 + 2.0 * lengths) ** np.arange(1.0, coef.shape[1]) <= _FAR * span
-        over[short[within]] = lengths * length[short[within]]
-    return over
-
-
-def _kink_distances(
-    length: np.ndarray, continued: np.ndarray, sharp: np.ndarray, loop: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Time from the start of each piece to the next kink (inf: none), and how far one may look beyond that."""
-    count = len(length)
-    until, over = np.full(count, np.inf), np.full(count, np.inf)
-    for _ in range(2):  # twice round the loop
-        following, following_over = (until[loop], over[loop]) if loop >= 0 else (np.inf, np.inf)
-        for p in range(count - 1, -1, -1):
-            if sharp[p]:
-                following, following_over = 0.0, continued[p]
-            following = following + length[p]
-            until[p], over[p] = following, following_over
-    return until, over
-
-
-def _scales(
-    scene: Scene, system: LinearSystem, signals: Signals, initial: np.ndarray
-) -> tuple[float, float, float]:
-    n = len(system.mass)
-    start = np.abs(system.rest_gap + system.normals.T @ initial[:n])
-    lengths = [*start, *system.rest_gap]
-    acting = scene.ground.acting_laws.values()
-    lengths += [law.length_scale() for law in acting]
-    # below the size of an atom a clearance is zero and no scale
-    length = max((x for x in lengths if x > 1e-12), default=1e-6)
-    forces = [abs(s) for s in signals.span[: system.loads.shape[1]]]
-    forces += [law.force_scale() for law in acting]
-    forces.append(float(np.abs(system.constant).max(initial=0.0)))
-    forces.append(length * float(np.abs(np.diag(system.stiffness)).min(initial=np.inf)) if n else 0.0)
-    force = max((x for x in forces if x > 0.0), default=1e-9)
-    scale = np.sqrt(
-        np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.stiffness))).max(initial=0.0)
-    )
-    rub = np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.damping))).max(initial=0.0)
-    rate = max(float(scale), float(rub), 1.0)
-    return length, force, rate
+def _rate(system: LinearSystem) -> float:
+    """Fastest rate [1/s] of a structure."""
+    if not len(system.mass):
+        return 1.0
+    per_mass = np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
+    squares, rub = np.split(per_mass, 2, axis=1)
+    fastest = np.sqrt(np.abs(np.linalg.eigvals(squares)).max())
+    return max(float(fastest), float(np.abs(np.linalg.eigvals(rub)).max()) if rub.any() else 0.0, 1.0)

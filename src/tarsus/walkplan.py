@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +11,8 @@ import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.walk.arrays import Body
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
 from tarsus.plan import Plan, lower_scene, without_native
 from tarsus.scene import Scene
 from tarsus.structure.walker import Walker
@@ -34,12 +37,13 @@ class WalkPlan:
 
     @cached_property
     def native(self) -> _native.LeggedBody:
-        """The body as the engine holds it."""
-        return _native.LeggedBody(self.body)
+        """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
+        nb, weight = len(self.body.body_mass), -self.plan.system.weight
+        return _native.LeggedBody(self.body._replace(body_weight=weight[:nb].copy(), weight=weight[nb + 1 :: 2].copy()))
 
 
-def lower_walker(scene: Scene) -> WalkPlan:
-    """Lower the scene of a walker to arrays.
+def lower_walker(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> WalkPlan:
+    """Lower the scene of a walker to arrays; ``drive`` lowers its drives.
 
     Raises
     ------
@@ -48,7 +52,7 @@ def lower_walker(scene: Scene) -> WalkPlan:
     """
     walker = scene.robot.structure
     assert isinstance(walker, Walker)
-    plan = lower_scene(scene)
+    plan = lower_scene(scene, drive)
     names, nb = list(walker.legs), walker.body_size
     nl, nd = len(names), plan.drives
     legs = walker.legs.values()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from scene_files import SCENES, scene
 from tarsus.core.arrays import E_FOOT, E_KIND
 from tarsus.files.toml import parse_scene
 from tarsus.plan import lower_scene
+from tarsus.slots import rows_of
 from tarsus.solve.engine import Accuracy, SharedBook, execute
 from tarsus.study import bench
 
@@ -130,7 +132,8 @@ def test_a_scene_ends_with_its_account_closed(name):
     series, length = run.series, run.plan.length
     assert series.state.gap.min(initial=0.0) > -1e-9 * length
     held = series.state.held
-    excess = (series.state.pull + series.electrostatic + series.user - series.strength)[held]
+    smooth = sum(force for name, force in series.laws.items() if name != "film")
+    excess = (series.state.pull + smooth - series.strength)[held]
     if not made.ground.laws:
         assert excess.max(initial=0.0) < 1e-6 * max(
             run.plan.force, float(np.abs(series.state.pull).max(initial=0.0))
@@ -172,7 +175,8 @@ def test_a_batch_is_its_runs_one_by_one():
     book = SharedBook(plan, 0.1)
     parameters = np.repeat(plan.laws.parameters[None], 5, axis=0)
     parameters[:, :, plan.laws.columns["restitution"]] = np.linspace(0.2, 0.6, 5)[:, None]
-    raw = execute(plan, 0.1, parameters=parameters, book=book)
+    rows = replace(rows_of(plan, 5), parameters=parameters)
+    raw = execute(plan, 0.1, rows=rows, book=book)
     for i in range(5):
-        alone = execute(plan, 0.1, parameters=parameters[i : i + 1], book=book)
+        alone = execute(plan, 0.1, rows=replace(rows_of(plan), parameters=parameters[i : i + 1]), book=book)
         np.testing.assert_array_equal(raw.of(i), alone.events)

@@ -14,6 +14,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.scene import Ground, Initial, Scene, Standing
+from tarsus.slots import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import RawWalks, walk
@@ -122,12 +123,15 @@ def varied() -> tuple[RawWalks, list[RawWalks]]:
     initial = np.repeat(plan.plan.initial[None], 4, axis=0)
     initial[:, 1] += np.linspace(0.0, 1e-6, 4)
     initial[:, -3] += np.linspace(0.0, 1e-3, 4)
-    batch = walk(plan, 5e-3, parameters=parameters, initial=initial, period=1e-3)
+    rows = dataclasses.replace(rows_of(plan.plan, 4, 1e-3), parameters=parameters, initial=initial)
+    one = rows_of(plan.plan, 1, 1e-3)
     alone = [
-        walk(plan, 5e-3, parameters=parameters[i : i + 1], initial=initial[i : i + 1], period=1e-3)
+        walk(
+            plan, 5e-3, rows=dataclasses.replace(one, parameters=parameters[i : i + 1], initial=initial[i : i + 1])
+        )
         for i in range(4)
     ]
-    return batch, alone
+    return walk(plan, 5e-3, rows=rows), alone
 
 
 def test_runs_of_a_batch_are_those_made_alone_to_the_last_bit() -> None:

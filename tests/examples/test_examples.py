@@ -22,6 +22,11 @@ def test_bouncing_ball():
     assert example.time_of_rest(0.7) == pytest.approx(fall * (1.0 + 0.7) / (1.0 - 0.7), rel=1e-6)
 
 
+def test_the_least_clearance_is_the_deepest_swing_less_what_the_film_takes():
+    example = load("clearance")
+    assert 0.998 < example.least_clearance(halvings=18) / example.deepest_swing() < 1.0
+
+
 def test_own_law():
     example = load("own_law")
     without, weak = example.run_with_magnet(0.0), example.run_with_magnet(1e-24)

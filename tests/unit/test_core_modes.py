@@ -15,7 +15,7 @@ STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0,
 SYSTEM = LinearSystem(
     mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
     normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
-    loads=np.array([[0.5], [1.0], [0.0]]), constant=np.array([-1.0, 0.0, -0.5]),
+    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([-1.0, 0.0, -0.5]),
 )  # fmt: skip
 
 
@@ -88,7 +88,8 @@ def test_step_tables_flow_exactly_over_long_and_short_steps():
         np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
         tables = book.native.step(number, k)
         state = tables["node_state"].reshape(4, -1, 2, N)[0, :nb]
-        gap = y[:nb] @ state[:, 0] + y[nb:] @ state[:, 1] + tables["node_constant"].reshape(4, 6, N)[0, 5]
+        constant = SYSTEM.sources @ tables["node_bias"].reshape(3, 4, N)[:, 0]
+        gap = y[:nb] @ state[:, 0] + y[nb:] @ state[:, 1] + constant
         gap = gap + TAU**3 @ tables["node_input"].reshape(4, 6, N, N)[0, 4]
         assert gap.shape == (N,)
         assert gap[0] == pytest.approx(0.02 + 0.1, rel=1e-11)

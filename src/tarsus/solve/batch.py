@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.errors import InputError
 from tarsus.measure import scene_period
-from tarsus.plan import Plan, initial_column, law_column
 from tarsus.scene import Scene
+from tarsus.slots import check_bounds, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.engines import Engine, Shared, engine_for
+from tarsus.solve.engines import Shared, engine_for
 from tarsus.solve.results import Batch, BatchRun, Part
 from tarsus.solve.simulate import check_duration, simulate
 from tarsus.spec import with_values
-from tarsus.units import format_quantity
 from tarsus.workers import spread
 
 __all__ = ["Batch", "BatchRun", "simulate_batch"]
@@ -46,8 +44,9 @@ def simulate_batch(
         The scene; values that do not vary are its own.
     vary
         Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
-        length, run i having the values number i. Runs that differ in parameters of ground laws and in initial state
-        only share everything else.
+        length, run i having the values number i. Runs that differ in slots only (`tarsus.slots`: laws,
+        gaps, gravity, initial state, drives over time) share one plan and its tables; every other value makes a plan,
+        and as a rule tables, of its own.
     duration
         Model time of every run [s].
     grid
@@ -76,66 +75,42 @@ def simulate_batch(
     values = _combined(given) if grid else given
     axes = given if grid else {}
     count = len(next(iter(values.values()))) if values else 1
-    native = {path: law_column(scene, path) for path in values}
-    own = {path: where for path, where in native.items() if where is not None}
-    starts = {path: initial_column(scene, path) for path in values if path not in own}
-    starts = {path: column for path, column in starts.items() if column is not None}
-    rest = [path for path in values if path not in own and path not in starts]
-    if own:  # bounds are intervals: both ends suffice
-        lowest = {path: float(values[path].min()) for path in own}
-        highest = {path: float(values[path].max()) for path in own}
-        for ends in (lowest, highest) if lowest != highest else (lowest,):
-            with_values(scene, ends)
+    data, rest = _divided(scene, values)
     groups: dict[tuple[float, ...], list[int]] = {}
-    for i in range(count):
-        groups.setdefault(tuple(values[path][i] for path in rest), []).append(i)
-    shared = shared or Shared()
+    for i, chosen in enumerate(zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count):
+        groups.setdefault(chosen, []).append(i)
+    shared = Shared() if shared is None else shared
     periods = np.zeros(count)
-    jobs: list[_Job] = []
-    for chosen, several in groups.items():
-        members = np.array(several)
+    if ledger:
+        return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads, shared)
+
+    def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
+        chosen, members = job
         variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
         engine = engine_for(variant, seconds, shared)
-        periods[members] = scene_period(variant, seconds)
-        parameters = _filled(engine.plan.laws.parameters, values, own, members)
-        initial = _filled(engine.plan.initial, values, starts, members)
-        if starts:
-            _check_starts(scene, engine.plan, initial)
-        for first in range(0, len(members), _CHUNK):
-            part = slice(first, first + _CHUNK)
-            jobs.append(
-                _Job(engine, parameters[part], initial[part], float(periods[members[0]]), members[part])
-            )
-    if ledger:
-        return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads)
-    parts = spread(lambda job: job.run(accuracy, track), jobs, threads)
-    return Batch(scene, values, seconds, periods, list(parts), None, axes)
+        own = {path: values[path][members] for path in data}
+        if own:
+            rows = rows_for(variant, engine.plan, own, seconds)
+        else:
+            rows = rows_of(engine.plan, len(members), scene_period(variant, seconds))
+        periods[members] = rows.periods
+        return Part.of(engine.run(rows, accuracy, track), members)
+
+    jobs = [
+        (chosen, np.array(members[first : first + _CHUNK]))
+        for chosen, members in groups.items()
+        for first in range(0, len(members), _CHUNK)
+    ]
+    return Batch(scene, values, seconds, periods, list(spread(work, jobs, threads)), None, axes)
 
 
-@dataclass(frozen=True)
-class _Job:
-    """Runs of one plan and drive period [s] with their law parameters (k, m, np) and starts (k, 2n)."""
-
-    engine: Engine
-    parameters: np.ndarray
-    initial: np.ndarray
-    period: float
-    members: NDArray[np.int64]
-
-    def run(self, accuracy: Accuracy | None, track: bool) -> Part:
-        raw = self.engine.run(self.parameters, self.initial, self.period, accuracy, track)
-        return Part.of(raw, self.members)
-
-
-def _filled(
-    base: np.ndarray, values: Mapping[str, np.ndarray], columns: Mapping[str, int], members: NDArray[np.int64]
-) -> np.ndarray:
-    """A row of numbers (..., nc) for each run, with its own values in these columns."""
-    out = np.repeat(base[None], len(members), axis=0)
-    for path, column in columns.items():
-        own = values[path][members]
-        out[..., column] = own.reshape(-1, *[1] * (out.ndim - 2))
-    return out
+def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str], list[str]]:
+    """Paths that are data of a plan, within their bounds, and those that make a plan of their own."""
+    places = {path: slot(scene, path) for path in values}
+    for path, place in places.items():
+        if place is not None and place.bounded:
+            check_bounds(scene, path, values[path])
+    return [path for path, p in places.items() if p is not None], [path for path, p in places.items() if p is None]
 
 
 def _with_accounts(
@@ -146,13 +121,15 @@ def _with_accounts(
     periods: NDArray[np.float64],
     accuracy: Accuracy | None,
     threads: int | None,
+    shared: Shared,
 ) -> Batch:
     """The batch made of single runs, each with its energy account."""
 
     def work(i: int) -> tuple[Part, bool]:
         run = simulate(
-            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy
+            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy, shared=shared
         )
+        periods[i] = run.period
         open_ = run.code is ResultCode.LEDGER_OPEN
         return Part.of(run.raw, np.array([i])), open_
 
@@ -184,16 +161,3 @@ def _columns(vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarr
     if problems:
         raise InputError(problems)
     return values
-
-
-def _check_starts(scene: Scene, plan: Plan, initial: np.ndarray) -> None:
-    """No run starts with a foot below the ground."""
-    rest = plan.system.rest_gap
-    moved = initial[:, : len(plan.system.mass)] @ plan.system.normals
-    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
-    for run, foot in np.argwhere(below)[:1]:
-        name = list(scene.robot.feet)[foot]
-        depth = format_quantity(-float(rest[foot] + moved[run, foot]), "m")
-        raise InputError(
-            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
-        )

@@ -14,6 +14,7 @@ from tarsus.core import arrays as a
 from tarsus.core.book import NODES, ModeBook, step_lengths
 from tarsus.core.nodes import N
 from tarsus.plan import Plan
+from tarsus.slots import Rows, rows_of
 
 
 @dataclass(frozen=True)
@@ -31,11 +32,16 @@ class Accuracy:
 
 
 class SharedBook:
-    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads."""
+    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads.
 
-    def __init__(self, plan: Plan, duration: float) -> None:
+    shared: that of a plan of equal `structure_key`, whose tables serve this one too.
+    """
+
+    def __init__(self, plan: Plan, duration: float, *, shared: SharedBook | None = None) -> None:
         self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
         self._met: list[int] = []
+        if shared is not None:
+            self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
         _ = self.book  # now, not when threads first meet there
 
     @cached_property
@@ -49,6 +55,16 @@ class SharedBook:
     def __getstate__(self) -> dict[str, Any]:
         met = [mode.mask for mode in self.book.modes]
         return {"_made_of": self._made_of, "_met": met}
+
+
+def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
+    """What the tables of a plan's structure depend on: all of it but rest gaps and gravity."""
+    system = plan.system
+    parts = (system.mass, system.damping, system.stiffness, system.normals, system.loads, system.weight)
+    chosen = (system.directions, system.alone)
+    arrays = [np.asarray(part, dtype=float).tobytes() for part in parts]
+    given = [None if part is None else np.asarray(part, dtype=float).tobytes() for part in chosen]
+    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays, *given)
 
 
 @dataclass
@@ -80,30 +96,25 @@ def execute(
     plan: Plan,
     duration: float,
     *,
-    parameters: np.ndarray | None = None,
-    initial: np.ndarray | None = None,
+    rows: Rows | None = None,
     book: SharedBook | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
     track: bool = True,
     record: bool = False,
 ) -> RawRuns:
-    """Run a plan for ``duration`` [s], once or for many law parameters (nr, m, np) and initial states (nr, 2n).
+    """Run a plan for ``duration`` [s], as it is or for many rows of its data.
 
-    period [s]: events mark the highest gap of every drive period; track: find the apex of every flight;
-    record: keep every step for series and energies.
+    period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
+    the apex of every flight; record: keep every step for series and energies.
     """
-    book = book if book is not None else SharedBook(plan, duration)
-    if parameters is None:
-        parameters = plan.laws.parameters[None]
-    if initial is None:
-        initial = np.broadcast_to(plan.initial, (len(parameters), len(plan.initial)))
-    settings = settings_of(plan, duration, accuracy or Accuracy(), period)
+    book = SharedBook(plan, duration, shared=book)
+    rows = rows_of(plan, 1, period) if rows is None else rows
+    settings = unit_settings(plan, duration, accuracy or Accuracy())
     settings.track, settings.record = track, record
     codes, *rest = _native.run_modal(
-        book.book.native, NODES, plan.native_signals, plan.laws.native, settings,
-        np.ascontiguousarray(parameters), np.ascontiguousarray(initial),
-    )  # fmt: skip
+        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows
+    )
     events, event_end, finish, trace, mode, state, pending, physical = rest
     return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
 
@@ -114,16 +125,16 @@ def row_bytes(plan: Plan) -> int:
     return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
 
 
-def settings_of(plan: Plan, duration: float, accuracy: Accuracy, period: float) -> _native.Settings:
-    """Relative tolerances as absolute ones of a plan."""
+def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Settings:
+    """Relative tolerances as absolute ones for a length and a force of one; the engine multiplies them by a run's."""
     out = _native.Settings()
-    out.end, out.period = duration, period
-    out.gap, out.drive = accuracy.gap * plan.length, accuracy.drive
-    out.gap_zero = 1e-14 * plan.length
-    out.force_zero = 1e-13 * plan.force
-    out.speed_zero = 1e-13 * plan.length * plan.rate
-    out.rest_height = 0.1 * accuracy.gap * plan.length  # lower flights are lost in the error of a step
+    out.end, out.period = duration, math.inf
+    out.gap, out.drive = accuracy.gap, accuracy.drive
+    out.gap_zero = 1e-14
+    out.force_zero = 1e-13
+    out.speed_zero = 1e-13 * plan.rate
+    out.rest_height = 0.1 * accuracy.gap  # lower flights are lost in the error of a step
     out.least_progress = 1e-10 / plan.rate
-    out.probe = 1e-7 * plan.length
+    out.probe = 1e-7
     out.most_steps, out.first_class = accuracy.steps, 0
     return out

@@ -9,7 +9,8 @@ import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.book import NODES, step_lengths
-from tarsus.solve.engine import Accuracy, settings_of
+from tarsus.slots import Rows, rows_of
+from tarsus.solve.engine import Accuracy, unit_settings
 from tarsus.walkplan import WalkPlan
 
 
@@ -45,8 +46,7 @@ def walk(
     plan: WalkPlan,
     duration: float,
     *,
-    parameters: np.ndarray | None = None,
-    initial: np.ndarray | None = None,
+    rows: Rows | None = None,
     tables: _native.LegTables | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
@@ -54,23 +54,20 @@ def walk(
     account: bool = False,
     times: np.ndarray | None = None,
 ) -> RawWalks:
-    """Run a walker's plan for ``duration`` [s], once or for many law parameters (nr, m, np) and starts (nr, 2n).
+    """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
 
-    period [s]: marks note the way at the end of every drive period; track: find the apex of every flight; account:
-    integrate energies; times (ns,) [s], increasing: when to sample motion and contacts (of a single run).
+    period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
+    find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
+    contacts (of a single run).
     """
     base = plan.plan
     tables = tables if tables is not None else tables_of(plan, duration)
-    if parameters is None:
-        parameters = base.laws.parameters[None]
-    if initial is None:
-        initial = np.broadcast_to(base.initial, (len(parameters), len(base.initial)))
-    settings = settings_of(base, duration, accuracy or Accuracy(), period)
-    settings.track, settings.record = track, False
+    rows = rows_of(base, 1, period) if rows is None else rows
+    settings = unit_settings(base, duration, accuracy or Accuracy())
     settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / base.rate))
+    settings.track, settings.record = track, False
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
-        plan.native, tables, NODES, base.native_signals, base.laws.native,
-        np.ascontiguousarray(parameters), np.ascontiguousarray(initial), settings,
+        plan.native, tables, NODES, rows.signals, base.laws.native, rows, settings,
         np.zeros(0) if times is None else np.array(times, dtype=float), account,
     )  # fmt: skip
     end = (body, feet.reshape(-1, 2, 2), contact, energy)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tarsus.measure import RESOLUTION, Counting, by_window, scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
+from tarsus.slots import rows_of
 from tarsus.solve import Accuracy, Batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import SharedBook, execute
@@ -107,10 +108,8 @@ def foot_statistics(
         initial = np.array(
             [np.concatenate([still, random_velocities(scene, name, seed)]) for seed in numbers]
         )
-        parameters = np.repeat(plan.laws.parameters[None], len(initial), axis=0)
-        raw = execute(
-            plan, whole, parameters=parameters, initial=initial, book=book, accuracy=ACCURACY, period=period
-        )
+        rows = replace(rows_of(plan, len(initial), period), initial=initial)
+        raw = execute(plan, whole, rows=rows, book=book, accuracy=ACCURACY)
         codes = [ResultCode.of(int(code), makes_energy=scene.ground.makes_energy) for code in raw.codes]
         done = np.array([code is ResultCode.DONE for code in codes])
         batch = Batch(

@@ -1,6 +1,7 @@
 // Legged robots: a whole batch in one call.
 #include "convert.hpp"
 #include "legged_march.hpp"
+#include "rows.hpp"
 
 namespace tarsus {
 
@@ -62,29 +63,22 @@ nb::tuple step_of(const LegTables& tables, int k, int kind) {
                         rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
 }
 
-struct Batch {
+struct Ends {
   std::vector<int64_t> codes, event_end, mark_end;
   std::vector<double> finish;
 };
 
-// Every run of a batch: parameters (nr, feet, columns) and initial states (nr, 2n).
+// Every run of a batch.
 //
-// Returns codes, events and where those of every run end, marks and where they end, finish (time, steps,
-// rejected steps), samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its
-// end.
-nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals,
-                     const Laws& laws, const Doubles& parameters, const Doubles& initial,
-                     const Settings& settings, const Doubles& times, bool account) {
-  const size_t runs = parameters.shape(0), width = initial.shape(1);
+// Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
+// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end.
+nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+                     nb::handle given, const Settings& settings, const Doubles& times, bool account) {
   const int nb = body.coordinates();
-  if (initial.shape(0) != runs || width != 2 * (nb + 2 * body.legs.size()))
-    throw std::invalid_argument("initial: wrong shape");
-  if (int(parameters.shape(1)) < laws.feet || int(parameters.shape(2)) != laws.columns ||
-      laws.feet != body.feet()) {
-    throw std::invalid_argument("parameters: wrong shape");
-  }
-  if (signals.channels() < body.drives) throw std::invalid_argument("signals: fewer than drives");
-  Batch out;
+  if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
+  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
+  const Batch& batch = rows.batch;
+  Ends out;
   Log log;
   Notes notes;
   notes.times = copied(times);
@@ -94,11 +88,10 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   {
     nb::gil_scoped_release released;
     const Between between(nodes);
-    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, log, notes, account);
+    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, log, notes, account, batch.channels);
     notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
-    const size_t row = parameters.shape(1) * parameters.shape(2);
-    for (size_t run = 0; run < runs; run++) {
-      system.begin(initial.data() + run * width, parameters.data() + run * row);
+    for (size_t run = 0; run < batch.runs; run++) {
+      system.begin(batch.of(run));
       out.codes.push_back(march(system));
       out.event_end.push_back(int64_t(log.events.size()));
       out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));

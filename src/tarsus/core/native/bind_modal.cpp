@@ -2,6 +2,7 @@
 #include "convert.hpp"
 #include "modal_make.hpp"
 #include "modal_run.hpp"
+#include "rows.hpp"
 
 namespace tarsus {
 
@@ -48,13 +49,18 @@ std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Sizes& siz
   widen(mode->printed, source, "printed", nb, ns);
   copy_field(mode->feed, source, "feed");
   copy_field(mode->feed_rate, source, "feed_rate");
-  copy_field(mode->offset, source, "offset");
   copy_field(mode->held_feed, source, "held_feed");
   copy_field(mode->mobility, source, "mobility");
   copy_field(mode->reaction, source, "reaction");
   copy_field(mode->skew, source, "skew");
   copy_field(mode->printed_feed, source, "printed_feed");
   copy_field(mode->printed_damping, source, "printed_damping");
+  const nb::object bias = source.attr("bias");
+  widen(mode->bias_inputs, bias, "inputs", nb, ns);
+  copy_field(mode->bias_feed, bias, "feed");
+  copy_field(mode->bias_offset, bias, "offset");
+  copy_field(mode->bias_held, bias, "held_feed");
+  copy_field(mode->bias_printed, bias, "printed_feed");
   for (int i = 0; i < sizes.inputs(); i++) {
     const double* row = mode->inputs + i * 2 * ns;
     for (int b = 0; b < nb; b++) mode->input_norm[i * ns + b] = std::hypot(row[b], row[ns + b]);
@@ -72,14 +78,24 @@ nb::object mask_of(const FootSet& feet) {
 struct KeptBook : Book {
   nb::object maker;
   Nodes nodes;
-  Quadrature quadrature;
+  Quadrature quadrature = {};
   std::vector<nb::object> sources;  // tarsus.core.modes.ContactMode by number
 
   KeptBook(const Sizes& s, std::vector<double> h, const Nodes& n, nb::handle module, nb::object make)
       : Book(s, std::move(h)), maker(std::move(make)), nodes(n) {
-    copy_to(quadrature.points, POINTS, module, "GAUSS");
-    copy_to(quadrature.weights, POINTS, module, "GAUSS_WEIGHTS");
-    copy_to(&quadrature.at_points[0][0], POINTS * N, module, "AT_GAUSS");
+    double points[POINTS], weights[POINTS], at_points[POINTS][N];
+    copy_to(points, POINTS, module, "GAUSS");
+    copy_to(weights, POINTS, module, "GAUSS_WEIGHTS");
+    copy_to(&at_points[0][0], POINTS * N, module, "AT_GAUSS");
+    for (int a = 0; a < N; a++) {
+      for (int g = 0; g < POINTS; g++) {
+        double share = weights[g] * at_points[g][a];
+        for (int n = 0; n < SERIES; n++) {
+          quadrature.series[n][a] += share;
+          share *= (1.0 - points[g]) / (n + 1);
+        }
+      }
+    }
     copy_to(&quadrature.left[0][0], N * N, module, "LEFT");
     copy_to(&quadrature.right[0][0], N * N, module, "RIGHT");
     copy_to(&quadrature.partial[0][0][0], N * N * N, module, "PARTIAL");
@@ -124,8 +140,9 @@ nb::list modes_of(KeptBook& book) {
   return out;
 }
 
-// Matrix parts of a step as tarsus.core.replay takes them: exponential (4, nb) and state_input (inputs, 8, 2 nb).
-nb::tuple flow_of(KeptBook& book, int q, int k) {
+// Matrix parts of a step as tarsus.core.replay takes them: exponential (4, nb) and state_input (inputs, 8, 2 nb), in which
+// the constant input does what it does with these rest gaps and gravity.
+nb::tuple flow_of(KeptBook& book, int q, int k, const Doubles& sources) {
   const ContactMode& mode = book.mode(q);
   const StepClass& step = book.step(mode, k);
   const int nb = mode.blocks_used, ns = book.sizes.stride, ni = book.sizes.inputs();
@@ -133,6 +150,14 @@ nb::tuple flow_of(KeptBook& book, int q, int k) {
   for (int e = 0; e < 4; e++) exponential.insert(exponential.end(), step.exponential + e * ns, step.exponential + e * ns + nb);
   for (int row = 0; row < 2 * ni * N; row++) {
     response.insert(response.end(), step.state_input + row * ns, step.state_input + row * ns + nb);
+  }
+  double* constant = response.data() + size_t(book.sizes.last()) * N * 2 * nb;  // an equal part for every node
+  for (int row = 0; row < 2 * N; row++) {
+    for (int b = 0; b < nb; b++) {
+      double& to = constant[row * nb + b];
+      to = 0.0;
+      for (int s = 0; s < book.sizes.sources(); s++) to += sources.data()[s] * step.state_bias[s * 2 * ns + row % 2 * ns + b] / N;
+    }
   }
   return nb::make_tuple(returned(std::move(exponential)), returned(std::move(response)));
 }
@@ -149,25 +174,23 @@ nb::dict step_of(KeptBook& book, int q, int k) {
   put("node_constant", step.node_constant, size_t(s.outputs) * s.inputs() * N);
   put("node_input", step.node_input, size_t(s.outputs) * s.inputs() * N * N);
   put("envelope", step.envelope, size_t(s.feet) * s.stride);
+  put("node_bias", step.node_bias, size_t(s.sources()) * s.outputs * N);
   out["terms"] = step.terms;
   out["stride"] = s.stride;
   return out;
 }
 
 nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-              const Doubles& parameters, const Doubles& initial) {
-  const int runs = int(initial.shape(0)), width = int(parameters.size() / std::max(runs, 1));
-  if (int(initial.size()) != runs * 2 * book.sizes.coordinates || laws.feet != book.sizes.feet ||
-      width < laws.feet * laws.columns) {
-    throw std::invalid_argument("the sizes of book, laws, parameters and initial states differ");
-  }
+                    nb::handle rows) {
+  if (laws.feet != book.sizes.feet) throw std::invalid_argument("the book and the laws are of different feet");
+  const Rows given(rows, signals, size_t(laws.feet) * laws.columns, 2 * size_t(book.sizes.coordinates), laws.feet, book.sizes.drives);
   for (int64_t flags : laws.flags) {
     if (flags & USES_RATE && book.sizes.outputs == book.sizes.feet) throw std::invalid_argument("the book has no gap rates");
   }
   ModalResult result;
   {
     nb::gil_scoped_release released;
-    result = run_modal(book, nodes, signals, laws, settings, {parameters.data(), initial.data(), runs, width});
+    result = run_modal(book, nodes, signals, laws, settings, given.batch);
   }
   const Sizes& s = book.sizes;
   return nb::make_tuple(returned(std::move(result.codes)), returned_rows(std::move(result.events)),

@@ -3,7 +3,7 @@
 #include "kinds.hpp"
 #include "laws.hpp"
 #include "march.hpp"
-#include "signals.hpp"
+#include "pieces.hpp"
 
 namespace tarsus {
 
@@ -23,20 +23,32 @@ Nodes nodes_of(nb::handle module) {
   return nodes;
 }
 
-Signals signals_of(nb::handle group) {
-  Signals out;
-  out.first = field<int64_t>(group, "first");
-  out.loop = field<int64_t>(group, "loop");
-  out.start = field<double>(group, "start");
-  out.end = field<double>(group, "end");
-  out.coef = field<double>(group, "coef");
-  out.until = field<double>(group, "until");
-  out.over = field<double>(group, "over");
-  out.period = field<double>(group, "period");
-  out.span = field<double>(group, "span");
-  out.flat = booleans(group, "flat");
-  out.sharp = booleans(group, "sharp");
-  return out;
+// Channels laid end to end: count, loop (nc,); start of each and its end (sum of count + 1), coef (sum, 12), kink (sum,).
+void make_signals(Signals* out, const Integers& count, const Integers& loop, const Doubles& start, const Doubles& coef,
+                  const Array<bool>& kink) {
+  new (out) Signals();
+  size_t pieces = 0;
+  for (size_t c = 0; c < count.size(); c++) pieces += size_t(count.data()[c]);
+  if (loop.size() != count.size() || start.size() != pieces + count.size() || coef.size() != DEGREE * pieces ||
+      kink.size() != pieces) {
+    throw std::invalid_argument("the sizes of the pieces of a drive differ");
+  }
+  const double *from = start.data(), *rows = coef.data();
+  const bool* sharp = kink.data();
+  for (size_t c = 0; c < count.size(); c++) {
+    const int64_t n = count.data()[c];
+    if (n < 1 || loop.data()[c] >= n) throw std::invalid_argument("a drive has a piece at least, and its loop begins with one");
+    add_channel(*out, {n, loop.data()[c], from, rows, sharp});
+    from += n + 1;
+    rows += DEGREE * n;
+    sharp += n;
+  }
+  if (out->first.empty()) out->first.push_back(0);
+}
+
+template <class T>
+nb::object shown(const std::vector<T>& values) {
+  return returned(std::vector<T>(values));
 }
 
 void make_laws(Laws* out, const Integers& flags, const Integers& volts, int columns, nb::list terms, nb::list programs) {
@@ -61,7 +73,19 @@ void make_laws(Laws* out, const Integers& flags, const Integers& volts, int colu
 
 void bind_plan(nb::module_& m) {
   nb::class_<Nodes>(m, "Nodes").def("__init__", [](Nodes* out, nb::handle source) { new (out) Nodes(nodes_of(source)); });
-  nb::class_<Signals>(m, "Signals").def("__init__", [](Signals* out, nb::handle group) { new (out) Signals(signals_of(group)); });
+  nb::class_<Signals>(m, "Signals")
+      .def("__init__", &make_signals)
+      .def_prop_ro("first", [](const Signals& s) { return shown(s.first); })
+      .def_prop_ro("loop", [](const Signals& s) { return shown(s.loop); })
+      .def_prop_ro("start", [](const Signals& s) { return shown(s.start); })
+      .def_prop_ro("end", [](const Signals& s) { return shown(s.end); })
+      .def_prop_ro("coef", [](const Signals& s) { return returned(std::vector<double>(s.coef), DEGREE); })
+      .def_prop_ro("until", [](const Signals& s) { return shown(s.until); })
+      .def_prop_ro("over", [](const Signals& s) { return shown(s.over); })
+      .def_prop_ro("period", [](const Signals& s) { return shown(s.period); })
+      .def_prop_ro("span", [](const Signals& s) { return shown(s.span); })
+      .def_prop_ro("flat", [](const Signals& s) { return shown(s.flat); })
+      .def_prop_ro("sharp", [](const Signals& s) { return shown(s.sharp); });
   nb::class_<Laws>(m, "Laws").def("__init__", &make_laws);
   nb::class_<Settings>(m, "Settings")
       .def(nb::init<>())

@@ -118,11 +118,12 @@ struct Between {
 };
 
 struct Legged {
-  const Body& body;
+  Body body;  // with the gaps and weights of the run
   const LegTables& tables;
   const Nodes& nodes;
   const Between& between;
-  const Settings& settings;
+  const Settings& units;  // tolerances for a length and a force of one
+  Settings settings;      // and those of the run
   ActingLaws laws;
   Player player;
   Clock clock;
@@ -146,19 +147,9 @@ struct Legged {
   Answer answer[MOST_COORDINATES];  // that it was made for
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
-         const Settings& set, Log& events)
-      : body(b),
-        tables(t),
-        nodes(n),
-        between(f),
-        settings(set),
-        laws(l),
-        player(s, n),
-        log(events),
-        feet(b.legs.size()),
-        shares(laws.shares()),
-        channels(s.channels() + 1),
-        rows(b.legs.size()) {}
+         const Settings& set, Log& events, size_t driven)
+      : body(b), tables(t), nodes(n), between(f), units(set), settings(set), laws(l), player(s, n, driven), log(events),
+        feet(b.legs.size()), shares(laws.shares()), channels(driven + 1), rows(b.legs.size()) {}
 
   int coordinates() const { return body.coordinates(); }
   int legs() const { return int(feet.size()); }

@@ -19,12 +19,13 @@ struct Notes {
 
 struct LeggedMarch : Legged {
   const bool keeps_account;
+  const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
   Moment moment;
 
-  LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s,
-              const Laws& l, const Settings& set, Log& events, Notes& some, bool account)
-      : Legged(b, t, n, f, s, l, set, events), keeps_account(account), notes(some) {
+  LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
+              const Settings& set, Log& events, Notes& some, bool account, size_t driven)
+      : Legged(b, t, n, f, s, l, set, events, driven), keeps_account(account), unit_body(b), notes(some) {
     moment.legs.resize(DIRECTIONS * body.legs.size());
   }
 
@@ -32,14 +33,17 @@ struct LeggedMarch : Legged {
     return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size();
   }
 
-  // Set everything to the start of a run from displacements and velocities: the body's, then of every leg the
-  // way along before the height.
-  void begin(const double* initial, const double* parameters) {
+  // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
+  // before the height.
+  void begin(const RunData& run) {
+    const double* initial = run.initial;
     const int nb = coordinates(), n = nb + 2 * legs();
-    laws.take(parameters);
+    settings = units.of(run);
+    laws.take(run.parameters);
+    put_on_ground(run.sources);
     clock = Clock();
     clock.mark = 0.0;
-    player.restart();
+    player.restart(run.channels, run.changes);
     for (int b = 0; b < nb; b++) {
       x[b] = initial[b];
       v[b] = initial[n + b];
@@ -69,6 +73,14 @@ struct LeggedMarch : Legged {
     launch_class = 0;
     launching = false;
     notes.sampled = 0;
+  }
+
+  // Rest gaps [m] of the feet, and gravity [m/s^2].
+  void put_on_ground(const double* sources) {
+    const double gravity = sources[body.feet()];
+    for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = sources[f];
+    for (int i = 0; i < legs(); i++) body.legs[i].weight = gravity * unit_body.legs[i].weight;
+    for (int b = 0; b < coordinates(); b++) body.weight[b] = gravity * unit_body.weight[b];
   }
 
   void enter() {}

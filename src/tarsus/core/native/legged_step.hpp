@@ -20,7 +20,7 @@ constexpr double UNSETTLED = -1.0,
 
 // Drives at the nodes of the step, and what they and the weight put on every foot.
 inline void fill_drives(Legged& s, double h) {
-  for (int c = 0; c < s.player.signals.channels(); c++) {
+  for (int c = 0; c < s.player.channels(); c++) {
     s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
   }
   for (int i = 0; i < s.legs(); i++) {
@@ -338,7 +338,7 @@ inline double error_of(const Legged& s, int k, double h) {
   }
   worst /= s.settings.gap;
   for (int d = 0; d < s.body.drives; d++) {
-    const double span = s.player.signals.span[d];
+    const double span = s.player.cursor[d].span;
     if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
   }
   return worst;

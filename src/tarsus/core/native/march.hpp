@@ -1,5 +1,6 @@
 // The loop from event to event, the same for every system.
 #pragma once
+#include "batch.hpp"
 #include "kinds.hpp"
 #include "simd.hpp"
 
@@ -15,6 +16,15 @@ struct Settings {
   double probe;                     // gap over which a slope is taken by differences
   int64_t most_steps, first_class;
   bool track, record;               // find the apex of every flight; keep every step
+
+  // Of these for a length and a force of one, those of a run.
+  Settings of(const RunData& run) const {
+    Settings out = *this;
+    for (double* size : {&out.gap, &out.gap_zero, &out.speed_zero, &out.rest_height, &out.probe}) *size *= run.scales[0];
+    out.force_zero *= run.scales[1];
+    out.period = run.scales[2];
+    return out;
+  }
 };
 
 constexpr int MOST_STALLED = 4000;  // events without progress of time: a pile of feet that land at once has some hundreds

@@ -79,7 +79,7 @@ inline double drive_error(const Modal& m) {
   if (m.steady) return error;
   for (int d = 0; d < m.sizes.drives; d++) {
     const int i = 2 * m.sizes.feet + d;
-    const double span = m.player.signals.span[d];
+    const double span = m.player.cursor[d].span;
     if (!m.constant[i] && span != 0.0) error = std::max(error, m.nodes.truncation(m.values[i]) / span);
   }
   return error * m.per_drive;

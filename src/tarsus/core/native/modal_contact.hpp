@@ -20,10 +20,11 @@ inline void remove_film_momenta(Modal& m) {
   }
 }
 
-// Pull of the robot on a foot at the ground by rows of the state and of the inputs, without the ground's own forces on it.
-inline double robot_pull(const Modal& m, const double* rows, const double* feeds, int foot, double t) {
+// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
+// ground's own forces on it.
+inline double robot_pull(const Modal& m, const double* rows, const double* feeds, const double* bias, int foot, double t) {
   const double* feed = feeds + foot * m.sizes.inputs();
-  double pull = m.along(rows, foot) + feed[m.sizes.last()];
+  double pull = m.along(rows, foot) + bias[foot];
   for (int d = 0; d < m.sizes.drives; d++) {
     const double part = feed[2 * m.sizes.feet + d];
     if (part != 0.0) pull += part * m.player.value(d, t);
@@ -33,7 +34,7 @@ inline double robot_pull(const Modal& m, const double* rows, const double* feeds
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included.
 inline double pull_if_held(const Modal& m, int foot, double t) {
-  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, foot, t);
+  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
   if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
   for (int k : m.mode->free) {
     const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
@@ -52,7 +53,7 @@ inline double new_strength(const Modal& m, int foot) {
 // Go over to the contact mode with one foot held or let go: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, int foot) {
   const ContactMode& mode = *m.mode;
-  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = mode.offset[r] + m.along(mode.to_physical, r);
+  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(mode.to_physical, r);
   m.next = &m.book.toggled(mode, foot);
   m.entering = true;
 }
@@ -62,8 +63,9 @@ inline void enter_mode(Modal& m) {
   m.mode = m.next;
   m.entering = false;
   const ContactMode& mode = *m.mode;
+  m.bias = &m.biases.of(mode);
   const int n2 = 2 * m.sizes.coordinates;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - mode.offset[r];
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
   for (int r = 0; r < m.sizes.state(); r++) {
     double sum = 0.0;
     for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
@@ -78,7 +80,7 @@ inline void enter_mode(Modal& m) {
   for (int i : mode.free) {
     if (m.laws.has(i, HAS_FORCE)) m.acting.push_back(m.sizes.feet + i);
   }
-  for (int i = 2 * m.sizes.feet; i < m.sizes.inputs(); i++) m.acting.push_back(i);
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
 }
 
 // A foot comes to the ground or leaves it; its flight or contact ends here.
@@ -148,7 +150,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
   at.after = m.laws.rebound(foot, speed);
   at.strength = new_strength(m, foot);
   if (m.laws.has(foot, PULL_AS_PRINTED)) {
-    at.printed = robot_pull(m, mode.printed, mode.printed_feed, foot, t) + mode.printed_damping[foot] * (rate + at.after);
+    at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
+                 mode.printed_damping[foot] * (rate + at.after);
   }
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {

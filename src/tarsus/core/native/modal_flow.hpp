@@ -9,7 +9,7 @@ template <class S>
 TARSUS_INLINE Row flowing_output(const Modal& m, const StepClass& step, int output) {
   const int ns = S::stride(m.sizes.stride), nb = S::COUNT * S::WIDTH == 2 ? 2 : m.mode->blocks_used;
   const double *x = m.state(), *y = x + ns, *table = step.from_state(output);
-  Row even = step.from_constant(output, m.sizes.last()), odd = Row(0.0);
+  Row even = load(m.bias_step->node + output * N), odd = Row(0.0);
   for (int b = 0; b < nb; b++) {
     even += load(table + 2 * N * b) * x[b];
     odd += load(table + 2 * N * b + N) * y[b];
@@ -43,6 +43,8 @@ TARSUS_INLINE bool flow(Modal& m, const StepClass& step) {
   for (int p = 0; p < S::packs(ns); p++) {
     typename S::Pack x, y;
     turn<S>(step.exponential, ns, p, S::get(w + p * S::WIDTH), S::get(w + ns + p * S::WIDTH), x, y);
+    x += S::get(m.bias_step->state + p * S::WIDTH);
+    y += S::get(m.bias_step->state + ns + p * S::WIDTH);
     for (int i : m.acting) {
       const double *values = m.value(i), *steady = step.state_constant + i * size + p * S::WIDTH;
       if (m.constant[i]) {
@@ -74,6 +76,8 @@ TARSUS_INLINE void block_speeds(Modal& m, double* speeds) {
     const int at = p * S::WIDTH;
     typename S::Pack x, y, change = {};
     turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
+    x += S::get(m.bias->inputs + at);
+    y += S::get(m.bias->inputs + ns + at);
     for (int i : m.acting) {
       const double value = m.value(i)[0];
       x += S::get(mode.inputs + i * size + at) * value;

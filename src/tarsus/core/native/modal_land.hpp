@@ -31,7 +31,7 @@ inline void expand_output(Modal& m, const StepClass& step, int output, int rows)
   const double *w = m.state(), *ladder = mode.ladder + output * 2 * ns * TERMS;
   Row sum[TERMS / N];
   for (int v = 0; v < rows; v++) {
-    Row even = Row(0.0), odd = Row(0.0);
+    Row even = load(m.bias->markov + output * MARKOV + BEFORE - 1 + N * v) * step.share[0], odd = Row(0.0);
     for (int b = 0; b < mode.blocks_used; b++) {
       even += load(ladder + 2 * b * TERMS + N * v) * w[b];
       odd += load(ladder + (2 * b + 1) * TERMS + N * v) * w[ns + b];
@@ -50,6 +50,9 @@ inline void expand_output(Modal& m, const StepClass& step, int output, int rows)
     }
     sum[v] = (even + odd) * load(step.growth + N * v);
   }
+  Row direct = Row(0.0);
+  direct.set(0, m.bias->feed[output]);
+  sum[0] += direct;
   for (int i : m.acting) {
     const double feed = mode.feed[output * ni + i], rate = mode.feed_rate[output * ni + i] / step.length;
     if (feed != 0.0) sum[0] += m.powers[i] * feed;
@@ -266,6 +269,10 @@ TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s)
     typename S::Pack sum_x = x * e[0], sum_y = y * e[0];
     for (int c = 0; c < m.degree; c++) {
       turn<S>(first_power, ns, p, x, y, u, v);
+      if (c == 0) {
+        u += S::get(m.bias->inputs + at) * step.share[0];
+        v += S::get(m.bias->inputs + ns + at) * step.share[0];
+      }
       for (int i : m.acting) {
         if (c > 0 && m.constant[i]) continue;
         const double share = m.shares[i][c];

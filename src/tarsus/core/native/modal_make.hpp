@@ -5,13 +5,13 @@
 
 namespace tarsus {
 
-constexpr int POINTS = 16;     // of the quadrature over a step that resolves every mode
+constexpr int POINTS = 16;     // of the quadrature of polynomials up to degree 31
+constexpr int SERIES = 20;     // Taylor terms over a step that resolves every mode: 1/20! = 4e-19
 constexpr double REACH = 5.0;  // largest rate h over which the Taylor polynomial of the flow keeps 13 digits
 
 // Constant matrices that only the making of tables needs; tarsus.core.nodes makes them.
 struct Quadrature {
-  double points[POINTS], weights[POINTS];  // on [0, 1]
-  double at_points[POINTS][N];             // values at the points from nodal values
+  double series[SERIES][N];                // [n][a]: integral over [0, 1] of (1 - s)^n / n! times the polynomial of node a
   double left[N][N], right[N][N];          // nodal values on each half of a step, [to][from]
   double partial[N][N][N];                 // nodal values on [0, tau_j]: [j][to][from]
   double spacing;                          // widest of neighbouring nodes
@@ -88,7 +88,7 @@ inline void fill_levels(ContactMode& mode) {
 inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, ni = sizes.inputs();
-  fill_levels(mode);
+  if (mode.free.empty()) fill_levels(mode);  // only a structure that stands on all its feet may stay so for long
   mode.rate = 0.0;
   for (int b = 0; b < mode.blocks_used; b++) mode.rate = std::max(mode.rate, norm_of(block_of(mode, b)));
   mode.terms.clear();
@@ -112,6 +112,10 @@ inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
           mode.markov[(o * ni + i) * MARKOV + BEFORE + c] +=
               first * mode.inputs[i * 2 * ns + b] + second * mode.inputs[i * 2 * ns + ns + b];
         }
+        for (int s = 0; s < sizes.sources(); s++) {
+          const double* in = mode.bias_inputs + s * 2 * ns;
+          mode.bias_markov[(s * sizes.feet + o) * MARKOV + BEFORE + c] += first * in[b] + second * in[ns + b];
+        }
       }
       power = times(power, scaled);
     }
@@ -127,17 +131,22 @@ struct Duhamel {
   double* at(int j, int b, int c, int d) { return data.data() + (((j * nb + b) * 2 + c) * 2 + d) * N; }
 };
 
-inline Duhamel by_quadrature(const ContactMode& mode, const Nodes& nodes, const Quadrature& q, double h) {
+// By Taylor's series of exp(T (L - s)), for a step that resolves every mode.
+inline Duhamel by_series(const ContactMode& mode, const Nodes& nodes, const Quadrature& q, double h) {
   Duhamel phi(mode.blocks_used);
-  for (int j = 1; j < N; j++) {
-    for (int b = 0; b < phi.nb; b++) {
-      for (int g = 0; g < POINTS; g++) {
-        const Matrix2 kernel = exponential_of(block_of(mode, b), nodes.tau[j] * h * (1.0 - q.points[g]));
-        for (int e = 0; e < 4; e++) {
-          const double weight = nodes.tau[j] * h * q.weights[g] * kernel.a[e / 2][e % 2];
-          for (int a = 0; a < N; a++) phi.at(j, b, e / 2, e % 2)[a] += weight * q.at_points[g][a];
-        }
+  for (int b = 0; b < phi.nb; b++) {
+    for (int j = 1; j < N; j++) {
+      const double length = nodes.tau[j] * h;
+      Matrix2 step = block_of(mode, b), power = {{{length, 0.0}, {0.0, length}}};
+      for (auto& row : step.a) {
+        for (double& x : row) x *= length;
       }
+      Row sum[4] = {Row(0.0), Row(0.0), Row(0.0), Row(0.0)};
+      for (int n = 0; n < SERIES; n++) {
+        for (int e = 0; e < 4; e++) sum[e] += load(q.series[n]) * power.a[e / 2][e % 2];
+        power = times(power, step);
+      }
+      for (int e = 0; e < 4; e++) store(phi.at(j, b, e / 2, e % 2), sum[e]);
     }
   }
   return phi;
@@ -149,20 +158,15 @@ inline Duhamel doubled(Duhamel& half, const ContactMode& mode, const Nodes& node
   for (int j = 1; j < N; j++) {
     for (int b = 0; b < half.nb; b++) {
       const Matrix2 flow = exponential_of(block_of(mode, b), nodes.tau[j] * half_length);
-      double left[2][2][N] = {};
+      Row left[2][2], right[2][2];
       for (int e = 0; e < 4; e++) {
-        const double* from = half.at(j, b, e / 2, e % 2);
-        double* to = out.at(j, b, e / 2, e % 2);
-        for (int l = 0; l < N; l++) {
-          for (int a = 0; a < N; a++) {
-            left[e / 2][e % 2][a] += from[l] * q.left[l][a];
-            to[a] += from[l] * q.right[l][a];
-          }
-        }
+        const Row from = load(half.at(j, b, e / 2, e % 2));
+        left[e / 2][e % 2] = combine(&q.left[0][0], from);
+        right[e / 2][e % 2] = combine(&q.right[0][0], from);
       }
       for (int e = 0; e < 4; e++) {
-        double* to = out.at(j, b, e / 2, e % 2);
-        for (int a = 0; a < N; a++) to[a] += flow.a[e / 2][0] * left[0][e % 2][a] + flow.a[e / 2][1] * left[1][e % 2][a];
+        const Row first = left[0][e % 2] * flow.a[e / 2][0], second = left[1][e % 2] * flow.a[e / 2][1];
+        store(out.at(j, b, e / 2, e % 2), right[e / 2][e % 2] + (first + second));
       }
     }
   }
@@ -201,42 +205,54 @@ inline void fill_envelope(StepClass& step, const ContactMode& mode, const Nodes&
 inline void fill_inputs(StepClass& step, const ContactMode& mode, Duhamel& phi, const Quadrature& q) {
   const Sizes& sizes = mode.sizes;
   const int ns = sizes.stride, ni = sizes.inputs(), nb = mode.blocks_used;
-  std::vector<double> response(size_t(N) * 2 * nb);  // [from][c][b] of one input at one node
+  std::vector<Row> partial(4 * nb), response(2 * nb);  // rows of nodal values
   for (int j = 1; j < N; j++) {
-    Duhamel partial(nb);  // of nodal values of the whole step; only [0] is used
     for (int b = 0; b < nb; b++) {
-      for (int e = 0; e < 4; e++) {
-        for (int a = 0; a < N; a++) {
-          for (int l = 0; l < N; l++) partial.at(0, b, e / 2, e % 2)[l] += phi.at(j, b, e / 2, e % 2)[a] * q.partial[j][a][l];
+      for (int e = 0; e < 4; e++) partial[4 * b + e] = combine(&q.partial[j][0][0], load(phi.at(j, b, e / 2, e % 2)));
+    }
+    for (int i = 0; i < sizes.last(); i++) {
+      const double* in = mode.inputs + i * 2 * ns;
+      for (int b = 0; b < nb; b++) {
+        for (int c = 0; c < 2; c++) response[2 * b + c] = partial[4 * b + 2 * c] * in[b] + partial[4 * b + 2 * c + 1] * in[ns + b];
+      }
+      for (int o = 0; o < sizes.outputs; o++) {
+        const double* out = mode.outputs + o * 2 * ns;
+        Row sum = Row(0.0);
+        for (int b = 0; b < nb; b++) sum += response[2 * b] * out[b] + response[2 * b + 1] * out[ns + b];
+        for (int l = 0; l < N; l++) step.node_input[((o * ni + i) * N + l) * N + j] = sum[l];
+      }
+      if (j < N - 1) continue;
+      for (int b = 0; b < nb; b++) {
+        for (int c = 0; c < 2; c++) {
+          const Row& value = response[2 * b + c];
+          for (int l = 0; l < N; l++) step.state_input[(i * N + l) * 2 * ns + c * ns + b] = value[l];
+          step.state_constant[i * 2 * ns + c * ns + b] = total(value);
         }
       }
     }
-    for (int i = 0; i < ni; i++) {
-      const double* in = mode.inputs + i * 2 * ns;
-      for (int l = 0; l < N; l++) {
+  }
+}
+
+// What a unit of every source does over [0, tau_j h]: the state at the end, and the outputs.
+inline void fill_bias(StepClass& step, const ContactMode& mode, Duhamel& phi) {
+  const Sizes& sizes = mode.sizes;
+  const int ns = sizes.stride, nb = mode.blocks_used;
+  std::vector<double> response(2 * nb);
+  for (int s = 0; s < sizes.sources(); s++) {
+    const double* in = mode.bias_inputs + s * 2 * ns;
+    for (int j = 0; j < N; j++) {
+      for (int b = 0; b < nb; b++) {
         for (int c = 0; c < 2; c++) {
-          for (int b = 0; b < nb; b++) {
-            response[(l * 2 + c) * nb + b] = partial.at(0, b, c, 0)[l] * in[b] + partial.at(0, b, c, 1)[l] * in[ns + b];
-          }
+          const double first = total(load(phi.at(j, b, c, 0))), second = total(load(phi.at(j, b, c, 1)));
+          response[c * nb + b] = first * in[b] + second * in[ns + b];
+          if (j == N - 1) step.state_bias[s * 2 * ns + c * ns + b] = response[c * nb + b];
         }
       }
       for (int o = 0; o < sizes.outputs; o++) {
         const double* out = mode.outputs + o * 2 * ns;
-        for (int l = 0; l < N; l++) {
-          double sum = 0.0;
-          for (int b = 0; b < nb; b++) sum += out[b] * response[l * 2 * nb + b] + out[ns + b] * response[(l * 2 + 1) * nb + b];
-          step.node_input[((o * ni + i) * N + l) * N + j] = sum;
-        }
-      }
-      if (j < N - 1) continue;
-      for (int l = 0; l < N; l++) {
-        for (int c = 0; c < 2; c++) {
-          for (int b = 0; b < nb; b++) {
-            const double value = response[(l * 2 + c) * nb + b];
-            step.state_input[(i * N + l) * 2 * ns + c * ns + b] = value;
-            step.state_constant[i * 2 * ns + c * ns + b] += value;
-          }
-        }
+        double sum = mode.bias_feed[s * 2 * sizes.feet + o];
+        for (int b = 0; b < nb; b++) sum += out[b] * response[b] + out[ns + b] * response[nb + b];
+        step.node_bias[(s * sizes.outputs + o) * N + j] = sum;
       }
     }
   }
@@ -267,7 +283,7 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
   const int ns = mode.sizes.stride;
   int base = k;  // a step that resolves every mode
   while (base + 1 < int(lengths.size()) && mode.rate * lengths[base] > 1.0) base++;
-  Duhamel phi = by_quadrature(mode, nodes, q, lengths[base]);
+  Duhamel phi = by_series(mode, nodes, q, lengths[base]);
   for (int n = base; n > k; n--) phi = doubled(phi, mode, nodes, q, lengths[n]);
   for (int b = 0; b < mode.blocks_used; b++) {
     for (int j = 0; j < N; j++) {
@@ -282,6 +298,7 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
     }
   }
   fill_inputs(*step, mode, phi, q);
+  fill_bias(*step, mode, phi);
   fill_direct(*step, mode, nodes);
   fill_envelope(*step, mode, nodes, q.spacing);
   const double x = mode.rate * step->length;

@@ -176,7 +176,9 @@ TARSUS_INLINE double bound_one(const Modal& m, const StepClass& step) {
     const int at = p * S::WIDTH;
     typename S::Pack x, y, change = {};
     turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
-    for (int i = mode.is_held[0] ? 2 : 0; i < ni; i += i == 0 ? 2 : 1) {
+    x += S::get(m.bias->inputs + at);
+    y += S::get(m.bias->inputs + ns + at);
+    for (int i = mode.is_held[0] ? 2 : 0; i < ni - 1; i += i == 0 ? 2 : 1) {
       const double value = m.value(i)[0];
       x += S::get(mode.inputs + i * size + at) * value;
       y += S::get(mode.inputs + i * size + ns + at) * value;

@@ -8,12 +8,11 @@ namespace {
 
 template <class S>
 ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    const ModalBatch& batch) {
-  ModalSystem<S> system(book, nodes, signals, laws, settings);
+                    const Batch& batch) {
+  ModalSystem<S> system(book, nodes, signals, laws, settings, batch.channels);
   ModalResult out;
-  for (int run = 0; run < batch.runs; run++) {
-    system.begin(batch.initial + size_t(run) * 2 * book.sizes.coordinates,
-                 batch.parameters + size_t(run) * batch.parameters_width);
+  for (size_t run = 0; run < batch.runs; run++) {
+    system.begin(batch.of(run));
     out.codes.push_back(march(system));
     out.event_end.push_back(int64_t(system.log.events.size()));
     const Clock& clock = system.clock;
@@ -39,7 +38,7 @@ int modal_stride(int modes) {
 }
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const ModalBatch& batch) {
+                      const Batch& batch) {
   switch (book.sizes.stride) {
     case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch);
     case 4: return run_all<Shape<4, 1>>(book, nodes, signals, laws, settings, batch);

@@ -5,14 +5,9 @@
 #include "modal_tables.hpp"
 #include "signals.hpp"
 #include "laws.hpp"
+#include "batch.hpp"
 
 namespace tarsus {
-
-// Runs that differ in the parameters of their laws (runs, feet, columns) and their initial states (runs, 2 n) only.
-struct ModalBatch {
-  const double *parameters, *initial;
-  int runs, parameters_width;
-};
 
 // How they ended. event_end: events of run i are those from event_end[i - 1] on; finish (runs, 3): end time [s], steps,
 // rejected steps. Of the last run: the contact mode it is in and its flowing state; and where it was about to enter
@@ -28,6 +23,6 @@ struct ModalResult {
 int modal_stride(int modes);
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const ModalBatch& batch);
+                      const Batch& batch);
 
 }  // namespace tarsus

@@ -3,7 +3,7 @@
 #include "laws.hpp"
 #include "log.hpp"
 #include "march.hpp"
-#include "modal_tables.hpp"
+#include "modal_bias.hpp"
 #include "pack.hpp"
 #include "signals.hpp"
 
@@ -28,15 +28,19 @@ struct Modal {
   Book& book;
   const Sizes sizes;
   const Nodes& nodes;
-  const Settings settings;
+  const Settings units;  // tolerances for a length and a force of one
+  Settings settings;     // and those of the run
   ActingLaws laws;
   Player player;
   Clock clock;
   Log log;
   std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, state (2 n), nodal inputs
   std::vector<Foot> feet;
+  Bias biases;
 
   const ContactMode *mode = nullptr, *next = nullptr;  // the one a run is in, and the one it enters
+  BiasMode* bias = nullptr;                            // what rest gaps and gravity do in it
+  const BiasStep* bias_step = nullptr;                 // and in the step being made
   int step_class = 0;
   int last_launch = 0;     // class that the film let pass at the last start
   bool launching = false;  // the first step in a contact mode
@@ -47,14 +51,14 @@ struct Modal {
   // a step: values of the inputs at the nodes, volts at the feet; outputs without smooth forces, and with them
   std::vector<Row> values, volts, linear, outputs, margin;
   std::vector<uint8_t> constant;  // per input
-  std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives, the constant
+  std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
   int64_t filled = -1;                             // state of the player for which they hold constants
-  const double per_gap, per_drive;                 // one over what an error may be
+  double per_gap, per_drive;                       // one over what an error may be
   double chord[N];  // of each node interval: its width over the widest, squared, by which bounds of chords go
 
   // landing: Taylor coefficients of an output (zeros behind), inputs by powers of time, those times StepClass::share
@@ -65,9 +69,10 @@ struct Modal {
 
   std::vector<double> matrix;  // of Newton's method
 
-  Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s)
-      : book(b), sizes(b.sizes), nodes(n), settings(s), laws(l), player(signals, n), feet(sizes.feet),
-        physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates), values(sizes.inputs(), Row(0.0)),
+  Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : book(b), sizes(b.sizes), nodes(n), units(s), settings(s), laws(l), player(signals, n, channels), feet(sizes.feet),
+        biases(sizes, b.classes()), physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates),
+        values(sizes.inputs(), Row(0.0)),
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
         margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
         doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
@@ -85,11 +90,18 @@ struct Modal {
   TARSUS_INLINE double* chain() { return chain_; }  // room for two states
   void accept() { std::swap(state_, ahead_); }
 
+  // A step of one class in the contact mode a run is in, and what rest gaps and gravity do in it.
+  TARSUS_INLINE const StepClass& take_class(int k) {
+    const StepClass& step = book.step(*mode, k);
+    bias_step = &biases.of(*bias, step);
+    return step;
+  }
+
   TARSUS_INLINE const double* value(int input) const { return reinterpret_cast<const double*>(&values[input]); }
   TARSUS_INLINE double* value(int input) { return reinterpret_cast<double*>(&values[input]); }
 
   double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
-  double gap_of(int foot) const { return along(mode->outputs, foot) + mode->gap_feed(foot); }
+  double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot]; }
   double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
   void shift(const double* rows, int row, double by) {
     const double* r = rows + row * sizes.state();
@@ -135,6 +147,7 @@ struct Modal {
       row[5 + nb + b] = state()[sizes.stride + b];
     }
     for (int i : acting) store(row + 5 + 2 * n + N * i, values[i]);
+    store(row + 5 + 2 * n + N * sizes.last(), values[sizes.last()]);
   }
 
  private:

@@ -23,7 +23,7 @@ inline int classes_down(const Modal& m, double error) {
 // First step class in a contact mode: one to land in, or what the film let pass at the last start.
 inline int launch_class(const Modal& m) {
   const int k = m.mode->landing_class;
-  return m.acting[0] < 2 * m.sizes.feet ? std::max(k, m.last_launch) : k;
+  return !m.acting.empty() && m.acting[0] < 2 * m.sizes.feet ? std::max(k, m.last_launch) : k;
 }
 
 // Longest shorter class that ends within a fraction of class k (at least one class down).
@@ -132,7 +132,7 @@ TARSUS_INLINE Taken take_step(Modal& m, const Method& method, const Ahead& ahead
       k++;
       continue;
     }
-    const StepClass& step = m.book.step(mode, k);
+    const StepClass& step = m.take_class(k);
     const double error = method.attempt(m, step, t);
     if (!(0.0 <= error && error <= 1.0)) {
       m.clock.rejected++;

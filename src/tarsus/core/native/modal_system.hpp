@@ -41,13 +41,14 @@ bool stays_held(Modal& m, double left) {
     z[b] = mode.blocks[b] * w[b] + mode.blocks[ns + b] * w[ns + b];
     z[ns + b] = mode.blocks[2 * ns + b] * w[b] + mode.blocks[3 * ns + b] * w[ns + b];
   }
-  for (int i = 2 * m.sizes.feet; i < ni; i++) {
+  for (int r = 0; r < 2 * ns; r++) z[r] += m.bias->inputs[r];
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) {
     for (int r = 0; r < 2 * ns; r++) z[r] += mode.inputs[i * 2 * ns + r] * m.value(i)[0];
   }
   for (int i = 0; i < m.sizes.feet; i++) {
-    double most = m.along(mode.outputs, i);
+    double most = m.along(mode.outputs, i) + m.bias->feed[i];
     for (int r = 0; r < 2 * ns; r++) most -= mode.level[i * 2 * ns + r] * z[r];
-    for (int f = 2 * m.sizes.feet; f < ni; f++) most += mode.feed[i * ni + f] * m.value(f)[0];
+    for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) most += mode.feed[i * ni + f] * m.value(f)[0];
     for (int b = 0; b < mode.blocks_used; b++) most += mode.sway[i * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
     const Row margin = breaking_pull(m, i, t + m.nodes.times() * left, Row(m.volts[i][0])) - most;
     if (any_not_below(Row(m.settings.force_zero), margin)) return false;
@@ -65,7 +66,7 @@ TARSUS_APART bool glide(Modal& m, double left) {
   if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
   m.drive(m.clock.time, lengths[k]);
   if (!m.steady || !stays_held<S>(m, left)) return false;
-  const StepClass& step = m.book.step(*m.mode, k);
+  const StepClass& step = m.take_class(k);
   m.record(step, 1.0);
   flow<S>(m, step);
   m.accept();
@@ -78,18 +79,22 @@ template <class S>
 struct ModalSystem : Modal {
   OneFoot one;
 
-  ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s)
-      : Modal(b, n, signals, l, s), one(*this) {}
+  ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : Modal(b, n, signals, l, s, channels), one(*this) {}
 
-  // Start a run from displacements and velocities (2 n), with the parameters (feet, columns) of its laws.
-  void begin(const double* initial, const double* parameters) {
-    laws.take(parameters);
-    physical.assign(initial, initial + 2 * sizes.coordinates);
+  // Start a run from its data.
+  void begin(const RunData& run) {
+    settings = units.of(run);
+    per_gap = 1.0 / settings.gap;
+    per_drive = 1.0 / settings.drive;
+    laws.take(run.parameters);
+    biases.take(run.sources);
+    physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {
       foot = Foot();
       foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
     }
-    player.restart();
+    player.restart(run.channels, run.changes);
     clock = Clock();
     clock.mark = settings.period;
     step_class = int(settings.first_class);

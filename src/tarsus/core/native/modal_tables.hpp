@@ -2,7 +2,9 @@
 //
 // tarsus.core.modes makes a contact mode and says what each of its arrays is; modal_make.hpp makes its steps. The modes of
 // the structure are ``stride`` 2 x 2 blocks, those that are missing zero; a state is the first components of all blocks
-// and then the second ones. Inputs of a step: film momenta and smooth forces of all feet, drives, the constant 1.
+// and then the second ones. Inputs of a step: film momenta and smooth forces of all feet, drives, the constant 1. What that
+// last one does depends on rest gaps and gravity, which are data of a run: tables hold it per unit of each of these sources,
+// and nothing in the place of the input itself (see modal_bias.hpp).
 #pragma once
 #include <atomic>
 #include <initializer_list>
@@ -37,6 +39,7 @@ struct Sizes {
 
   int inputs() const { return 2 * feet + drives + 1; }
   int last() const { return 2 * feet + drives; }  // the constant 1
+  int sources() const { return feet + 1; }        // of what it does: rest gaps, gravity
   int state() const { return 2 * stride; }
 };
 
@@ -66,6 +69,8 @@ struct StepClass {
   double* exponential;    // (4, stride): rows e11, e12, e21, e22 of the blocks
   double* state_constant; // (inputs, state): state at the end from a constant input
   double* state_input;    // (inputs, 8, state)
+  double* node_bias;      // (sources, outputs, 8): outputs at the nodes per unit of a source
+  double* state_bias;     // (sources, state): and the state at the end
   double* envelope;       // (feet, stride): what an output does beyond its chords per |y'| of a block
   double* reach;          // (2 feet): farthest that a unit smooth input moves its own foot's gap at any node
   double* growth;         // (TERMS): (rate h)^c / c!
@@ -77,6 +82,7 @@ struct StepClass {
     lay_out(memory, {{&node_state, outputs * state * N}, {&node_constant, outputs * inputs * N},
                      {&node_input, outputs * inputs * N * N}, {&exponential, 4 * stride},
                      {&state_constant, inputs * state}, {&state_input, inputs * N * state},
+                     {&node_bias, s.sources() * outputs * N}, {&state_bias, s.sources() * state},
                      {&envelope, s.feet * stride}, {&reach, 2 * size_t(s.feet)}, {&growth, TERMS}, {&share, N}});
   }
   StepClass(const StepClass&) = delete;
@@ -104,9 +110,12 @@ struct ContactMode {
   int landing_class = 0;  // longest step in which an event can be landed on
   std::vector<int> terms; // of every class
 
-  double *blocks, *inputs, *input_norm, *beta, *outputs, *feed, *feed_rate, *to_physical, *offset, *from_physical;
+  double *blocks, *inputs, *input_norm, *beta, *outputs, *feed, *feed_rate, *to_physical, *from_physical;
   double *held_rows, *held_feed, *jump, *mobility, *reaction, *side, *side_rate, *skew, *level, *sway;
   double *printed, *printed_feed, *printed_damping;
+  // per unit of a source, source by source: inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of
+  // the pulls if held and as printed (feet), and outputs (T / rate)^c inputs (feet, MARKOV)
+  double *bias_inputs, *bias_feed, *bias_offset, *bias_held, *bias_printed, *bias_markov;
   double* ladder;  // (feet, stride, 2, TERMS): outputs (T / rate)^c
   double* markov;  // (feet, inputs, MARKOV): outputs (T / rate)^c inputs
   double* powers;  // (TERMS, 4, stride): (T / rate)^c
@@ -118,14 +127,15 @@ struct ContactMode {
   ContactMode(const Sizes& s, FootSet on, int classes)
       : sizes(s), feet(std::move(on)), is_held(s.feet), steps(new std::atomic<const StepClass*>[classes]()),
         beside(new std::atomic<const ContactMode*>[s.feet + 1]()), classes_(classes) {
-    const size_t m = s.feet, ni = s.inputs(), st = s.state(), n2 = 2 * s.coordinates, ns = s.stride;
+    const size_t m = s.feet, ni = s.inputs(), st = s.state(), n2 = 2 * s.coordinates, ns = s.stride, sr = s.sources();
     lay_out(memory,
             {{&blocks, 4 * ns}, {&inputs, ni * st}, {&input_norm, ni * ns}, {&outputs, 2 * m * st}, {&feed, 2 * m * ni},
-             {&beta, m * st}, {&feed_rate, 2 * m * ni}, {&to_physical, n2 * st}, {&offset, n2}, {&from_physical, st * n2},
+             {&beta, m * st}, {&feed_rate, 2 * m * ni}, {&to_physical, n2 * st}, {&from_physical, st * n2},
              {&held_rows, m * st}, {&held_feed, m * ni}, {&jump, m * st}, {&mobility, m}, {&reaction, m * m},
              {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, m * st}, {&sway, m * ns}, {&printed, m * st},
              {&printed_feed, m * ni}, {&printed_damping, m}, {&ladder, m * st * TERMS}, {&markov, m * ni * MARKOV},
-             {&powers, TERMS * 4 * ns}});
+             {&powers, TERMS * 4 * ns}, {&bias_inputs, sr * st}, {&bias_feed, sr * 2 * m}, {&bias_offset, sr * n2},
+             {&bias_held, sr * m}, {&bias_printed, sr * m}, {&bias_markov, sr * m * MARKOV}});
     for (int i = 0; i < s.feet; i++) {
       is_held[i] = feet.has(i);
       (is_held[i] ? held : free).push_back(i);
@@ -135,8 +145,6 @@ struct ContactMode {
   ~ContactMode() {
     for (int k = 0; k < classes_; k++) delete steps[k].load();
   }
-
-  double gap_feed(int foot) const { return feed[foot * sizes.inputs() + sizes.last()]; }
 
  private:
   int classes_;
