@@ -12,7 +12,7 @@ import pytest
 from calibrate.toys import BALL, ball_study
 
 import tarsus as ts
-from tarsus.calibrate.calibrating import ENOUGH_ROWS, calibrate
+from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
@@ -290,11 +290,3 @@ def test_the_study_on_the_calibration_page_is_one(tmp_path):
     assert row.template.signals["pzt"].offset == 2.0
     readings = lowered.forward(0, values[None], problem.rows)
     assert readings.shape == (1, 4, len(lowered.forward.channels), 2) and np.isfinite(readings[0, :, 1]).all()
-
-
-def test_what_three_rows_left_out_miss_is_not_taken_for_the_model(finished):
-    """The rows left out of a table of three miss because the unknowns are no longer determined."""
-    solution = finished[0].solution
-    assert solution.problem.trained == 3 < ENOUGH_ROWS
-    assert solution.left_out is not None
-    assert np.array_equal(solution.discrepancy.sigma, solution.fit.discrepancy.sigma)

@@ -24,10 +24,12 @@ void make_body(Body* out, nb::handle group) {
   const int size = out->coordinates();
   if (size < 2 || size > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
   out->drives = int(out->load.size()) / size;
-  const auto mass = field<double>(group, "mass"), weight = field<double>(group, "weight"), gap = field<double>(group, "gap");
+  const auto mass = field<double>(group, "mass"), weight = field<double>(group, "weight"),
+             gap = field<double>(group, "gap");
   const auto stiffness = field<double>(group, "stiffness"), damping = field<double>(group, "damping");
   const auto hip = field<double>(group, "hip");
-  const auto kind = field<int64_t>(group, "kind"), foot = field<int64_t>(group, "foot"), first = field<int64_t>(group, "first");
+  const auto kind = field<int64_t>(group, "kind"), foot = field<int64_t>(group, "foot"),
+             first = field<int64_t>(group, "first");
   for (size_t i = 0; i < mass.size(); i++) {
     Leg leg;
     leg.mass = mass[i];
@@ -54,9 +56,11 @@ void make_body(Body* out, nb::handle group) {
 // One step's matrices, for tests: state (4, N), force and film (2, N, N), largest |u| under a constant one.
 nb::tuple step_of(const LegTables& tables, int k, int kind) {
   const LegStep& step = tables.of(k, kind);
-  const auto rows = [](const double* from, size_t count) { return returned(std::vector<double>(from, from + count * N), N); };
-  return nb::make_tuple(rows(&step.state[0][0], 4), rows(&step.force[0][0][0], 2 * N), rows(&step.film[0][0][0], 2 * N),
-                        step.reach_force, step.reach_film);
+  const auto rows = [](const double* from, size_t count) {
+    return returned(std::vector<double>(from, from + count * N), N);
+  };
+  return nb::make_tuple(rows(&step.state[0][0], 4), rows(&step.force[0][0][0], 2 * N),
+                        rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
 }
 
 struct Ends {
@@ -91,18 +95,21 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
       out.codes.push_back(march(system));
       out.event_end.push_back(int64_t(log.events.size()));
       out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));
-      out.finish.insert(out.finish.end(), {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+      out.finish.insert(out.finish.end(),
+                        {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
     }
     moving.assign(system.x, system.x + nb);
     moving.insert(moving.end(), system.v, system.v + nb);
-    for (const Foot& foot : system.feet) legs.insert(legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
+    for (const LeggedFoot& foot : system.feet)
+      legs.insert(legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
     for (int i : body.leg) contacts.push_back(system.feet[i].contact);
     energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
     energies.insert(energies.end(), system.shares.begin(), system.shares.end());
     sample_width = system.sample_width();
   }
   return nb::make_tuple(returned(std::move(out.codes)), returned_rows(std::move(log.events)),
-                        returned(std::move(out.event_end)), returned(std::move(notes.marks), 3 + nb + 2 * body.feet()),
+                        returned(std::move(out.event_end)),
+                        returned(std::move(notes.marks), 3 + nb + 2 * body.feet()),
                         returned(std::move(out.mark_end)), returned(std::move(out.finish), 3),
                         returned(std::move(notes.samples), sample_width), returned(std::move(moving), nb),
                         returned(std::move(legs), 2 * DIRECTIONS), returned(std::move(contacts)),
@@ -115,8 +122,8 @@ void bind_legged(nb::module_& m) {
   nb::class_<Body>(m, "LeggedBody").def("__init__", &make_body);
   nb::class_<LegTables>(m, "LegTables")
       .def("__init__",
-           [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness, const Doubles& damping,
-              const Doubles& lengths) {
+           [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness,
+              const Doubles& damping, const Doubles& lengths) {
              new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
            })
       .def("step", &step_of);

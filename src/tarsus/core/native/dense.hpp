@@ -5,9 +5,9 @@
 
 namespace tarsus {
 
-// Solve a system of equations in place by Gauss elimination with row pivots: ``matrix`` has rows of ``stride`` numbers, of
-// which the first ``size`` are coefficients and the next the right side, which becomes the solution. False where the
-// matrix is singular.
+// Solve a system of equations in place by Gauss elimination with row pivots: ``matrix`` has rows of
+// ``stride`` numbers, of which the first ``size`` are coefficients and the next the right side, which becomes
+// the solution. False where the matrix is singular.
 inline bool eliminate(double* matrix, int size, int stride) {
   for (int c = 0; c < size; c++) {
     int best = c;

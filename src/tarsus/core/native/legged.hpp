@@ -9,46 +9,49 @@
 
 namespace tarsus {
 
-// How a foot leaves the start of a step: as it comes; with an exact zero from which it has just left; or with one from
-// which it has just begun to slide.
+// How a foot leaves the start of a step: as it comes; with an exact zero from which it has just left; or with
+// one from which it has just begun to slide.
 enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
 // A foot, and what it has been doing.
-struct Foot {
+struct LeggedFoot {
   double u[DIRECTIONS], w[DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
   double sense, since;                  // of sliding, +-1, 0 without friction; contact since [s]
   double slipped;                       // path slid in contact [m]
   Apex apex;
   Contact contact;
   Start start;
-  bool film, force;                     // laws that act on it in the air
+  bool film, force;  // laws that act on it in the air
 
   bool held(int d) const { return contact == STUCK || (d == UP && contact != AIR); }
   bool filmed() const { return film && contact == AIR; }
 };
 
-// A leg at the nodes of the step: drive and weight, all forces but the film's, motion; then what its foot feels.
+// A leg at the nodes of the step: drive and weight, all forces but the film's, motion; then what its foot
+// feels.
 struct LegRows {
   Row load[DIRECTIONS], q[DIRECTIONS], u[DIRECTIONS], w[DIRECTIONS];
-  Row film, gap, rate;               // in the air: momentum [N s], gap [m] and its rate
-  Row smooth;                        // force [N] in the air; held, strength less smooth force
+  Row film, gap, rate;                 // in the air: momentum [N s], gap [m] and its rate
+  Row smooth;                          // force [N] in the air; held, strength less smooth force
   Row strength, margin, bound, along;  // held: f_a, N + f_a, most friction, force along [N]
 };
 
 // The body at the nodes of the step, by coordinate.
 struct BodyRows {
   Row x[MOST_COORDINATES], v[MOST_COORDINATES];
-  Row push[MOST_COORDINATES], drag[MOST_COORDINATES];        // forces, and what damps, by its integral
-  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];   // of the free feet, and its integral
+  Row push[MOST_COORDINATES], drag[MOST_COORDINATES];       // forces, and what damps, by its integral
+  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral
 };
 
-// What all held feet do to the body through spring and damper: push = offset - stiffness x, drag = - damping (x - x(0)).
+// What all held feet do to the body through spring and damper: push = offset - stiffness x, drag = - damping
+// (x - x(0)).
 struct HeldLegs {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
 
-// How the body answers its own legs within a step: held ones push and drag it, those in the air follow with their mass.
+// How the body answers its own legs within a step: held ones push and drag it, those in the air follow with
+// their mass.
 struct Answer {
   double push = -1.0, drag = -1.0, follow = -1.0;
   bool operator==(const Answer& other) const {
@@ -67,18 +70,19 @@ constexpr int ENERGIES = sizeof(Energies) / sizeof(double);
 // Constant matrices that legs need beside those of the nodes.
 struct Between {
   static constexpr int LINES = 3;
-  double powers[N][N];           // [j]: coefficients of powers of s of the Lagrange polynomial of node j
-  double about[N][N][N];         // [node][j]: the same about a node
-  double slope[N][N];            // [j]: its derivative at the nodes
-  double weights[N];             // its integral over the step
-  double dense[N][LINES * N];    // [j]: its values at three places between neighbouring nodes
+  double powers[N][N];         // [j]: coefficients of powers of s of the Lagrange polynomial of node j
+  double about[N][N][N];       // [node][j]: the same about a node
+  double slope[N][N];          // [j]: its derivative at the nodes
+  double weights[N];           // its integral over the step
+  double dense[N][LINES * N];  // [j]: its values at three places between neighbouring nodes
   double places[LINES * N];
 
   explicit Between(const Nodes& nodes) {
     double binomial[N][N] = {};
     for (int n = 0; n < N; n++) {
       binomial[n][0] = 1.0;
-      for (int k = 1; k <= n; k++) binomial[n][k] = binomial[n - 1][k - 1] + (k < n ? binomial[n - 1][k] : 0.0);
+      for (int k = 1; k <= n; k++)
+        binomial[n][k] = binomial[n - 1][k - 1] + (k < n ? binomial[n - 1][k] : 0.0);
     }
     for (int j = 0; j < N; j++) {
       weights[j] = nodes.once[j][N - 1];
@@ -91,7 +95,8 @@ struct Between {
       for (int j = 0; j < N; j++) {
         for (int k = 0; k < N; k++) {
           double sum = 0.0, power = 1.0;
-          for (int c = k; c < N; c++, power *= nodes.tau[node]) sum += binomial[c][k] * power * nodes.monomial[c][j];
+          for (int c = k; c < N; c++, power *= nodes.tau[node])
+            sum += binomial[c][k] * power * nodes.monomial[c][j];
           about[node][j][k] = sum;
         }
       }
@@ -126,7 +131,7 @@ struct Legged {
 
   // carried on
   double x[MOST_COORDINATES], v[MOST_COORDINATES], ahead[MOST_COORDINATES][AHEAD];
-  std::vector<Foot> feet;  // of every leg, also of one that has no foot to touch the ground with
+  std::vector<LeggedFoot> feet;            // of every leg, also of one that has no foot to touch the ground with
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
   std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares

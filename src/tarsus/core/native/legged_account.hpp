@@ -39,8 +39,8 @@ struct Account {
 
   // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
   //
-  // A film much thinner than the way of the foot changes P where the nodes do not see it. Then by parts, with p = P - high:
-  // p^2/2m - rate p at the start, and - int p dw, for w hardly changes in so short a time.
+  // A film much thinner than the way of the foot changes P where the nodes do not see it. Then by parts, with
+  // p = P - high: p^2/2m - rate p at the start, and - int p dw, for w hardly changes in so short a time.
   double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
@@ -72,7 +72,7 @@ struct Account {
   // What a foot that nothing holds in direction d passes on over a stretch.
   void add(int i, int d, const Stretch& over, const Path& path) {
     const Leg& leg = s.body.legs[i];
-    const Foot& foot = s.feet[i];
+    const LeggedFoot& foot = s.feet[i];
     const LegRows& r = s.rows[i];
     const double span = h * over.width;
     Row rate = path.w;
@@ -119,7 +119,7 @@ struct Account {
   // A leg over the step up to the end of ``over``, where it is at displacement ``end``.
   void of_leg(int i, int d, const Stretch& over, double end) {
     const Leg& leg = s.body.legs[i];
-    const Foot& foot = s.feet[i];
+    const LeggedFoot& foot = s.feet[i];
     if (foot.held(d)) {
       const Row rate = over.of(leg.hip[d].motion(s.at.v));
       s.energy.damping += leg.damping[d] * integral(rate * rate) * h * over.width;

@@ -1,11 +1,12 @@
 // A legged robot as data: a rigid body on legs, each a foot on a spring and damper in two directions.
 //
-// Direction 0 is upward, 1 along the way. A foot with displacement u [m], hip at a and film momentum P moves by
+// Direction 0 is upward, 1 along the way. A foot with displacement u [m], hip at a and film momentum P moves
+// by
 //
 //   u' = w + P/m,   w' = (-k u - c w + Q)/m - c P/m^2,   Q = k a + c a' + load,
 //
-// so w = u' - P/m [m/s] stays smooth where a film changes P fast. Legs of equal mass, stiffness and damping are of one
-// kind and share tables.
+// so w = u' - P/m [m/s] stays smooth where a film changes P fast. Legs of equal mass, stiffness and damping
+// are of one kind and share tables.
 #pragma once
 #include <vector>
 
@@ -40,19 +41,19 @@ struct Hip {
 };
 
 struct Leg {
-  double mass, weight, gap;                                // [kg], [N], clearance at rest [m]
-  double stiffness[DIRECTIONS], damping[DIRECTIONS];       // [N/m], [N s/m]
-  int kind[DIRECTIONS], foot = -1, first = 0, last = 0;    // tables; foot or -1; drives that act on the foot
+  double mass, weight, gap;                              // [kg], [N], clearance at rest [m]
+  double stiffness[DIRECTIONS], damping[DIRECTIONS];     // [N/m], [N s/m]
+  int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
   Hip hip[DIRECTIONS];
 };
 
 struct Body {
   std::vector<double> mass, weight, lever;  // per coordinate: inertia, weight, largest hip entry
   std::vector<Leg> legs;
-  std::vector<int> leg;                     // of a foot
-  std::vector<int> drive;                   // of every load on a foot, and its gain upward and along
+  std::vector<int> leg;    // of a foot
+  std::vector<int> drive;  // of every load on a foot, and its gain upward and along
   std::vector<double> gain;
-  std::vector<double> load;                 // (drives, coordinates): loads on the body itself
+  std::vector<double> load;  // (drives, coordinates): loads on the body itself
   int drives = 0;
 
   int coordinates() const { return int(mass.size()); }

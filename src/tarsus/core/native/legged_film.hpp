@@ -16,9 +16,9 @@ inline bool is_stiff(const Legged& s, const LegStep& table, int f, const Row& ga
 
 // Solve gap = gap without film + film matrix P(gap) at the nodes; the film's momentum becomes P there.
 //
-// The rows hold the motion without film and where to start. A step of Newton's method uses up half of the way to where a
-// film P ~ 1/(g + g0)^2 is infinite, -2 P/P', at most. False where it does not settle.
-TARSUS_APART bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
+// The rows hold the motion without film and where to start. A step of Newton's method uses up half of the way
+// to where a film P ~ 1/(g + g0)^2 is infinite, -2 P/P', at most. False where it does not settle.
+TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const int f = leg.foot;
   const double tolerance = 1e-3 * s.settings.gap;

@@ -1,7 +1,7 @@
 // What happens to a foot of a legged robot at the ground: impact, capture, release, slip and stick.
 //
-// A foot is a point mass between springs, so an impact changes its own velocity and nothing else: the mass-weighted map is
-// exact, and feet that touch at the same moment do not know of each other.
+// A foot is a point mass between springs, so an impact changes its own velocity and nothing else: the
+// mass-weighted map is exact, and feet that touch at the same moment do not know of each other.
 #pragma once
 #include "legged_scan.hpp"
 #include "rules.hpp"
@@ -34,7 +34,7 @@ inline double momentum_at(const Legged& s, int i, double gap) {
 
 // A flight or contact begins.
 inline void begin_flight(Legged& s, int i, double rate) {
-  Foot& foot = s.feet[i];
+  LeggedFoot& foot = s.feet[i];
   foot.contact = AIR;
   foot.w[UP] = rate - momentum_at(s, i, 0.0) / s.body.legs[i].mass;
   foot.start = JUST_LEFT;
@@ -43,7 +43,7 @@ inline void begin_flight(Legged& s, int i, double rate) {
 
 // Put a foot on the ground; what it has along the ground stays.
 inline void begin_contact(Legged& s, int i) {
-  Foot& foot = s.feet[i];
+  LeggedFoot& foot = s.feet[i];
   foot.u[UP] = -s.body.legs[i].gap;
   foot.w[UP] = 0.0;
   foot.since = s.clock.time;
@@ -58,7 +58,7 @@ inline void begin_contact(Legged& s, int i) {
 // A foot is at the ground: bounce, capture, rest, or it lies there already.
 inline void land(Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  Foot& foot = s.feet[i];
+  LeggedFoot& foot = s.feet[i];
   const int f = leg.foot;
   const double t = s.clock.time;
   Landing at = {};
@@ -99,7 +99,7 @@ inline void land(Legged& s, int i) {
 // Change the state of a foot by what happens to it at the present time.
 inline void apply_event(Legged& s, int i, Happening kind) {
   if (kind == TOUCH) return land(s, i);
-  Foot& foot = s.feet[i];
+  LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
   const double t = s.clock.time, pull = pull_on(s, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {

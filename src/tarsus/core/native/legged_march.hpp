@@ -1,4 +1,5 @@
-// A legged robot under the one march: a step to its end or to the first event inside it; marks and samples on the way.
+// A legged robot under the one march: a step to its end or to the first event inside it; marks and samples on
+// the way.
 #pragma once
 #include "legged_account.hpp"
 #include "legged_ground.hpp"
@@ -7,8 +8,8 @@
 
 namespace tarsus {
 
-// What is noted on the way beside events: marks (time; body; per foot place along the way and path slid; lowest and
-// highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
+// What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
+// lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
 struct Notes {
   std::vector<double> marks;
   std::vector<double> times;  // [s], increasing
@@ -28,7 +29,9 @@ struct LeggedMarch : Legged {
     moment.legs.resize(DIRECTIONS * body.legs.size());
   }
 
-  size_t sample_width() const { return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size(); }
+  size_t sample_width() const {
+    return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size();
+  }
 
   // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
   // before the height.
@@ -51,8 +54,8 @@ struct LeggedMarch : Legged {
     channels.back() = Row(0.0);
     for (int i = 0; i < legs(); i++) {
       const int f = body.legs[i].foot;
-      Foot& foot = feet[i];
-      foot = Foot{};
+      LeggedFoot& foot = feet[i];
+      foot = LeggedFoot{};
       foot.film = f >= 0 && laws.has(f, HAS_MOMENTUM);
       foot.force = f >= 0 && laws.has(f, HAS_FORCE);
       foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
@@ -94,7 +97,7 @@ struct LeggedMarch : Legged {
     row.push_back(std::max(highest_body, x[1]));
     lowest_body = highest_body = x[1];
     for (int f = 0; f < body.feet(); f++) {
-      Foot& foot = feet[body.leg[f]];
+      LeggedFoot& foot = feet[body.leg[f]];
       if (foot.contact != AIR || clock.time <= 0.0) continue;
       log.add(clock.time, f, PERIOD_MARK, foot.apex);
       foot.apex.restart(clock.time);
@@ -113,7 +116,8 @@ struct LeggedMarch : Legged {
     return k;
   }
 
-  // A row of the sample times that lie in the step: body, legs, contacts and energies (those linear within it).
+  // A row of the sample times that lie in the step: body, legs, contacts and energies (those linear within
+  // it).
   void sample(double h, double fraction, const Energies& before) {
     const double part = std::max(std::min((notes.times[notes.sampled] - clock.time) / h, fraction), 0.0);
     motion_at(*this, h, part, moment);
@@ -123,7 +127,8 @@ struct LeggedMarch : Legged {
     for (int i = 0; i < legs(); i++) {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
-        const double film = d == UP && feet[i].filmed() ? momentum_at(*this, i, at.u + body.legs[i].gap) : 0.0;
+        const double film =
+            d == UP && feet[i].filmed() ? momentum_at(*this, i, at.u + body.legs[i].gap) : 0.0;
         *to++ = at.u;
         *to++ = at.w + film / body.legs[i].mass;
       }
@@ -155,11 +160,12 @@ struct LeggedMarch : Legged {
     motion_at(*this, h, fraction, moment);
     if (keeps_account) add_energies(*this, h, fraction, moment);
     if (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) {
-      while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) sample(h, fraction, before);
+      while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached)
+        sample(h, fraction, before);
       motion_at(*this, h, fraction, moment);
     }
     for (int i : body.leg) {
-      Foot& foot = feet[i];
+      LeggedFoot& foot = feet[i];
       if (foot.contact == AIR && settings.track) {
         raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
       } else if (foot.contact == SLIPPING) {
@@ -194,7 +200,8 @@ struct LeggedMarch : Legged {
 
   Chosen choose(double left, double reach) {
     int k = std::max(step_class, coarsest());
-    if (launching) k = std::max(k, launch_class);  // what has just changed asks for a step as short as the last time
+    if (launching)
+      k = std::max(k, launch_class);  // what has just changed asks for a step as short as the last time
     Chosen out = {GOING_ON, k, k, {0.0, 0}};
     while (k + 1 < tables.classes() && tables.lengths[k + 1] >= left) k++;
     for (;;) {
@@ -245,7 +252,8 @@ struct LeggedMarch : Legged {
     }
     const double fraction = std::min(first, limit);
     double reached = clock.time + fraction * h;
-    if (first > limit) reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
+    if (first > limit)
+      reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
     if (first <= limit) {
       for (int f = 0; f < body.feet(); f++) {

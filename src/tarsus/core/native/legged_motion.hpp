@@ -1,8 +1,8 @@
 // Motion of a legged robot at any moment within a step whose nodes are known.
 //
-// From the last node before, each leg moves on by the tables of shorter steps, halving, until its own equation can be
-// expanded in a Taylor series in time; the polynomials that act on it are moved along. The body follows from momentum as
-// at the nodes.
+// From the last node before, each leg moves on by the tables of shorter steps, halving, until its own
+// equation can be expanded in a Taylor series in time; the polynomials that act on it are moved along. The
+// body follows from momentum as at the nodes.
 #pragma once
 #include "legged.hpp"
 
@@ -22,8 +22,10 @@ inline void shift(double* coefficients, double by) {
   }
 }
 
-// u and w after ``span`` of a step h under a force and a film momentum in powers of the scaled time, by Taylor series.
-inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, const double* push, const double* film) {
+// u and w after ``span`` of a step h under a force and a film momentum in powers of the scaled time, by
+// Taylor series.
+inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, const double* push,
+                     const double* film) {
   const double step = h * span, m = 1.0 / leg.mass, stiffness = leg.stiffness[d], damping = leg.damping[d];
   const double enough = 1e-18 * (std::fabs(from.u) + step * std::fabs(from.w)) + 1e-40;
   Motion sum = from, term = from;
@@ -37,7 +39,8 @@ inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, 
     }
     const double factor = step / (n + 1);
     const double du = factor * (term.w + momentum * m);
-    const double dw = factor * ((force - stiffness * term.u - damping * term.w) * m - damping * momentum * m * m);
+    const double dw =
+        factor * ((force - stiffness * term.u - damping * term.w) * m - damping * momentum * m * m);
     sum.u += du;
     sum.w += dw;
     term = {du, dw};
@@ -47,14 +50,17 @@ inline Motion expand(const Leg& leg, int d, double h, double span, Motion from, 
   return sum;
 }
 
-// u and w at the end of a stretch that is a whole step of another class, ``width`` of the step of the polynomials.
+// u and w at the end of a stretch that is a whole step of another class, ``width`` of the step of the
+// polynomials.
 inline Motion by_tables(const Legged& s, const LegStep& table, double width, Motion from, const double* push,
                         const double* film) {
   const Row x = s.nodes.times() * width;
   Row force = Row(push[N - 1]), momentum = Row(0.0);
   for (int c = N - 2; c >= 0; c--) force = force * x + push[c];
-  Motion to = {table.state[0][N - 1] * from.u + table.state[1][N - 1] * from.w + total(load(table.force_end[0]) * force),
-               table.state[2][N - 1] * from.u + table.state[3][N - 1] * from.w + total(load(table.force_end[1]) * force)};
+  Motion to = {table.state[0][N - 1] * from.u + table.state[1][N - 1] * from.w +
+                   total(load(table.force_end[0]) * force),
+               table.state[2][N - 1] * from.u + table.state[3][N - 1] * from.w +
+                   total(load(table.force_end[1]) * force)};
   if (film != nullptr) {
     for (int c = N - 1; c >= 0; c--) momentum = momentum * x + film[c];
     to.u += total(load(table.film_end[0]) * momentum);
@@ -66,7 +72,7 @@ inline Motion by_tables(const Legged& s, const LegStep& table, double width, Mot
 // u and w of a leg that nothing holds in direction d, at scaled time ``fraction`` of the step.
 inline Motion leg_at(const Legged& s, int i, int d, double h, double fraction) {
   const Leg& leg = s.body.legs[i];
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   const LegRows& r = s.rows[i];
   int node = 0;
   while (node < N - 2 && s.nodes.tau[node + 1] <= fraction) node++;
@@ -123,7 +129,8 @@ inline void end_of_step(const Legged& s, Moment& out) {
   for (int i = 0; i < s.legs(); i++) {
     for (int d = 0; d < DIRECTIONS; d++) {
       const bool held = s.feet[i].held(d);
-      out.of(i, d) = held ? Motion{s.feet[i].u[d], 0.0} : Motion{s.rows[i].u[d][N - 1], s.rows[i].w[d][N - 1]};
+      out.of(i, d) =
+          held ? Motion{s.feet[i].u[d], 0.0} : Motion{s.rows[i].u[d][N - 1], s.rows[i].w[d][N - 1]};
     }
   }
 }
@@ -133,12 +140,13 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
   if (fraction >= 1.0) return end_of_step(s, out);
   const int nb = s.coordinates();
   for (int b = 0; b < nb; b++) {
-    out.x[b] = integral_twice_at(s, s.at.push[b], fraction) * h * h + integral_at(s, s.at.drag[b], fraction) * h;
+    out.x[b] =
+        integral_twice_at(s, s.at.push[b], fraction) * h * h + integral_at(s, s.at.drag[b], fraction) * h;
     out.v[b] = integral_at(s, s.at.push[b], fraction) * h + s.polynomial_at(s.at.drag[b], fraction);
   }
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
-    const Foot& foot = s.feet[i];
+    const LeggedFoot& foot = s.feet[i];
     for (int d = 0; d < DIRECTIONS; d++) {
       out.of(i, d) = {foot.u[d], 0.0};
       if (foot.held(d)) continue;

@@ -22,7 +22,8 @@ struct Candidates {
 };
 
 // Note where the polynomial through nodal values first falls below ``level``.
-inline void falls_below(const Legged& s, const Row& values, double level, double limit, Happening kind, Candidates& out) {
+inline void falls_below(const Legged& s, const Row& values, double level, double limit, Happening kind,
+                        Candidates& out) {
   if (values[0] < level) return out.note(0.0, 0.0, kind, 1.0);
   const double least = lowest(values), most = highest(values);
   if (least - 0.5 * (most - least) > level) return;
@@ -65,7 +66,7 @@ struct Lowest {
   double gap, at;
 };
 
-TARSUS_APART Lowest lowest_between(const Legged& s, int i, int j, double h) {
+TARSUS_APART inline Lowest lowest_between(const Legged& s, int i, int j, double h) {
   double low = s.nodes.tau[j - 1], high = s.nodes.tau[j];
   const double enough = 1e-6 * (high - low);
   double at = 0.5 * (low + high), gap = 0.0;
@@ -113,7 +114,7 @@ inline void stops(const Legged& s, int i, double limit, Candidates& out) {
 // What can be the first event of a foot.
 inline Candidates candidates(Legged& s, int i, double h, double limit) {
   Candidates out;
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   if (foot.contact == AIR) {
     touches(s, i, h, limit, out);
     return out;
@@ -131,7 +132,8 @@ inline Candidates candidates(Legged& s, int i, double h, double limit) {
   return out;
 }
 
-// The event function of a foot, positive while nothing happens, and its slope by the scaled time where it is at hand.
+// The event function of a foot, positive while nothing happens, and its slope by the scaled time where it is
+// at hand.
 struct EventFunction {
   const Legged& s;
   const int i;
@@ -142,7 +144,9 @@ struct EventFunction {
   EventFunction(const Legged& state, int leg, Happening k, double step) : s(state), i(leg), kind(k), h(step) {
     const LegRows& r = s.rows[i];
     if (kind == TOUCH || kind == STOP) return;
-    store(powers, s.powers(kind == PULL_OFF ? r.margin : kind == SLIP_UP ? r.bound - r.along : r.bound + r.along));
+    store(powers, s.powers(kind == PULL_OFF  ? r.margin
+                           : kind == SLIP_UP ? r.bound - r.along
+                                             : r.bound + r.along));
   }
   double at(double fraction, double& slope) const {
     if (kind == TOUCH) {
@@ -156,7 +160,7 @@ struct EventFunction {
 };
 
 // Scaled time of the event in a bracket, to rounding.
-TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, double h) {
+TARSUS_APART inline double refine(const Legged& s, int i, const Bracket& bracket, double h) {
   if (bracket.high <= 0.0) return 0.0;
   double low = bracket.low, high = bracket.high, slope = 0.0;
   const EventFunction function(s, i, bracket.kind, h);
@@ -196,7 +200,8 @@ TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, doubl
   return at;
 }
 
-// Whether no force along the ground is there to slip by: the bound passes 0 because the foot is about to leave.
+// Whether no force along the ground is there to slip by: the bound passes 0 because the foot is about to
+// leave.
 inline bool nothing_along(const Legged& s, int i, double fraction) {
   return std::fabs(s.polynomial_at(s.rows[i].along, fraction)) <= s.settings.force_zero;
 }

@@ -1,18 +1,22 @@
 // One step of a legged robot: body and legs consistent at its nodes.
 //
-// Each leg is exact for the motion of its hip, a polynomial of degree 7 through the nodes. The body follows from momentum:
-// with S the feet that nothing holds in a direction, w their rates without the film's momentum and H the held ones,
+// Each leg is exact for the motion of its hip, a polynomial of degree 7 through the nodes. The body follows
+// from momentum: with S the feet that nothing holds in a direction, w their rates without the film's momentum
+// and H the held ones,
 //
-//   M (b' - b'(0)) = - sum_S R m (w - w(0)) + int [sum_S R load + sum_H R k (u - a) + load_b] - sum_H R c (a - a(0)),
+//   M (b' - b'(0)) = - sum_S R m (w - w(0)) + int [sum_S R load + sum_H R k (u - a) + load_b]
+//                    - sum_H R c (a - a(0)),
 //
-// so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until they agree.
+// so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until
+// they agree.
 #pragma once
 #include "legged_film.hpp"
 
 namespace tarsus {
 
 constexpr int SWEEPS = 24;
-constexpr double UNSETTLED = -1.0, UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
+constexpr double UNSETTLED = -1.0,
+                 UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
 
 // Drives at the nodes of the step, and what they and the weight put on every foot.
 inline void fill_drives(Legged& s, double h) {
@@ -56,7 +60,7 @@ inline void first_guess(Legged& s, double h) {
   }
   for (int i : s.body.leg) {
     const Leg& leg = s.body.legs[i];
-    const Foot& foot = s.feet[i];
+    const LeggedFoot& foot = s.feet[i];
     LegRows& r = s.rows[i];
     if (foot.contact != AIR) {
       held_strength(s, i, h);
@@ -70,7 +74,8 @@ inline void first_guess(Legged& s, double h) {
       rate += momentum / leg.mass;
       r.film = Row(momentum);
     }
-    if (foot.force) r.smooth = s.laws.force(leg.foot, Row(gap), Row(rate), s.volts(leg.foot), Row(s.clock.time));
+    if (foot.force)
+      r.smooth = s.laws.force(leg.foot, Row(gap), Row(rate), s.volts(leg.foot), Row(s.clock.time));
   }
 }
 
@@ -96,8 +101,8 @@ inline void make_solver(const Nodes& nodes, const Answer& answer, Row* solver) {
   }
 }
 
-// What held feet do to the body, and how it answers its legs in a step of class k: the matrices of one that is taken
-// alone in every coordinate, which is enough to make the repetition settle fast.
+// What held feet do to the body, and how it answers its legs in a step of class k: the matrices of one that
+// is taken alone in every coordinate, which is enough to make the repetition settle fast.
 inline void make_solvers(Legged& s, int k, double h) {
   s.held = {};
   double follow[MOST_COORDINATES] = {};
@@ -155,11 +160,11 @@ TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const
   w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
 }
 
-// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns how much the gap has not settled by:
-// infinite where a stiff film does not settle, NaN where a number is undefined.
+// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns how much the gap has
+// not settled by: infinite where a stiff film does not settle, NaN where a number is undefined.
 TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, double h, LegRows& r) {
   const Leg& leg = s.body.legs[i];
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   const double settled = 1e-3 * s.settings.gap;
   const Row before = r.gap - leg.gap;
   double change;
@@ -195,10 +200,11 @@ TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, doub
   return change;
 }
 
-// What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and damper.
+// What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and
+// damper.
 TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h, const LegRows& r) {
   const Leg& leg = s.body.legs[i];
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
   Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
   if (d == UP && foot.film) place -= combine(&s.nodes.once[0][0], r.film) * h;
@@ -215,7 +221,7 @@ TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
 // A foot in the air, upward. Returns as ``air_laws``.
 TARSUS_INLINE double fly(Legged& s, int i, int k, double h) {
   const Leg& leg = s.body.legs[i];
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
   Row own = r.load[UP];
   if (foot.force) own += r.smooth;
@@ -237,7 +243,7 @@ TARSUS_INLINE void find_margin(Legged& s, int i) {
 // A foot that slides or is in the air, along the way.
 TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
   const Leg& leg = s.body.legs[i];
-  const Foot& foot = s.feet[i];
+  const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
   Row own = r.load[ALONG];
   if (foot.contact == SLIPPING) {
@@ -245,7 +251,8 @@ TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
     own -= r.bound * foot.sense;
   }
   r.q[ALONG] = own + spring(s, leg, ALONG);
-  free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+  free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG],
+              r.w[ALONG]);
   carry_free(s, i, ALONG, own, h, r);
 }
 
@@ -288,7 +295,8 @@ inline double follow(Legged& s, double h) {
   double change = 0.0;
   for (int b = 0; b < s.coordinates(); b++) {
     const double m = 1.0 / s.body.mass[b];
-    const Row v = combine(&s.nodes.once[0][0], at.push[b]) * (h * m) - at.momentum[b] * m + at.drag[b] * m + s.v[b];
+    const Row v =
+        combine(&s.nodes.once[0][0], at.push[b]) * (h * m) - at.momentum[b] * m + at.drag[b] * m + s.v[b];
     Row x = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h * m) - at.place[b] * m;
     x += combine(&s.nodes.once[0][0], at.drag[b]) * (h * m) + s.nodes.times() * (h * s.v[b]) + s.x[b];
     const Row misfit = x - at.x[b];
@@ -317,7 +325,8 @@ inline double error_of(const Legged& s, int k, double h) {
       if (d == UP && s.feet[i].filmed()) {
         const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
         // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
-        const double yields = swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
+        const double yields =
+            swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
         error += nodes.truncation(r.film) * table.reach_film / (1.0 + yields);
       }
       worst = std::max(worst, error);

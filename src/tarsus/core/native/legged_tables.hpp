@@ -1,8 +1,9 @@
 // Exact motion of one leg in one direction over a step, as matrices between nodes, made when first asked for.
 //
-// The block y' = A y + b Q + d P of legged_body.hpp is linear: for Q and P that are polynomials of degree 7 within a step,
-// given by their values at the nodes, u and w at the nodes are linear in them and in u(0), w(0). The integrals of exp(A s)
-// against the polynomials are taken by Gauss quadrature on panels that halve towards s = 0, so that a fast decay is resolved.
+// The block y' = A y + b Q + d P of legged_body.hpp is linear: for Q and P that are polynomials of degree 7
+// within a step, given by their values at the nodes, u and w at the nodes are linear in them and in u(0),
+// w(0). The integrals of exp(A s) against the polynomials are taken by Gauss quadrature on panels that halve
+// towards s = 0, so that a fast decay is resolved.
 #pragma once
 #include <atomic>
 #include <memory>
@@ -12,14 +13,15 @@
 
 namespace tarsus {
 
-constexpr double OSCILLATION = 5.0;  // radians of a leg's own oscillation in a step at most, so that the nodes see its turns
+constexpr double OSCILLATION =
+    5.0;  // radians of a leg's own oscillation in a step at most, so that the nodes see its turns
 
 // The exact motion of one kind of leg over a step of one length.
 struct alignas(64) LegStep {
-  double state[4][N];              // at the nodes: u of u0, u of w0, w of u0, w of w0
-  double force[2][N][N];           // u and w at the nodes (last index) of a force at one node
-  double film[2][N][N];            // the same of a film's momentum
-  double force_end[2][N];          // the same at the end of the step alone
+  double state[4][N];      // at the nodes: u of u0, u of w0, w of u0, w of w0
+  double force[2][N][N];   // u and w at the nodes (last index) of a force at one node
+  double film[2][N][N];    // the same of a film's momentum
+  double force_end[2][N];  // the same at the end of the step alone
   double film_end[2][N];
   double reach_force, reach_film;  // largest |u| under a constant one
 };
@@ -39,7 +41,8 @@ struct Panels {
     for (size_t e = 1; e < edges.size(); e++) {
       const double width = edges[e] - edges[e - 1];
       if (width <= 0.0) continue;
-      for (int g = 0; g < GAUSS; g++) add(nodes, edges[e - 1] + 0.5 * width * (x[g] + 1.0), 0.5 * width * weight[g]);
+      for (int g = 0; g < GAUSS; g++)
+        add(nodes, edges[e - 1] + 0.5 * width * (x[g] + 1.0), 0.5 * width * weight[g]);
     }
   }
 
@@ -76,16 +79,22 @@ struct Panels {
   }
 };
 
-// Steps of every length for every kind of leg, given by mass [kg], stiffness [N/m] and damping [N s/m]. Threads may share
-// them: a step is made outside of any lock, and the first one made is kept.
+// Steps of every length for every kind of leg, given by mass [kg], stiffness [N/m] and damping [N s/m].
+// Threads may share them: a step is made outside of any lock, and the first one made is kept.
 class LegTables {
  public:
   std::vector<double> lengths;  // [s], falling
   std::vector<double> rate;     // [1/s] of the fastest motion of every kind
   std::vector<int> longest;     // first class whose nodes see the kind's own oscillation
 
-  LegTables(const Nodes& n, std::vector<double> m, std::vector<double> k, std::vector<double> c, std::vector<double> steps)
-      : lengths(std::move(steps)), nodes(n), panels(n), mass(std::move(m)), stiffness(std::move(k)), damping(std::move(c)),
+  LegTables(const Nodes& n, std::vector<double> m, std::vector<double> k, std::vector<double> c,
+            std::vector<double> steps)
+      : lengths(std::move(steps)),
+        nodes(n),
+        panels(n),
+        mass(std::move(m)),
+        stiffness(std::move(k)),
+        damping(std::move(c)),
         made(new std::atomic<LegStep*>[lengths.size() * mass.size()]) {
     for (size_t q = 0; q < lengths.size() * mass.size(); q++) made[q] = nullptr;
     for (size_t i = 0; i < mass.size(); i++) {

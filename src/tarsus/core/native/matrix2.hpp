@@ -18,9 +18,11 @@ inline Matrix2 exponential_of(const Matrix2& block, double t) {
   if (disc < 0.0) {
     const double decay = std::exp(growth);
     cosine = decay * std::cos(root);
-    sine = root < 1e-3 ? decay * (1.0 - root * root / 6.0 + root * root * root * root / 120.0) : decay * std::sin(root) / root;
+    sine = root < 1e-3 ? decay * (1.0 - root * root / 6.0 + root * root * root * root / 120.0)
+                       : decay * std::sin(root) / root;
   } else {  // without overflow for strongly overdamped blocks
-    const double plus = std::exp(std::min(growth + root, 700.0)), minus = std::exp(std::min(growth - root, 700.0));
+    const double plus = std::exp(std::min(growth + root, 700.0)),
+                 minus = std::exp(std::min(growth - root, 700.0));
     cosine = 0.5 * (plus + minus);
     sine = root < 1e-3 ? std::exp(growth) * (1.0 + root * root / 6.0 + root * root * root * root / 120.0)
                        : 0.5 * (plus - minus) / root;

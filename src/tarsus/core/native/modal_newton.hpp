@@ -1,5 +1,6 @@
 // Smooth forces at the nodes of a step, and Newton's method for the gaps they leave where a film is too stiff for sweeps.
 #pragma once
+#include "dense.hpp"
 #include "modal_state.hpp"
 
 namespace tarsus {
@@ -50,31 +51,6 @@ inline double misfit_of(const Modal& m, const StepClass& step) {
   double misfit = 0.0;
   for (int i : m.mode->free) misfit = std::max(misfit, highest(magnitude(m.linear[i] - m.outputs[i] + smooth_effect(m, step, i))));
   return misfit;
-}
-
-// Solve matrix[:, :size] x = matrix[:, size] in place by Gauss elimination with row pivots; rows are ``width`` long.
-inline bool eliminate(double* matrix, int size, int width) {
-  for (int c = 0; c < size; c++) {
-    int best = c;
-    for (int r = c + 1; r < size; r++) {
-      if (std::fabs(matrix[r * width + c]) > std::fabs(matrix[best * width + c])) best = r;
-    }
-    double *pivot = matrix + c * width, *other = matrix + best * width;
-    if (other[c] == 0.0) return false;
-    if (best != c) std::swap_ranges(pivot + c, pivot + size + 1, other + c);
-    for (int r = c + 1; r < size; r++) {
-      double* row = matrix + r * width;
-      const double factor = row[c] / pivot[c];
-      if (factor == 0.0) continue;
-      for (int j = c; j <= size; j++) row[j] -= factor * pivot[j];
-    }
-  }
-  for (int r = size - 1; r >= 0; r--) {
-    double* row = matrix + r * width;
-    for (int j = r + 1; j < size; j++) row[size] -= row[j] * matrix[j * width + size];
-    row[size] /= row[r];
-  }
-  return true;
 }
 
 // I - d(effect of the smooth forces) / d(nodal gaps); rows and columns: number of the free foot times N plus node.
