@@ -41,7 +41,9 @@ def kinds(count: int) -> dict[str, tuple[str, Scene, dict[str, np.ndarray]]]:
         "amplitude": (one, square, {"signals.pull.amplitude": VOLTS * (1.0 + 0.1 * spread)}),
         "offset": (one, square, {"signals.pull.offset": spread}),
         "phase": (one, square, {"signals.pull.phase": np.pi * (1.0 + spread)}),
-        "gain": (one, square, {"robot.drives.pull.law.gain": square.robot.drives["pull"].law.gain * (1.0 + 0.1 * spread)}),
+        "gain": (
+            one, square, {"robot.drives.pull.law.gain": square.robot.drives["pull"].law.gain * (1.0 + 0.1 * spread)}
+        ),
         "duty": (one, square, {"signals.pull.duty": 0.5 + 0.2 * spread}),
         "switching time": (one, switched, {"signals.pull.durations.0": 0.01 * (1.0 + 0.1 * spread)}),
         "frequency of the drive": (one, square, {"signals.pull.frequency": HERTZ * (1.0 + 0.1 * spread)}),

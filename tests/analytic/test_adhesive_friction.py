@@ -29,7 +29,6 @@ def held(
 
 
 @pytest.mark.parametrize("gravity", [0.1, GRAVITY])
-@pytest.mark.nojit
 def test_a_foot_pushed_ever_harder_slips_when_adhesion_carries_no_more(gravity: float) -> None:
     """r t = mu_a (C_a0 + C_a t); from there on m v' = (r - mu_a C_a)(t - t_slip)."""
     scene = held(gravity, along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))

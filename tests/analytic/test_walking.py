@@ -27,8 +27,6 @@ def of_kind(run, *kinds):
     return run.events[np.isin(run.events["kind"], kinds)]
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_a_sliding_block_stops_where_friction_stops_it():
     speed = 0.05
     run = ts.simulate(moving(block(), block_x=speed), duration=0.05)

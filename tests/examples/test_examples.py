@@ -12,8 +12,6 @@ import tarsus as ts
 from example_files import EXAMPLES, load
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_bouncing_ball():
     example = load("bouncing_ball")
     assert example.impact_times(0.9)[1] == pytest.approx(1.264266194760045, rel=1e-14)

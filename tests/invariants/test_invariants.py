@@ -268,8 +268,6 @@ def test_release_comes_where_the_pull_equals_the_strength():
     assert run.events["time"][1] == pytest.approx(1.5e-4 / 0.199, rel=1e-12)
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_no_free_coordinate_left():
     """A single mass that sticks: nothing is left to move."""
     scene = mass(gap=1e-6, speed=-0.1, adhesion=ts.Adhesion(initial=1e-3, rate=0.0), duration=1e-3)
@@ -280,7 +278,6 @@ def test_no_free_coordinate_left():
     assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(0.5e-6 * 0.1**2, rel=1e-12)
 
 
-@pytest.mark.nojit
 def test_two_feet_strike_at_once_and_share_the_momentum():
     run = check(ts.simulate(rigid((1e-4, 1e-4), restitution=ts.Restitution(coefficient=0.0))))
     assert sorted(run.events["foot"].tolist()) == [0, 1]

@@ -1,4 +1,4 @@
-"""Numbers that are data of a plan: runs that differ in them are those of the changed scenes, made with one set of tables."""
+"""Numbers that are data of a plan: runs that differ in them are the changed scenes', with one set of tables."""
 
 from __future__ import annotations
 
@@ -58,13 +58,17 @@ CASES = {
         lambda: chain(landing=ts.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
     ),
     "gravity": (heavy, {"ground.gravity.acceleration": [0.0, 0.5, 9.81]}, 0.08),
-    "displacement": (moved, {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]}, 0.05),
+    "displacement": (
+        moved, {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]}, 0.05
+    ),
     "amplitude": (chain, {"signals.pull.amplitude": [0.0, 5.0, 8.0, 9.0]}, 0.08),
     "offset and phase": (chain, {"signals.pull.offset": [0.0, 1.0, -1.0, 2.0], "signals.pull.phase": TURNING}, 0.08),
     "duty": (chain, {"signals.pull.duty": [0.0, 0.3, 0.5, 1.0]}, 0.08),
     "gain": (chain, {"robot.drives.pull.law.gain": [-8e-4, -9e-4, 0.0]}, 0.08),
     "force at no volts": (chain, {"robot.drives.pull.law.offset": [-1e-4, 0.0, 1e-4]}, 0.08),
-    "sine": (lambda: chain(sine()), {"signals.pull.amplitude": [7.0, 8.0, 9.0], "signals.pull.phase": TURNING[:3]}, 0.08),
+    "sine": (
+        lambda: chain(sine()), {"signals.pull.amplitude": [7.0, 8.0, 9.0], "signals.pull.phase": TURNING[:3]}, 0.08
+    ),
     "frequency of a sine": (lambda: chain(sine()), {"signals.pull.frequency": [40.0, 50.0, 61.0]}, 0.08),
     "ramped": (
         lambda: chain(ts.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
@@ -86,7 +90,10 @@ CASES = {
     "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),
     "cantilever": (
         lambda: ts.load_scene("cantilever"),
-        {"robot.feet.tip.gap": [6e-5, 7e-5], "signals.pzt.amplitude": [8.0, 9.0], "ground.film.thickness": [5e-6, 6e-6]},
+        {
+            "robot.feet.tip.gap": [6e-5, 7e-5], "signals.pzt.amplitude": [8.0, 9.0],
+            "ground.film.thickness": [5e-6, 6e-6],
+        },
         0.05,
     ),
     "hexapod": (
@@ -101,7 +108,8 @@ CASES = {
     "walker": (
         walking,
         {
-            "ground.gravity.acceleration": [9.0, 9.81, 10.0], "gait.high": [12.0, 14.0, 15.0], "gait.low": [0.0, 1.0, 5.0],
+            "ground.gravity.acceleration": [9.0, 9.81, 10.0], "gait.high": [12.0, 14.0, 15.0],
+            "gait.low": [0.0, 1.0, 5.0],
             "ground.friction.coefficient": [0.3, 0.432, 0.5], "ground.film.coefficient": [1.6e-24, 1.7e-24, 2e-24],
         },
         0.05,
@@ -167,7 +175,10 @@ def test_what_is_data_and_what_enters_tables():
 @pytest.mark.parametrize(
     ("make", "vary", "said"),
     [
-        (chain, {"signals.pull.amplitude": [8.0, -1.0]}, "signals.pull.amplitude: expected a voltage (V) of at least 0"),
+        (
+            chain, {"signals.pull.amplitude": [8.0, -1.0]},
+            "signals.pull.amplitude: expected a voltage (V) of at least 0",
+        ),
         (chain, {"signals.pull.frequency": [50.0, 0.0]}, "signals.pull.frequency"),
         (chain, {"robot.feet.tip.gap": [1e-5, -1e-6]}, "robot.feet.tip.gap: foot below ground at rest"),
         (chain, {"ground.film.thickness": [1e-6, -1.0]}, "ground.film.thickness"),

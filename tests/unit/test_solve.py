@@ -74,7 +74,6 @@ def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
         run.at(np.array([-1e-3, 0.0]))
 
 
-@pytest.mark.bounds
 def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
     state = run.series.state
     assert state.held.any() and not state.held.all()
@@ -83,7 +82,6 @@ def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
     assert np.all(run.series.strength[state.held] > 0.0)
 
 
-@pytest.mark.bounds
 def test_ledger_tells_every_law_apart(run):
     assert run.ok and run.ledger.closure < 1e-8
     assert list(run.ledger.laws) == ["film", "electrostatic", "drag"]
@@ -211,7 +209,6 @@ def test_a_batch_equals_single_runs(scene, path):
         assert batch.run(i).ok and batch.run(i).foot_names == ("left", "right")
 
 
-@pytest.mark.bounds
 def test_batches_vary_several_values_and_threads_change_nothing(scene):
     vary = {
         "ground.film.coefficient": np.linspace(4e-21, 6e-21, 12),
@@ -237,8 +234,6 @@ def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
     assert batch.measure("peak")[0] == every["peak"].value
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_varying_nothing_is_one_run(scene):
     batch = ts.simulate_batch(scene, {}, duration=0.005)
     assert len(batch) == 1 and batch.duration == 0.005

@@ -336,7 +336,7 @@ def _write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
 
 def _summary(run: RunLike, samples: int) -> dict[str, Any]:
     """What was run and how it ended; nothing of the machine, so that equal runs give equal files."""
-    versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return {
         "format": FORMAT,
         "tarsus": package_version(),
