@@ -38,6 +38,10 @@ def is_built_in(law: type[Law]) -> bool:
     return built_in().get(law.name()) is law
 
 
+_TOLD = ("rebound", "excess", "strength", "momentum", "force", None, "friction")
+"""Order of the slots by hook, as a contact is told: the impact, what holds, the forces; in files and lists of paths."""
+
+
 @lru_cache(maxsize=1)
 def slots() -> Mapping[str, Slot]:
     """The fields of the ground that laws stand in."""
@@ -45,7 +49,8 @@ def slots() -> Mapping[str, Slot]:
     for law in built_in().values():
         if law.slot is not None:
             groups.setdefault(law.slot, []).append(law)
-    return MappingProxyType({slot: _slot(slot, laws) for slot, laws in groups.items()})
+    told = sorted(groups, key=lambda slot: min(_TOLD.index(law.hook) for law in groups[slot]))
+    return MappingProxyType({slot: _slot(slot, groups[slot]) for slot in told})
 
 
 def _slot(slot: str, laws: list[type[Law]]) -> Slot:
