@@ -173,7 +173,7 @@ def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: f
     if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
         _check_starts(scene, plan, base)
     rows = _driven(scene, plan, by_kind, base, duration)
-    spans = rows.signals.span[rows.channels] * np.abs(rows.changes[:, :, 0])
+    spans = np.asarray(rows.signals.span)[rows.channels] * np.abs(rows.changes[:, :, 0])
     length, force = scales(
         plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
     )

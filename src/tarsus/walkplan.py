@@ -76,12 +76,12 @@ def lower_walker(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = low
     touched = np.any(onto != 0.0, axis=1)
     first = np.concatenate([[0], np.cumsum(touched.sum(axis=1))])
     gain = np.array([onto[i, :, d] for i in range(nl) for d in np.flatnonzero(touched[i])]).reshape(-1, 2)
-    drive = np.array([d for i in range(nl) for d in np.flatnonzero(touched[i])], dtype=np.int64)
+    driven_by = np.array([d for i in range(nl) for d in np.flatnonzero(touched[i])], dtype=np.int64)
     body = Body(
         body_mass=walker.body_mass(), body_weight=-plan.system.constant[:nb].copy(),
         lever=np.maximum(np.abs(hip).max(axis=(0, 1)), 1e-300), mass=values[:, 0, 0].copy(),
         stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(), hip=hip, gap=gap, foot=foot, leg=leg,
         kind=kind.reshape(nl, 2).astype(np.int64), weight=-plan.system.constant[nb + 1 :: 2].copy(),
-        first=first.astype(np.int64), drive=drive, gain=gain, body_load=np.ascontiguousarray(loads[:nb].T),
+        first=first.astype(np.int64), drive=driven_by, gain=gain, body_load=np.ascontiguousarray(loads[:nb].T),
     )  # fmt: skip
     return WalkPlan(plan, body, blocks)

@@ -118,7 +118,7 @@ def contacts_of(
     found = by_window(history, period * np.arange(skipped, count + 1, dtype=float), counting)
     values = (np.nan_to_num(found[name]) for name in ("bounces", "contact_duration", "peak"))
     bounces, contact, peak = (float(by_period.mean()) for by_period in values)
-    return Contacts(bounces, contact, peak, counting, count - skipped)
+    return Contacts(bounces, contact, peak, counting, int(count - skipped))
 
 
 def _history(

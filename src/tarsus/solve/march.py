@@ -76,4 +76,5 @@ def walk(
 
 def tables_of(plan: WalkPlan, duration: float) -> _native.LegTables:
     """Step tables of a plan's legs for runs of one duration."""
-    return _native.LegTables(NODES, *np.ascontiguousarray(plan.blocks.T), step_lengths(duration))
+    mass, stiffness, damping = np.ascontiguousarray(plan.blocks.T)
+    return _native.LegTables(NODES, mass, stiffness, damping, step_lengths(duration))
