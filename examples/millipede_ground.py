@@ -13,11 +13,8 @@ RATE, COEFFICIENT = "ground.adhesion.rate", "ground.electrostatic.coefficient"
 
 def strides(rates: NDArray[np.float64], coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
     """Travel a drive period [m], shape (rates, coefficients), over rates of adhesion [N/s] and C_e [N m^2/V^2]."""
-    first, second = np.meshgrid(rates, coefficients, indexing="ij")
-    vary = {RATE: first.ravel(), COEFFICIENT: second.ravel()}
-    return (
-        ts.simulate_batch(ts.load_scene("millipede-table"), vary, 0.1).measure("stride").reshape(first.shape)
-    )
+    vary = {RATE: rates, COEFFICIENT: coefficients}
+    return ts.simulate_batch(ts.load_scene("millipede-table"), vary, 0.1, grid=True).measure("stride")
 
 
 def critical_rate(scene: ts.Scene) -> float:

@@ -19,4 +19,5 @@ def run_with_magnet(strength: float, duration: float = 0.06):
 if __name__ == "__main__":
     for strength in (0.0, 1e-24, 3e-24):
         run = run_with_magnet(strength)
-        print(f"K = {strength:.0e} N m^4: the magnet's work is {run.ledger.laws:.3e} J; {run.code.value}")
+        work = run.ledger.laws["magnet"]
+        print(f"K = {strength:.0e} N m^4: the magnet's work is {work:.3e} J; {run.code.value}")

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     )
     from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot
     from tarsus.scene import Ground, Initial, Scene
-    from tarsus.solve import Accuracy, Batch, Run, simulate, simulate_batch
+    from tarsus.solve import Accuracy, Batch, Run, Session, simulate, simulate_batch
     from tarsus.spec import float_paths, get_value, quantity, with_values
     from tarsus.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
 
@@ -101,6 +101,7 @@ __all__ = [
     "Run",
     "Sampled",
     "Scene",
+    "Session",
     "Sine",
     "SmoothLaw",
     "Square",
@@ -143,7 +144,7 @@ _HOMES = {
     ),
     "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.scene": "Ground Initial Scene",
-    "tarsus.solve": "Accuracy Batch Run simulate simulate_batch",
+    "tarsus.solve": "Accuracy Batch Run Session simulate simulate_batch",
     "tarsus.spec": "float_paths get_value quantity with_values",
     "tarsus.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }

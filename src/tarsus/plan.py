@@ -3,116 +3,99 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tarsus.core import hooks
-from tarsus.core.arrays import Laws
-from tarsus.core.modes import LinearSystem
-from tarsus.core.signals import Signals
+from tarsus.core import _native
+from tarsus.core.modes import Floats, LinearSystem
 from tarsus.drive.lower import lower
-from tarsus.drive.pieces import Pieces
+from tarsus.drive.pieces import TERMS, Pieces
 from tarsus.errors import InputError
-from tarsus.laws.adhesion import Adhesion
-from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
-from tarsus.laws.electrostatic import Electrostatic
-from tarsus.laws.film import Film
-from tarsus.laws.friction import AdhesiveFriction, Friction
-from tarsus.laws.impact_map import Body, MassWeighted, passive_angle
-from tarsus.laws.landing import PullAsPrinted, RestituteFirst
-from tarsus.laws.leg_electrostatic import LegElectrostatic
-from tarsus.laws.restitution import Restitution
+from tarsus.laws.base import Law, SmoothLaw
+from tarsus.laws.impact_map import Body, MassWeighted
+from tarsus.laws.landing import PullAsPrinted
+from tarsus.laws.program import Program
+from tarsus.laws.registry import is_built_in
+from tarsus.laws.translate import translate
 from tarsus.scene import Ground, Scene
-from tarsus.spec import quantity_units
 from tarsus.standing import equilibrium
 from tarsus.structure.base import Matrices
-
-# Columns of a foot's parameter row that hold the built-in laws; a user's parameters follow.
-FILM, ELECTROSTATIC, ADHESION, RESTITUTION, LEG = 0, 2, 4, 6, 7
-FRICTION, ADHESIVE, LANDING, USER = 10, 11, 12, 13
-
-hooks.bind(
-    {
-        "momentum": [hooks.BoundLaw(Film.momentum, FILM, 2)],
-        "force": [
-            hooks.BoundLaw(Electrostatic.force, ELECTROSTATIC, 2),
-            hooks.BoundLaw(LegElectrostatic.force, LEG, 3),
-        ],
-        "rebound": [hooks.BoundLaw(Restitution.rebound, RESTITUTION, 1)],
-        "strength": [hooks.BoundLaw(Adhesion.strength, ADHESION, 2)],
-        "friction": [
-            hooks.BoundLaw(Friction.bound, FRICTION, 1),
-            hooks.BoundLaw(AdhesiveFriction.bound, ADHESIVE, 1),
-        ],
-        "excess": [hooks.BoundLaw(RestituteFirst.excess, LANDING, 1)],
-    }
-)
-hooks.bind_angle(passive_angle)
 
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
-    """Hash of every source compiled into the engine: a changed law or kernel never meets stale machine code."""
+    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
     here = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__)]):
+    engine = Path(_native.__file__)
+    for path in sorted([*(here / "core").rglob("*.py"), *(here / "laws").glob("*.py"), Path(__file__), engine]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
+def without_native(plan: Any) -> dict[str, Any]:
+    """What is pickled of a plan: its fields; what the native engine holds of it is made again where it is needed."""
+    return {name: plan.__dict__[name] for name in plan.__dataclass_fields__}
+
+
 @dataclass(frozen=True)
 class FootLaws:
-    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,); addresses (8,) of users' functions and,
-    by pointer column, where in the parameter row a user's parameters start."""
+    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,).
+
+    acting: the laws by name; columns: where in the parameter row each one's parameters start; terms: the same for the
+    engine, (hook, twin, number of a program, first column) each.
+    """
 
     flags: np.ndarray
     parameters: np.ndarray
-    addresses: np.ndarray
-    starts: dict[int, int]
     volts: np.ndarray
+    acting: Mapping[str, Law]
+    columns: Mapping[str, int]
+    terms: tuple[tuple[int, int, int, int], ...]
+    programs: tuple[Program, ...]
 
-    def own(self) -> OwnLaws:
-        """A copy with parameter memory of its own, which the users' functions read."""
-        parameters = self.parameters.copy()
-        pointer = np.tile(self.addresses, (len(parameters), 1))
-        base, width = parameters.ctypes.data, parameters.shape[1]
-        for column, start in self.starts.items():
-            pointer[:, column + 4] = base + 8 * (np.arange(len(parameters)) * width + USER + start)
-        return OwnLaws(Laws(self.flags, parameters, pointer, self.volts))
-
-
-@dataclass(frozen=True)
-class OwnLaws:
-    """Kernel arrays of the laws, with memory nobody else writes to."""
-
-    arrays: Laws
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
     @property
-    def parameters(self) -> np.ndarray:
-        return self.arrays.parameters
+    def use_rates(self) -> bool:
+        """Whether a law of a foot in the air asks for its gap rate."""
+        return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
+
+    @cached_property
+    def native(self) -> _native.Laws:
+        """The laws as the engine holds them; their parameters come with every batch."""
+        return _native.Laws(
+            self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
+        )
 
 
 @dataclass(frozen=True)
 class Plan:
     """A scene as arrays, ready for the engine.
 
-    system: the linear structure; laws: flags, parameters, users' pointers and volts channel per foot;
-    signals: drive channels then volts channels, made of ``channels``; initial (2n,): displacements and velocities
-    at t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
+    system: the linear structure; laws: flags, parameters and volts channel per foot;
+    channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
+    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
     """
 
     system: LinearSystem
     laws: FootLaws
-    signals: Signals
     channels: tuple[Pieces, ...]
+    charged: tuple[int, ...]
     initial: np.ndarray
     length: float
     force: float
     rate: float
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
     @property
     def feet(self) -> int:
@@ -122,24 +105,29 @@ class Plan:
     def drives(self) -> int:
         return self.system.loads.shape[1]
 
+    @cached_property
+    def signals(self) -> _native.Signals:
+        """The drive channels as the engine holds them."""
+        return pack(self.channels)
 
-def lower_scene(scene: Scene) -> Plan:
-    """Lower a scene to arrays.
+
+def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
+    """Lower a scene to arrays; ``drive`` lowers its drives.
 
     Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
     """
     system = lower_system(scene)
     names = list(scene.robot.drives)
     forces, volts, signals = [], [], scene.actuator_volts
-    for name, drive in scene.robot.drives.items():
-        force, volt = lower(signals[name], drive.law, drive.history)
+    for name, one in scene.robot.drives.items():
+        force, volt = drive(signals[name], one.law, one.history)
         forces.append(force)
         volts.append(volt)
     feet = list(scene.robot.feet.values())
-    laws = _lower_laws(scene.ground.acting, len(feet))
+    laws = lower_laws(scene.ground, len(feet))
     if scene.ground.makes_energy:
-        laws.flags[:] |= hooks.MAP_AS_IS
-    acts = (laws.flags & hooks.HAS_FORCE) != 0
+        laws.flags[:] |= _native.FLAGS["map_as_is"]
+    acts = (laws.flags & _native.FLAGS["force"]) != 0
     # where no foot has an electrode, users' laws see the volts of the first drive
     rest = names[0] if names and not any(f.electrode for f in feet) else None
     wired = [f.electrode if f.electrode is not None else rest for f in feet]
@@ -148,7 +136,6 @@ def lower_scene(scene: Scene) -> Plan:
         if acts[i] and w is not None:
             laws.volts[i] = len(names) + used.index(names.index(w))
     channels = (*forces, *(volts[d] for d in used))
-    signals = pack_signals(channels)
     n = system.mass.shape[0]
     initial = np.zeros(2 * n)
     if scene.initial.standing is not None:
@@ -157,8 +144,13 @@ def lower_scene(scene: Scene) -> Plan:
         initial[:n] = scene.initial.displacement
     if scene.initial.velocity is not None:
         initial[n:] = scene.initial.velocity
-    length, force, rate = _scales(scene, system, signals, initial)
-    return Plan(system, laws, signals, channels, initial, length, force, rate)
+    length, force = scales(
+        laws, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
+        initial[None], system.sources[None],
+    )  # fmt: skip
+    return Plan(
+        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system)
+    )
 
 
 def lower_system(scene: Scene) -> LinearSystem:
@@ -173,15 +165,15 @@ def lower_system(scene: Scene) -> LinearSystem:
     loads = np.zeros((n, len(scene.robot.drives)))
     for d, drive in enumerate(scene.robot.drives.values()):
         loads[:, d] = drive.load.vector(structure)
-    constant = np.zeros(n)
+    weight, gravity = np.zeros(n), 0.0
     if scene.ground.gravity is not None:
         up = structure.vertical()
         assert up is not None  # checked by Scene
-        constant -= scene.ground.gravity.acceleration * (matrices.mass @ up)
+        weight, gravity = -(matrices.mass @ up), scene.ground.gravity.acceleration
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
-        np.array([foot.gap for foot in feet], dtype=float), loads, constant, _directions(scene, matrices, normals),
-        _alone(scene),
+        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
+        _directions(scene, matrices, normals), _alone(scene),
     )  # fmt: skip
 
 
@@ -203,69 +195,53 @@ def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.nda
     return np.array(columns).reshape(len(columns), len(matrices.mass)).T
 
 
-def _lower_laws(ground: Ground, m: int) -> FootLaws:
-    row = np.zeros(USER)
-    flags = 0
-    for column, law, flag in (
-        (FILM, ground.film, hooks.HAS_MOMENTUM),
-        (ELECTROSTATIC, ground.electrostatic, hooks.HAS_FORCE),
-        (LEG, ground.leg_electrostatic, hooks.HAS_FORCE),
-        (ADHESION, ground.adhesion, hooks.HAS_LATCH),
-        (RESTITUTION, ground.restitution, 0),
-        (_slot("friction", ground.friction), ground.friction, 0),
-    ):
-        if law is not None:
-            values = law.parameters()
-            row[column : column + len(values)] = values
-            flags |= flag
-    if isinstance(ground.landing, RestituteFirst):
-        row[LANDING] = ground.landing.speed
-        flags |= hooks.RESTITUTES_FIRST
-    elif isinstance(ground.landing, PullAsPrinted):
-        flags |= hooks.PULL_AS_PRINTED
-    if ground.film is None:
-        row[FILM + 1] = 1.0  # an absent film has a thickness, so that it is zero and not 0/0
-    if ground.electrostatic is None:
-        row[ELECTROSTATIC + 1] = 1.0
-    own = np.zeros(8, dtype=np.int64)
-    extra: list[float] = []
-    starts: dict[int, int] = {}
-    for kind, column, flag in _PROTOCOLS:
-        laws = [law for law in ground.laws.values() if isinstance(law, kind)]
-        if not laws:
-            continue
-        if len(laws) > 1 and column in (hooks.REBOUND, hooks.STRENGTH):
-            names = ", ".join(law.name() for law in laws)
-            raise InputError(f"ground.laws: only one {kind.__name__} can act at a time, got {names}")
-        own[column] = _compiled(
-            tuple((type(law).function(), len(law.parameters())) for law in laws), len(kind.leading)
-        )
-        starts[column] = len(extra)
-        for law in laws:
-            extra += law.parameters()
-            if isinstance(law, SmoothLaw) and law.uses_rate:
-                flags |= hooks.USES_RATE
-        flags |= flag
+def lower_laws(ground: Ground, m: int) -> FootLaws:
+    """The laws that act on m feet: each takes the next columns of the parameter row, and its twin or its program.
+
+    Raises InputError where a law of the user cannot be compiled.
+    """
+    acting = ground.acting_laws
+    columns = _columns(acting)
+    flags = _native.FLAGS["pull_as_printed"] if isinstance(ground.landing, PullAsPrinted) else 0
+    terms: list[tuple[int, int, int, int]] = []
+    programs: list[Program] = []
+    row: list[float] = []
+    for name, law in acting.items():
+        row += law.parameters()
+        assert law.hook is not None  # or it would not act
+        flags |= _native.FLAGS.get(law.hook, 0)
+        if isinstance(law, SmoothLaw) and law.uses_rate:
+            flags |= _native.FLAGS["uses_rate"]
+        twin = _twin(type(law))
+        terms.append((_native.HOOKS.index(law.hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
+        if twin < 0:
+            programs.append(program_of(type(law)))
     return FootLaws(
-        np.full(m, flags, dtype=np.int64), np.tile(np.concatenate([row, extra]), (max(m, 1), 1)), own, starts,
-        np.full(m, -1, dtype=np.int64),
+        np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
+        np.full(m, -1, dtype=np.int64), acting, columns, tuple(terms), tuple(programs),
     )  # fmt: skip
 
 
-_SLOTS = {
-    "film": FILM,
-    "electrostatic": ELECTROSTATIC,
-    "leg_electrostatic": LEG,
-    "adhesion": ADHESION,
-    "restitution": RESTITUTION,
-    "friction": FRICTION,
-    "landing": LANDING,
-}
+def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
+    """First column of each law's parameters."""
+    counts = [len(law.names()) for law in acting.values()]
+    return dict(zip(acting, accumulate([0, *counts[:-1]]), strict=True)) if acting else {}
 
 
-def _slot(name: str, law: Law | None) -> int:
-    """First column of the ground's law of that name."""
-    return ADHESIVE if isinstance(law, AdhesiveFriction) else _SLOTS[name]
+def _twin(law: type[Law]) -> int:
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program."""
+    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
+
+
+def program_of(law: type[Law]) -> Program:
+    """A law's function as the engine carries it out.
+
+    Raises InputError where it contains what a law may not.
+    """
+    function = law.function()
+    if function is None:
+        raise InputError(f"{law.name()}: defines no function {law.function_name}")
+    return translate(function, len(law.leading))
 
 
 def law_column(scene: Scene, path: str) -> int | None:
@@ -273,23 +249,13 @@ def law_column(scene: Scene, path: str) -> int | None:
 
     Such values vary from run to run without lowering the scene again.
     """
-    keys = path.split(".")
-    if keys[0] != "ground" or len(keys) < 3 or getattr(scene.ground.acting, keys[1], None) is None:
-        return None
-    if len(keys) == 3 and keys[1] in _SLOTS:
-        law = getattr(scene.ground, keys[1])
-        fields = list(quantity_units(type(law))) if law is not None else []
-        return _slot(keys[1], law) + fields.index(keys[2]) if keys[2] in fields else None
-    if len(keys) == 4 and keys[1] == "laws" and keys[2] in scene.ground.laws:
-        column = USER
-        for kind, _, _ in _PROTOCOLS:
-            for name, law in scene.ground.laws.items():
-                if isinstance(law, kind):
-                    fields = list(quantity_units(type(law)))
-                    if name == keys[2]:
-                        return column + fields.index(keys[3]) if keys[3] in fields else None
-                    column += len(fields)
-    return None
+    acting = scene.ground.acting_laws
+    paths = {
+        f"ground.{'laws.' if name in scene.ground.laws else ''}{name}.{field}": columns + place
+        for (name, law), columns in zip(acting.items(), _columns(acting).values(), strict=True)
+        for place, field in enumerate(law.names())
+    }
+    return paths.get(path)
 
 
 def initial_column(scene: Scene, path: str) -> int | None:
@@ -303,125 +269,57 @@ def initial_column(scene: Scene, path: str) -> int | None:
     return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
 
 
-_PROTOCOLS = (
-    (ResistiveLaw, hooks.MOMENTUM, hooks.HAS_MOMENTUM),
-    (SmoothLaw, hooks.FORCE, hooks.HAS_FORCE),
-    (ImpactLaw, hooks.REBOUND, 0),
-    (LatchLaw, hooks.STRENGTH, hooks.HAS_LATCH),
-)
+def pack(channels: Sequence[Pieces]) -> _native.Signals:
+    """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
+    loops = np.array([pieces.loop for pieces in channels], dtype=np.int64)
+    counts = np.array([pieces.count for pieces in channels], dtype=np.int64)
+    starts = np.concatenate([np.zeros(0), *(pieces.start for pieces in channels)])
+    coefs = np.concatenate([np.zeros((0, TERMS)), *(pieces.coef for pieces in channels)])
+    kinks = np.concatenate([np.zeros(0, dtype=bool), *(pieces.kink for pieces in channels)])
+    return _native.Signals(counts, loops, starts, coefs, kinks)
 
 
-@lru_cache(maxsize=64)
-def _compiled(laws: tuple[tuple[Callable[..., float], int], ...], arguments: int) -> int:
-    try:
-        return hooks.compile_laws(laws, arguments)
-    except Exception as error:  # numba raises many kinds; all mean the same to the user
-        names = ", ".join(function.__qualname__ for function, _ in laws)
-        reason = next(
-            (line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__
-        )
-        raise InputError(
-            f"{names}: a law must be arithmetic, 'if' and math functions of floats: {reason}"
-        ) from error
+SMALLEST = 1e-12
+"""[m] Below the size of an atom a clearance is zero and no scale."""
 
 
-def pack_signals(channels: Sequence[Pieces]) -> Signals:
-    """Channels laid end to end for the kernels; a channel that holds its last value gets a piece for that."""
-    starts, ends, coefs, sharps, untils, overs = [], [], [], [], [], []
-    first, loops, periods, spans = [0], [], [], []
-    for pieces in channels:
-        start, end = pieces.start[:-1], pieces.start[1:]
-        coef, kink = pieces.coef, pieces.kink
-        if pieces.loop < 0:
-            hold = np.zeros((1, coef.shape[1]))
-            hold[0, 0] = coef[-1].sum()
-            start, end = np.append(start, end[-1]), np.append(end, _FOREVER)
-            coef, kink = np.vstack([coef, hold]), np.append(kink, True)
-        sharp = np.append(kink[1:], kink[pieces.loop] if pieces.loop >= 0 else False)
-        # every piece is bounded by the sum of its coefficients' sizes
-        middle = coef[:, 0]
-        swing = np.abs(coef[:, 1:]).sum(axis=1)
-        span = float((middle + swing).max() - (middle - swing).min())
-        until, over = _kink_distances(end - start, _continued(end - start, coef, span), sharp, pieces.loop)
-        starts.append(start)
-        ends.append(end)
-        coefs.append(coef)
-        sharps.append(sharp)
-        untils.append(until)
-        overs.append(over)
-        first.append(first[-1] + len(start))
-        loops.append(pieces.loop)
-        periods.append(float(pieces.start[-1] - pieces.start[pieces.loop]) if pieces.loop >= 0 else 0.0)
-        spans.append(span)
+def scales(
+    laws: FootLaws,
+    system: LinearSystem,
+    spans: Floats,
+    parameters: Floats,
+    initial: Floats,
+    sources: Floats,
+) -> tuple[Floats, Floats]:
+    """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
 
-    def join(parts: list[np.ndarray], empty: tuple[int, ...] = (0,)) -> np.ndarray:
-        return np.ascontiguousarray(np.concatenate(parts)) if parts else np.zeros(empty)
-
-    coef = join(coefs, (0, 12))
-    return Signals(
-        first=np.array(first, dtype=np.int64), start=join(starts), end=join(ends), coef=coef,
-        flat=np.all(coef[:, 1:] == 0.0, axis=1), sharp=join(sharps).astype(np.bool_), until=join(untils),
-        over=join(overs),
-        loop=np.array(loops, dtype=np.int64), period=np.array(periods, dtype=float), span=np.array(spans, dtype=float),
-    )  # fmt: skip
+    spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
+    `tarsus.slots.Rows`.
+    """
+    n, m = system.normals.shape
+    lengths = [np.abs(sources[:, :m] + initial[:, :n] @ system.normals), sources[:, :m]]
+    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
+    for name, law in laws.acting.items():
+        first, fields = laws.columns[name], law.names()
+        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        lengths.append(own[:, :1])
+        forces.append(own[:, 1:])
+    length = np.concatenate(lengths, axis=1)
+    length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
+    length = np.where(length > 0.0, length, 1e-6)
+    if n:
+        forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
+    force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
+    return length, np.where(force > 0.0, force, 1e-9)
 
 
-_FOREVER = 1e30
-
-
-_SLIVER = 1e-5
-"""A piece this much shorter than the longest may be shorter than any step."""
-_FAR = 1e4
-"""Spans of the channel that a sliver may be continued to: what it rounds then is below the tolerance of a drive."""
-
-
-def _continued(length: np.ndarray, coef: np.ndarray, span: float) -> np.ndarray:
-    """How far [s] each piece (P,) may be continued beyond its end: a quarter of its length, slivers much further."""
-    over = 0.25 * length
-    short = np.flatnonzero(length < _SLIVER * length[length < _FOREVER].max(initial=0.0))
-    size = np.abs(coef[short])
-    for lengths in 2.0 ** np.arange(50.0):
-        within = size[:, 1:] @ (1.0 + 2.0 * lengths) ** np.arange(1.0, coef.shape[1]) <= _FAR * span
-        over[short[within]] = lengths * length[short[within]]
-    return over
-
-
-def _kink_distances(
-    length: np.ndarray, continued: np.ndarray, sharp: np.ndarray, loop: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Time from the start of each piece to the next kink (inf: none), and how far one may look beyond that."""
-    count = len(length)
-    until, over = np.full(count, np.inf), np.full(count, np.inf)
-    for _ in range(2):  # twice round the loop
-        following, following_over = (until[loop], over[loop]) if loop >= 0 else (np.inf, np.inf)
-        for p in range(count - 1, -1, -1):
-            if sharp[p]:
-                following, following_over = 0.0, continued[p]
-            following = following + length[p]
-            until[p], over[p] = following, following_over
-    return until, over
-
-
-def _scales(
-    scene: Scene, system: LinearSystem, signals: Signals, initial: np.ndarray
-) -> tuple[float, float, float]:
-    n = len(system.mass)
-    start = np.abs(system.rest_gap + system.normals.T @ initial[:n])
-    lengths = [*start, *system.rest_gap]
-    film = scene.ground.acting.film
-    if film is not None:
-        lengths.append(film.thickness)
-    # below the size of an atom a clearance is zero and no scale
-    length = max((x for x in lengths if x > 1e-12), default=1e-6)
-    forces = [abs(s) for s in signals.span[: system.loads.shape[1]]]
-    if scene.ground.adhesion is not None:
-        forces.append(scene.ground.adhesion.initial)
-    forces.append(float(np.abs(system.constant).max(initial=0.0)))
-    forces.append(length * float(np.abs(np.diag(system.stiffness)).min(initial=np.inf)) if n else 0.0)
-    force = max((x for x in forces if x > 0.0), default=1e-9)
-    scale = np.sqrt(
-        np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.stiffness))).max(initial=0.0)
-    )
-    rub = np.abs(np.linalg.eigvals(np.linalg.solve(system.mass, system.damping))).max(initial=0.0)
-    rate = max(float(scale), float(rub), 1.0)
-    return length, force, rate
+def _rate(system: LinearSystem) -> float:
+    """Fastest rate [1/s] of a structure."""
+    if not len(system.mass):
+        return 1.0
+    per_mass = np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
+    squares, rub = np.split(per_mass, 2, axis=1)
+    fastest = np.sqrt(np.abs(np.linalg.eigvals(squares)).max())
+    return max(float(fastest), float(np.abs(np.linalg.eigvals(rub)).max()) if rub.any() else 0.0, 1.0)

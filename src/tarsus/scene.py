@@ -1,4 +1,4 @@
-"""Ground and scene: everything a simulation needs to know, as one frozen description."""
+"""Scene: everything a simulation needs to know, as one frozen description."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from pydantic import (
     Field,
     TypeAdapter,
     ValidationError,
-    ValidationInfo,
     field_validator,
     model_validator,
 )
@@ -21,25 +20,9 @@ from tarsus.drive.gait import AnyGait, Gait
 from tarsus.drive.signal import Signal
 from tarsus.drive.waveforms import Constant, Waveform
 from tarsus.errors import InputError
-from tarsus.explain import PathErrors, located_faults, nearest
-from tarsus.laws import (
-    Adhesion,
-    AdhesiveFriction,
-    AnyFriction,
-    AnyImpactMap,
-    AnyLanding,
-    CaptureUnlessPulled,
-    Electrostatic,
-    Film,
-    Gravity,
-    ImpactMap,
-    LatchLaw,
-    Law,
-    LegElectrostatic,
-    MassWeighted,
-    PullAsPrinted,
-    Restitution,
-)
+from tarsus.explain import PathErrors, nearest
+from tarsus.ground import Ground
+from tarsus.laws import ImpactMap, MassWeighted, PullAsPrinted
 from tarsus.laws.impact_map import Body
 from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
 from tarsus.spec import (
@@ -72,91 +55,6 @@ __all__ = [
     "provenance_problems",
     "reference_faults",
 ]
-
-
-class Ground(Description):
-    """The set of laws between feet and ground; an absent law does not act.
-
-    Without restitution an impact takes all of the approach speed.
-    """
-
-    restitution: Restitution | None = None
-    impact: AnyImpactMap | None = Field(
-        default=None, description="how the whole structure follows an impact; absent: mass-weighted"
-    )
-    landing: AnyLanding | None = Field(
-        default=None,
-        description="whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion",
-    )
-    adhesion: Adhesion | None = None
-    film: Film | None = None
-    electrostatic: Electrostatic | None = None
-    leg_electrostatic: LegElectrostatic | None = None
-    small_forces: bool = Field(
-        default=True, description="false leaves the film and the electrostatic laws out of the simulation"
-    )
-    gravity: Gravity | None = None
-    friction: AnyFriction | None = Field(
-        default=None, description="along the ground, on the feet of a walker; absent: frictionless"
-    )
-    laws: Named[Law] = Field(default=FrozenDict(), description="a user's own laws by name")
-
-    @property
-    def acting(self) -> Ground:
-        """The ground as it acts: without film and electrostatics where `small_forces` is off."""
-        if self.small_forces:
-            return self
-        absent = {"film": None, "electrostatic": None, "leg_electrostatic": None, "small_forces": True}
-        return self.model_copy(update=absent)
-
-    @property
-    def holds(self) -> bool:
-        """Whether a contact has a strength: adhesion or a user's latch acts."""
-        return self.adhesion is not None or any(isinstance(law, LatchLaw) for law in self.laws.values())
-
-    @property
-    def without_adhesion(self) -> Ground:
-        """The ground without its law of adhesion, and without friction that only adhesion bears."""
-        bare = self.model_copy(update={"adhesion": None})
-        alone = isinstance(self.friction, AdhesiveFriction) and not bare.holds
-        return bare.model_copy(update={"friction": None}) if alone else bare
-
-    @property
-    def landing_rule(self) -> AnyLanding:
-        """The landing rule that acts, given or not."""
-        return CaptureUnlessPulled() if self.landing is None else self.landing
-
-    @property
-    def makes_energy(self) -> bool:
-        """Whether impacts may create kinetic energy: an impact map acts as it is."""
-        return self.impact is not None and not self.impact.passive
-
-    @field_validator("laws", mode="before")
-    @classmethod
-    def _user_laws(cls, value: Any, info: ValidationInfo) -> Any:
-        """Tables of user laws, built with the classes in the validation context."""
-        if not isinstance(value, Mapping):
-            return value
-        known: Mapping[str, type[Law]] = (info.context or {}).get("laws", {})
-        laws: dict[str, Any] = {}
-        faults: list[tuple[str, str]] = []
-        for name, item in value.items():
-            if not isinstance(item, Mapping):
-                laws[name] = item
-                continue
-            kind = str(item.get("kind", name))
-            law = known.get(kind)
-            if law is None:
-                hint = nearest(kind, known) if known else "; give the file that defines it (--law FILE.py)"
-                faults.append((str(name), f"no law of kind '{kind}' is known{hint}"))
-                continue
-            try:
-                laws[name] = law.model_validate({k: v for k, v in item.items() if k != "kind"})
-            except ValidationError as error:
-                faults += [(f"{name}.{path}", text) for path, text in located_faults(law, error)]
-        if faults:
-            raise PathErrors(faults)
-        return laws
 
 
 class Standing(Description):
@@ -249,9 +147,9 @@ class Scene(Description):
             faults.append(("robot.structure.upward", f"gravity {text}"))
         if not any(foot.electrode for foot in self.robot.feet.values()):
             faults += [
-                (f"ground.{name}", "acts on no foot: give a foot its electrode, the name of a drive")
-                for name in ("electrostatic", "leg_electrostatic")
-                if getattr(self.ground, name) is not None
+                (f"ground.{path}", "acts on no foot: give a foot its electrode, the name of a drive")
+                for path, law in self.ground.by_path().items()
+                if law.needs_electrode
             ]
         if self.gait is not None:
             faults += _gait_faults(self.gait, self.robot)
@@ -366,9 +264,13 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
 
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
     faults: list[tuple[str, str]] = []
-    if isinstance(ground.friction, AdhesiveFriction) and not ground.holds:
-        text = "friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
-        faults.append(("ground.friction", text))
+    if not ground.holds:
+        text = "needs adhesion: give ground.adhesion or a latch of your own"
+        faults += [
+            (f"ground.{path}", f"{law.title} {text}")
+            for path, law in ground.by_path().items()
+            if law.needs_strength
+        ]
     if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
         text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))

@@ -9,7 +9,6 @@ import numpy as np
 from tarsus.drive.lower import evaluate, lower
 from tarsus.drive.waveforms import Constant
 from tarsus.errors import InputError
-from tarsus.laws import LatchLaw, SmoothLaw
 from tarsus.scene import Ground, Initial, Provenance, Scene, Source
 from tarsus.spec import with_values
 from tarsus.structure import Walker
@@ -69,7 +68,7 @@ def equilibrium(scene: Scene, *, driven: bool = False) -> Array:
     scale = _BALANCED * float(np.abs(load).max(initial=0.0) + np.abs(matrices.stiffness @ x).max())
     problems = []
     for name, place in heights.items():
-        hold = push[place] + _hold(scene.ground.acting, volts.get(scene.robot.feet[name].electrode, 0.0))
+        hold = push[place] + _hold(scene.ground, volts.get(scene.robot.feet[name].electrode, 0.0))
         if hold < -scale:
             missing = format_quantity(float(f"{-hold:.4g}"), "N")
             problems.append(f"foot '{name}' would have to be pulled down by {missing}: it does not stand")
@@ -119,15 +118,9 @@ def _unsupported(walker: Walker, coordinate: int) -> str:
 
 def _hold(ground: Ground, volts: float) -> float:
     """Pull [N] that a foot bears on the ground from the first moment on: adhesion, and smooth attraction."""
-    own = list(ground.laws.values())
-    latches = [law for law in own if isinstance(law, LatchLaw)] or [
-        ground.adhesion
-    ]  # a user's own replaces ours
-    smooth = [
-        law for law in (ground.electrostatic, ground.leg_electrostatic, *own) if isinstance(law, SmoothLaw)
-    ]
-    hold = sum(law.strength(0.0, *law.parameters()) for law in latches if law is not None)
-    return hold - sum(law.force(0.0, 0.0, volts, 0.0, *law.parameters()) for law in smooth)
+    hold = sum(law.evaluate(0.0) for law in ground.acting_on("strength").values())
+    smooth = ground.acting_on("force").values()
+    return hold - sum(law.evaluate(0.0, 0.0, volts, 0.0) for law in smooth)
 
 
 def _starting_at(scene: Scene, x: Array, driven: bool) -> Scene:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from tarsus.core import _native
 from tarsus.core.walk.arrays import Body
-from tarsus.plan import Plan, lower_scene
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
+from tarsus.plan import Plan, lower_scene, without_native
 from tarsus.scene import Scene
 from tarsus.structure.walker import Walker
 
@@ -26,9 +32,18 @@ class WalkPlan:
     body: Body
     blocks: np.ndarray
 
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
 
-def lower_walker(scene: Scene) -> WalkPlan:
-    """Lower the scene of a walker to arrays.
+    @cached_property
+    def native(self) -> _native.LeggedBody:
+        """The body as the engine holds it: its weights are those of unit gravity, its gaps those of no run."""
+        nb, weight = len(self.body.body_mass), -self.plan.system.weight
+        return _native.LeggedBody(self.body._replace(body_weight=weight[:nb].copy(), weight=weight[nb + 1 :: 2].copy()))
+
+
+def lower_walker(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> WalkPlan:
+    """Lower the scene of a walker to arrays; ``drive`` lowers its drives.
 
     Raises
     ------
@@ -37,7 +52,7 @@ def lower_walker(scene: Scene) -> WalkPlan:
     """
     walker = scene.robot.structure
     assert isinstance(walker, Walker)
-    plan = lower_scene(scene)
+    plan = lower_scene(scene, drive)
     names, nb = list(walker.legs), walker.body_size
     nl, nd = len(names), plan.drives
     legs = walker.legs.values()
@@ -61,12 +76,12 @@ def lower_walker(scene: Scene) -> WalkPlan:
     touched = np.any(onto != 0.0, axis=1)
     first = np.concatenate([[0], np.cumsum(touched.sum(axis=1))])
     gain = np.array([onto[i, :, d] for i in range(nl) for d in np.flatnonzero(touched[i])]).reshape(-1, 2)
-    drive = np.array([d for i in range(nl) for d in np.flatnonzero(touched[i])], dtype=np.int64)
+    driven_by = np.array([d for i in range(nl) for d in np.flatnonzero(touched[i])], dtype=np.int64)
     body = Body(
         body_mass=walker.body_mass(), body_weight=-plan.system.constant[:nb].copy(),
         lever=np.maximum(np.abs(hip).max(axis=(0, 1)), 1e-300), mass=values[:, 0, 0].copy(),
         stiffness=values[:, :, 1].copy(), damping=values[:, :, 2].copy(), hip=hip, gap=gap, foot=foot, leg=leg,
         kind=kind.reshape(nl, 2).astype(np.int64), weight=-plan.system.constant[nb + 1 :: 2].copy(),
-        first=first.astype(np.int64), drive=drive, gain=gain, body_load=np.ascontiguousarray(loads[:nb].T),
+        first=first.astype(np.int64), drive=driven_by, gain=gain, body_load=np.ascontiguousarray(loads[:nb].T),
     )  # fmt: skip
     return WalkPlan(plan, body, blocks)

@@ -252,7 +252,7 @@ def simulate_case(members: Sequence[Member], case: Case, misses: Mapping[str, Mi
         run = simulate(scene, duration=(dropped + seen) * period)
         if not run.ok:
             codes.append(str(run.code.value))
-        rows = by_window(histories_of(run), edges, Counting.of(period))
+        rows = by_window(histories_of(run), edges, Counting.of(period), _UNITS)
         for name, of_member in parts.items():
             whole = edges[1:] <= run.end_time * (1.0 + 1e-9)  # a run that stopped early has fewer periods
             of_member.append((member.weight, rows[name][0][whole]))

@@ -29,7 +29,6 @@ def held(
 
 
 @pytest.mark.parametrize("gravity", [0.1, GRAVITY])
-@pytest.mark.nojit
 def test_a_foot_pushed_ever_harder_slips_when_adhesion_carries_no_more(gravity: float) -> None:
     """r t = mu_a (C_a0 + C_a t); from there on m v' = (r - mu_a C_a)(t - t_slip)."""
     scene = held(gravity, along=ts.Ramp(stop=0.02 * PUSH, duration=0.02))
@@ -106,7 +105,7 @@ def test_adhesive_friction_needs_adhesion() -> None:
     with pytest.raises(InputError) as caught:
         ts.with_values(scene, {"ground.adhesion": None})
     assert caught.value.problems == [
-        "ground.friction: friction of kind 'adhesive' needs adhesion: give ground.adhesion or a latch of your own"
+        "ground.friction: adhesive friction needs adhesion: give ground.adhesion or a latch of your own"
     ]
     bare = scene.ground.without_adhesion
     assert bare.adhesion is None and bare.friction is None

@@ -14,8 +14,6 @@ BOUNCE, CAPTURE, REST = 1, 2, 4
 FALL = math.sqrt(2.0 / 9.81)
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_bouncing_ball_follows_the_published_events():
     run = ts.simulate(scene("ball"))
     assert run.ok

@@ -13,8 +13,6 @@ from scene_files import scene
 MASS, C, START, SPEED = 1e-9, 1e-20, 1e-5, -0.05
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_closest_approach():
     run = ts.simulate(scene("film_only"))
     assert run.ok and len(run.events) == 0

@@ -64,8 +64,6 @@ def peak(row: np.ndarray) -> float:
     return float(np.abs(row).max())
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 @pytest.mark.parametrize("volts", [0.0, 5.0])
 def test_free_flight_is_the_closed_form(volts):
     run = ts.simulate(plate(ts.Constant(level=volts), 0.05))

@@ -115,13 +115,3 @@ def test_a_reader_that_stops_reading_is_no_error():
     said = show.stderr.read().decode()
     assert show.wait(timeout=60) == 0
     assert said == ""
-
-
-def test_compiling_is_announced_without_a_terminal_too(tarsus, monkeypatch):
-    import tarsus.solve.engine as engine
-
-    monkeypatch.setattr(engine, "needs_compiling", lambda: True)
-    result = tarsus("simulate", "cantilever", "--duration", "1 ms")
-    assert result.code == 0
-    (sentence,) = result.sentences
-    assert sentence == f"compiling the engine once, about {engine.COMPILE_SECONDS} s"

@@ -1,8 +1,7 @@
-"""Every registered law: finite, passive where it says so, compiled as in plain Python; a user's law is as good."""
+"""Every registered law: finite, passive where it says so; a user's law is as good."""
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import pytest
 
@@ -43,13 +42,9 @@ def arguments(law: Law) -> list[tuple[float, ...]]:
 
 
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
-def test_finite_and_compiled_as_in_plain_python(law):
-    plain = law.function()
-    compiled = numba.njit(plain)
+def test_finite(law):
     for point in arguments(law):
-        value = plain(*point, *law.parameters())
-        assert np.isfinite(value)
-        assert compiled(*point, *law.parameters()) == pytest.approx(value, rel=1e-15, abs=0.0)
+        assert np.isfinite(law.function()(*point, *law.parameters()))
 
 
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
@@ -111,7 +106,6 @@ def test_a_users_law_is_as_good_as_the_built_in_one(slot, own, name):
     same_events(ts.simulate(base, duration=0.05), ts.simulate(mine, duration=0.05))
 
 
-@pytest.mark.nojit
 def test_users_laws_without_the_compiler():
     base = scene("ball")
     laws = {"own_rebound": OWN["own_rebound"](coefficient=0.9)}

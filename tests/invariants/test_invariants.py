@@ -30,7 +30,7 @@ def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
     scale = max(abs(x) for x in terms)
     if ledger.closure > 0.0:
         scale = max(scale, abs(ledger.residual) / ledger.closure)  # below that all is rounding
-    for loss in (ledger.damping, ledger.film, ledger.impacts, ledger.adhesion):
+    for loss in (ledger.damping, -ledger.laws.get("film", 0.0), ledger.impacts, ledger.adhesion):
         assert loss >= -1e-9 * scale
     events = run.events
     assert np.all(np.diff(events["time"]) >= 0.0)
@@ -226,9 +226,31 @@ def test_rounding_in_a_film_is_no_open_account(volts, ratio, gap):
     check(ts.simulate(scene))
 
 
+@pytest.mark.parametrize(
+    ("signal", "ratio", "gap", "coefficient", "thickness"),
+    [
+        (ts.Sine(amplitude=1.192092896e-07, frequency=20.0), 0.0, 0.0, 6.14213840557671e-21, 1e-6),
+        (ts.Square(amplitude=2.61e-8, frequency=100.0), 0.451, 1.22e-8, 1.85e-22, 2.81e-6),
+    ],
+)
+def test_a_film_that_a_foot_hardly_moves_in_is_no_open_account(signal, ratio, gap, coefficient, thickness):
+    """The way of the foot is 1e-5 of the film's thickness and less, and its gap known to 5e-10 of that: found by random
+    search."""
+    film = ts.Film(coefficient=coefficient, thickness=thickness)
+    scene = mass(
+        frequency=30.0,
+        ratio=ratio,
+        gap=gap,
+        signal=signal,
+        restitution=ts.Restitution(coefficient=0.0),
+        film=film,
+    )
+    check(ts.simulate(scene))
+
+
 def test_a_film_leaves_the_account_of_small_motion_as_strict():
     film = ts.Film(coefficient=7.751589404059684e-21, thickness=6.449820320703989e-05)
-    small = mass(frequency=30.0, ratio=1.0, signal=ts.Sine(amplitude=1e-3, frequency=20.0), film=film)
+    small = mass(frequency=30.0, ratio=1.0, signal=ts.Sine(amplitude=3e-3, frequency=20.0), film=film)
     ledger = check(ts.simulate(small)).ledger
     terms = (ledger.work_in, ledger.kinetic, ledger.elastic, ledger.damping, ledger.impacts)
     assert abs(ledger.residual) == pytest.approx(ledger.closure * max(abs(x) for x in terms))
@@ -246,8 +268,6 @@ def test_release_comes_where_the_pull_equals_the_strength():
     assert run.events["time"][1] == pytest.approx(1.5e-4 / 0.199, rel=1e-12)
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_no_free_coordinate_left():
     """A single mass that sticks: nothing is left to move."""
     scene = mass(gap=1e-6, speed=-0.1, adhesion=ts.Adhesion(initial=1e-3, rate=0.0), duration=1e-3)
@@ -258,7 +278,6 @@ def test_no_free_coordinate_left():
     assert run.ledger.impacts + run.ledger.adhesion == pytest.approx(0.5e-6 * 0.1**2, rel=1e-12)
 
 
-@pytest.mark.nojit
 def test_two_feet_strike_at_once_and_share_the_momentum():
     run = check(ts.simulate(rigid((1e-4, 1e-4), restitution=ts.Restitution(coefficient=0.0))))
     assert sorted(run.events["foot"].tolist()) == [0, 1]

@@ -52,12 +52,10 @@ class Ledger:
     kinetic: float
     elastic: float
     damping: float
-    film: float
     friction: float
-    electrostatic: float
     impacts: float
     adhesion: float
-    laws: float
+    laws: Mapping[str, float]
     residual: float
     closure: float
 
@@ -137,9 +135,6 @@ def make_run(
         "drive_force": (("drive", "time"), parts[0]["drive"][None, :]),
         "displacement": (("point", "time"), np.stack([*moved, 0.36 * moved[0]])),
         "velocity": (("point", "time"), np.stack([*speed, 0.36 * speed[0]])),
-        "electrostatic_force": (("foot", "time"), np.zeros((feet, len(time)))),
-        "law_force": (("foot", "time"), np.zeros((feet, len(time)))),
-        "electrostatic_work": (("time",), np.zeros(len(time))),
     }
     foot_names = ("gap", "gap_rate", "contact", "pull", "adhesion_strength", "film_force", "contact_force")
     data |= {name: per_foot(name) for name in foot_names}
@@ -148,7 +143,7 @@ def make_run(
         "elastic_energy",
         "work_in",
         "damping_loss",
-        "film_loss",
+        "film_work",
         "impact_loss",
         "adhesion_loss",
     )
@@ -175,19 +170,17 @@ def make_run(
     rows = sorted((time, foot, *rest) for foot, p in enumerate(parts) for time, *rest in p["events"])
     events = np.array(rows, dtype=EVENT)
     end = {name: float(dataset[name].values[-1]) for name in energy_names}
-    spent = end["damping_loss"] + end["film_loss"] + end["impact_loss"] + end["adhesion_loss"]
+    spent = end["damping_loss"] - end["film_work"] + end["impact_loss"] + end["adhesion_loss"]
     residual = end["work_in"] - end["kinetic_energy"] - end["elastic_energy"] - spent
     ledger = Ledger(
         work_in=end["work_in"],
         kinetic=end["kinetic_energy"],
         elastic=end["elastic_energy"],
         damping=end["damping_loss"],
-        film=end["film_loss"],
         friction=0.0,
-        electrostatic=0.0,
         impacts=end["impact_loss"],
         adhesion=end["adhesion_loss"],
-        laws=0.0,
+        laws={"film": end["film_work"]},
         residual=residual,
         closure=abs(residual) / max(abs(end["work_in"]), 1e-30),
     )
@@ -237,7 +230,7 @@ def _simulate(hz: float, duration: float, adhesive: bool, step: float, delay: fl
     names = (
         "time", "volts", "drive", "x", "v", "gap", "gap_rate", "contact", "pull", "adhesion_strength",
         "film_force", "contact_force", "kinetic_energy", "elastic_energy", "work_in", "damping_loss",
-        "film_loss", "impact_loss", "adhesion_loss",
+        "film_work", "impact_loss", "adhesion_loss",
     )  # fmt: skip
     out = {name: np.zeros(count + 1) for name in names}
     x = v = work = damped = filmed = impact = stuck_loss = 0.0
@@ -256,7 +249,7 @@ def _simulate(hz: float, duration: float, adhesive: bool, step: float, delay: fl
         values = (
             t, volts, drive, x, v, gap, v, stuck, max(free, 0.0) if stuck else 0.0,
             strength if stuck else 0.0, film_force, -free if stuck else 0.0, 0.5 * m * v * v, 0.5 * k * x * x,
-            work, damped, filmed, impact, stuck_loss,
+            work, damped, -filmed, impact, stuck_loss,
         )  # fmt: skip
         for name, value in zip(names, values, strict=True):
             out[name][i] = value

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tarsus.core.modes import LinearSystem, contact_mode, step_tables
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import LinearSystem, contact_mode
 from tarsus.core.nodes import TAU, N
 
 MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
@@ -14,7 +15,7 @@ STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0,
 SYSTEM = LinearSystem(
     mass=MASS, damping=0.01 * STIFFNESS + 0.2 * np.diag([1.0, 0.0, 2.0]), stiffness=STIFFNESS,
     normals=np.array([[1.0, 0.0], [0.0, 0.6], [0.0, 1.0]]), rest_gap=np.array([0.02, 0.05]),
-    loads=np.array([[0.5], [1.0], [0.0]]), constant=np.array([-1.0, 0.0, -0.5]),
+    loads=np.array([[0.5], [1.0], [0.0]]), weight=np.array([-1.0, 0.0, -0.5]),
 )  # fmt: skip
 
 
@@ -63,9 +64,10 @@ def test_pull_balances_the_held_foot():
 
 def test_step_tables_flow_exactly_over_long_and_short_steps():
     """Against the exponential of the augmented matrix: a drive t^3 on the structure, steps 0.5 us to 8 s."""
-    mode = contact_mode(SYSTEM, 0)
     lengths = 8.0 * 0.5 ** np.arange(24)
-    tables = step_tables(mode, lengths)
+    book = ModeBook(SYSTEM, lengths)
+    number = book.require(0)
+    mode = book.modes[number]
     n, inverse = 3, np.linalg.inv(MASS)
     for k in (0, 4, 10, 23):
         h = lengths[k]
@@ -80,12 +82,15 @@ def test_step_tables_flow_exactly_over_long_and_short_steps():
         exact = (expm(big * h) @ np.concatenate([z, [1.0, 0, 0, 0, 1.0]]))[: 2 * n]
         y = mode.from_physical @ z
         nb = len(mode.blocks)
-        e = tables.exponential[k]
+        e, response = book.flow(number, k)
         end = np.concatenate([e[0] * y[:nb] + e[1] * y[nb:], e[2] * y[:nb] + e[3] * y[nb:]])
-        end += TAU**3 @ tables.state_input[k, 4] + tables.state_constant[k, 5]
+        end += TAU**3 @ response[4] + response[5].sum(axis=0)
         np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
-        gap = tables.node_state[k, 0].T @ y + tables.node_constant[k, 0, 5]
-        gap = gap + TAU**3 @ tables.node_input[k, 0, 4]
+        tables = book.native.step(number, k)
+        state = tables["node_state"].reshape(4, -1, 2, N)[0, :nb]
+        constant = SYSTEM.sources @ tables["node_bias"].reshape(3, 4, N)[:, 0]
+        gap = y[:nb] @ state[:, 0] + y[nb:] @ state[:, 1] + constant
+        gap = gap + TAU**3 @ tables["node_input"].reshape(4, 6, N, N)[0, 4]
         assert gap.shape == (N,)
         assert gap[0] == pytest.approx(0.02 + 0.1, rel=1e-11)
         assert gap[-1] == pytest.approx(0.02 + exact[0], rel=1e-10)

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.modes import LinearSystem, contact_mode
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import TAU, N
-from tarsus.core.replay import end_state, integrate, sample
-from tarsus.core.stack import ModeBook
+from tarsus.core.replay import Part, end_state, integrate, sample
 
 LENGTHS = 0.5 ** np.arange(30)
 START = np.array([0.1, -0.05, 1.0, -2.0])
@@ -21,7 +21,7 @@ def system(stiff: float, damping: float) -> LinearSystem:
     return LinearSystem(
         mass=np.diag([1.0, 0.5]), damping=np.array([[0.6, -0.1], [0.1, damping]]), stiffness=stiffness,
         normals=np.array([[1.0], [0.5]]), rest_gap=np.array([0.3]), loads=np.array([[0.0], [1.0]]),
-        constant=np.array([-0.5, 0.0]),
+        weight=np.array([-0.5, 0.0]),
     )  # fmt: skip
 
 
@@ -39,9 +39,9 @@ def drive(s):
 
 def recorded(plan: LinearSystem, k: int, fraction: float) -> tuple[ModeBook, np.ndarray]:
     """One step of class k, started at START with prescribed inputs."""
-    book = ModeBook(LENGTHS)
-    mode = contact_mode(plan, 0)
-    book.add(mode)
+    book = ModeBook(plan, LENGTHS)
+    number = book.require(0)
+    mode = book.modes[number]
     row = np.zeros(TRACE_HEAD + 4 + 4 * N)
     row[[T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS]] = 0.0, LENGTHS[k], fraction, 0, k
     row[TRACE_HEAD : TRACE_HEAD + 4] = mode.from_physical @ START - momentum(0.0) * mode.beta[0]
@@ -76,15 +76,15 @@ def test_energies_and_states_of_a_step(stiff, damping, k, fraction):
     )  # fmt: skip
     tolerance = 3e-6 if damping > 100 else 1e-9
     integrals = integrate(plan, book, trace)
-    got = [integrals.work[0], integrals.damping[0], integrals.film[0], integrals.smooth[0]]
+    got = [integrals.work[0], integrals.damping[0], integrals.resistive[0], integrals.smooth[0]]
     np.testing.assert_allclose(got, exact.y[4:, -1], rtol=0, atol=tolerance * np.abs(exact.y[4:, -1]).max())
-    assert integrals.time[0] == end and integrals.electrostatic[0] == 0.0
+    assert integrals.time[0] == end and integrals.parts.shape == (0, 1)
     times = np.linspace(0.0, end, 9)
     states = sample(plan, book, trace, times)
     for values, rows in ((states.x, slice(0, 2)), (states.v, slice(2, 4))):
         reference = exact.sol(times)[rows]
         np.testing.assert_allclose(values, reference, rtol=0, atol=10 * tolerance * np.abs(reference).max())
-    np.testing.assert_allclose(states.film[0], (0.4 * times / h - 0.1) / h, rtol=1e-11, atol=1e-12 / h)
+    np.testing.assert_allclose(states.resistive[0], (0.4 * times / h - 0.1) / h, rtol=1e-11, atol=1e-12 / h)
     np.testing.assert_allclose(states.smooth[0], force(times / h), rtol=1e-12)
     np.testing.assert_allclose(states.gap[0], 0.3 + normal @ states.x, rtol=1e-12)
     np.testing.assert_allclose(end_state(plan, book, trace)[:2], states.x[:, -1], rtol=1e-12)
@@ -100,7 +100,7 @@ def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction)
         return 0.5 * z[2:] @ plan.mass @ z[2:] + 0.5 * z[:2] @ plan.stiffness @ z[:2]
 
     terms = integrate(plan, book, trace)
-    gained = terms.work[0] - terms.damping[0] + terms.film[0] + terms.smooth[0]
+    gained = terms.work[0] - terms.damping[0] + terms.resistive[0] + terms.smooth[0]
     assert gained == pytest.approx(energy(last) - energy(START), rel=1e-9)
 
 
@@ -108,9 +108,11 @@ def test_split_off_part_of_the_smooth_force():
     plan = system(90.0, 0.2)
     for fraction in (1.0, 0.21):
         book, trace = recorded(plan, 3, fraction)
-        whole = integrate(plan, book, trace, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])
-        assert whole.electrostatic[0] == pytest.approx(whole.smooth[0], rel=1e-11)
-        half = integrate(plan, book, trace, lambda gap, rate, time: 0.5 * rate)
+        whole = integrate(
+            plan, book, trace, [Part(False, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])]
+        )
+        assert whole.parts[0, 0] == pytest.approx(whole.smooth[0], rel=1e-11)
+        half = integrate(plan, book, trace, [Part(False, lambda gap, rate, time: 0.5 * rate)])
         fine = sample(plan, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
         expected = np.trapezoid(0.5 * fine.rate[0] ** 2, dx=fraction * LENGTHS[3] / 4000)
-        assert half.electrostatic[0] == pytest.approx(expected, rel=1e-6)
+        assert half.parts[0, 0] == pytest.approx(expected, rel=1e-6)

@@ -21,6 +21,27 @@ def test_the_scene_on_the_file_format_page_is_one():
     assert scene.origin("robot.feet.tip.gap").source.value == "printed"
 
 
+def test_the_grid_on_the_page_of_batches_runs():
+    page = (DOCS / "batches.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["contact"].shape == (5, 3) and np.isfinite(names["contact"]).all()
+    assert names["data"]["peak"].dims == ("ground.film.coefficient", "signals.pzt.amplitude")
+
+
+def test_the_session_on_the_page_of_slots_runs():
+    page = (DOCS / "slots.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
+    assert names["second"].raw.book.book.native is names["first"].raw.book.book.native
+    assert len(names["batch"]) == 3
+    slots = names["session"].slots
+    assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

@@ -13,7 +13,6 @@ from pydantic import TypeAdapter
 
 from tarsus.drive.laws import LinearForce
 from tarsus.drive.lower import evaluate, lower
-from tarsus.drive.sampled import Interpolation
 from tarsus.drive.waveforms import (
     RampedSquare,
     Sampled,
@@ -22,6 +21,7 @@ from tarsus.drive.waveforms import (
     SweptSine,
     Waveform,
 )
+from tarsus.drive.waveforms.sampled import Interpolation
 from tarsus.errors import InputError
 from tarsus.spec import float_paths, get_value, validate, with_values
 from unit.drive_cases import WAVEFORMS, grid

@@ -202,6 +202,12 @@ HEAD = "from tarsus.laws import SmoothLaw\nfrom tarsus.spec import quantity\n"
             HEAD + "class A(SmoothLaw):\n    def force(gap):\n        return 0.0\n",
             r"line 3: TypeError: A\.force: takes \(gap\), but must take \(gap, gap_rate, volts, time\)",
         ),
+        (
+            HEAD
+            + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n"
+            + "        while gap > 1:\n            gap /= 2\n        return gap\n",
+            r"law\.py: A\.force, line 5: 'while' is not allowed: a law is arithmetic",
+        ),
     ],
 )
 def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> None:

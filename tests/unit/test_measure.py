@@ -14,7 +14,6 @@ from tarsus.measure import (
     Counting,
     Scope,
     by_window,
-    foot_history,
     histories_of,
     period_statistics,
     whole_run_statistics,
@@ -167,11 +166,11 @@ def test_a_flight_cut_off_by_the_end_counts_if_it_was_seen_to_clear_the_height()
 
 def test_a_foot_that_starts_in_contact():
     events = table((0.0, START, 0.0, 0.0), (0.25, RELEASE, 0.0, 0.0), (0.75, REST, 2e-6, 0.1))
-    history = foot_history(events, 0, 1.0)
-    start, end = history.contacts(1e-7)
+    flights = histories_of(Hand(events, 1.0, 1.0)).flights
+    _, start, end = flights.contacts(1e-7)
     assert start.tolist() == [0.0, 0.75] and end.tolist() == [0.25, 1.0]
-    assert history.flight_start.tolist() == [0.25] and history.flight_end.tolist() == [0.75]
-    assert not history.rebound.any() and not history.airborne and not history.aloft
+    assert flights.start.tolist() == [0.25] and flights.end.tolist() == [0.75]
+    assert not flights.rebound.any() and not flights.airborne.any() and not flights.aloft.any()
     assert period_statistics(Hand(events, 1.0, 1.0))["contact_duration"].value == pytest.approx(0.5)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.measure import Scope, foot_history, measures_of, period_edges, walk_statistics
+from tarsus.measure import Judgement, RunTable, Scope, histories_of, measures_of, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE
@@ -149,12 +149,13 @@ def test_contacts_that_touch_are_one():
     events["time"] = [1.0, 2.0, 3.0, 5.0, 7.0, 10.0]
     events["kind"] = [1, 2, 3, 1, 1, 6]  # lands and chatters, is caught, let go, lands and flies high, twice
     events["apex"] = [1e-6, 5e-8, 0.0, 1e-6, 1e-6, 1e-6]
-    start, end = foot_history(events, 0, 10.0).contacts(1e-7)
+    run = Hand(None, None, events, 10.0, 10.0, ("foot",))  # type: ignore[arg-type]
+    _, start, end = histories_of(run).flights.contacts(1e-7)
     assert start.tolist() == [1.0, 5.0, 7.0] and end.tolist() == [3.0, 5.0, 7.0], (
         "a touch is a contact without length"
     )
-    none = foot_history(events[:0], 0, 10.0).contacts(1e-7)
-    assert none[0].size == none[1].size == 0
+    none = histories_of(replace(run, all_events=events[:0])).flights.contacts(1e-7)
+    assert all(part.size == 0 for part in none)
 
 
 SQUARE = ts.Square(amplitude=7.0, offset=7.0, frequency=50.0)
@@ -231,7 +232,7 @@ def test_other_structures_have_no_walk():
 
 def test_the_mean_height_is_the_time_mean_of_the_gap(scene):
     run = ts.simulate(scene, 0.06)
-    edges = period_edges(run)
+    edges = Judgement(RunTable.of(run)).windows.edges
     times = np.linspace(edges[0], edges[-1], 4001)
     gap = run.states(0.5 * (times[1:] + times[:-1])).gap
     found = run.measures.mean_height

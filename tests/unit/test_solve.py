@@ -11,9 +11,9 @@ import pytest
 import tarsus as ts
 from tarsus.core import arrays as a
 from tarsus.errors import InputError
-from tarsus.measure import FootHistory
+from tarsus.measure import Flights
 from tarsus.solve import Accuracy, ResultCode
-from tarsus.solve.codes import structured_events
+from tarsus.solve.codes import EventLog, structured_events
 
 SCENES = Path(__file__).parent.parent / "scenes"
 
@@ -57,7 +57,7 @@ def test_at_gives_the_states_between_the_events(run):
     slope = (after.state.x - before.state.x) / (2 * h)
     np.testing.assert_allclose(middle.state.v, slope, rtol=0, atol=1e-6 * np.abs(slope).max())
     acceleration = (after.state.v - before.state.v) / (2 * h)
-    foot = np.where(middle.state.held, -middle.state.pull, middle.film + middle.electrostatic + middle.user)
+    foot = np.where(middle.state.held, -middle.state.pull, sum(middle.laws.values()))
     force = system.loads @ middle.force + system.constant[:, None] + system.normals @ foot
     force -= system.damping @ middle.state.v + system.stiffness @ middle.state.x
     smooth = np.abs(acceleration).max(axis=0) < 1e3
@@ -74,7 +74,6 @@ def test_at_starts_at_the_initial_state_and_holds_the_last_one(run):
         run.at(np.array([-1e-3, 0.0]))
 
 
-@pytest.mark.bounds
 def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
     state = run.series.state
     assert state.held.any() and not state.held.all()
@@ -83,14 +82,18 @@ def test_held_feet_do_not_move_and_free_ones_are_not_pulled(run):
     assert np.all(run.series.strength[state.held] > 0.0)
 
 
-@pytest.mark.bounds
 def test_ledger_tells_every_law_apart(run):
     assert run.ok and run.ledger.closure < 1e-8
-    assert run.ledger.film > 0.0 and run.ledger.laws < 0.0 and run.ledger.electrostatic != 0.0
+    assert list(run.ledger.laws) == ["film", "electrostatic", "drag"]
+    assert (
+        run.ledger.laws["film"] < 0.0
+        and run.ledger.laws["drag"] < 0.0
+        and run.ledger.laws["electrostatic"] != 0.0
+    )
     times = run.series.time
     rate = np.where(run.series.state.held, 0.0, run.series.state.rate)
-    drag = np.trapezoid((run.series.user * rate).sum(axis=0), times)
-    assert run.ledger.laws == pytest.approx(drag, rel=1e-2)
+    drag = np.trapezoid((run.series.laws["drag"] * rate).sum(axis=0), times)
+    assert run.ledger.laws["drag"] == pytest.approx(drag, rel=1e-2)
 
 
 def test_dataset_has_dimensions_units_and_names(run):
@@ -100,9 +103,9 @@ def test_dataset_has_dimensions_units_and_names(run):
     units = {
         "time": "s", "volts": "V", "drive_force": "N", "displacement": "m", "velocity": "m/s", "gap": "m",
         "gap_rate": "m/s", "contact": "1", "pull": "N", "adhesion_strength": "N", "film_force": "N",
-        "electrostatic_force": "N", "law_force": "N", "contact_force": "N", "kinetic_energy": "J",
-        "elastic_energy": "J", "work_in": "J", "damping_loss": "J", "film_loss": "J",
-        "electrostatic_work": "J", "law_work": "J",
+        "electrostatic_force": "N", "drag_force": "N", "contact_force": "N", "kinetic_energy": "J",
+        "elastic_energy": "J", "work_in": "J", "damping_loss": "J", "film_work": "J",
+        "electrostatic_work": "J", "drag_work": "J",
         "impact_loss": "J", "adhesion_loss": "J",
     }  # fmt: skip
     assert {name: data[name].attrs["units"] for name in units} == units
@@ -110,6 +113,21 @@ def test_dataset_has_dimensions_units_and_names(run):
     assert set(data.data_vars) == set(units) - {"time"}
     assert data["gap"].dims == ("foot", "time") and data["displacement"].dims == ("point", "time")
     assert data.attrs["title"] == "two sticky feet" and data.attrs["duration_s"] == 0.02
+
+
+def test_events_of_runs_made_together_are_those_of_each():
+    runs = [
+        [_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 1, a.PERIOD_MARK), _row(2.7, 0, a.RELEASE)],
+        [],
+        [_row(0.5, 1, 1), _row(0.5, 0, a.PERIOD_MARK)],
+        [_row(4.0, 0, a.REST), _row(3.0, 1, 1)],
+    ]
+    rows = np.array([row for run in runs for row in run])
+    log = EventLog(rows, np.cumsum([len(run) for run in runs]))
+    for i, run in enumerate(runs):
+        alone = structured_events(np.array(run).reshape(-1, rows.shape[1]))
+        np.testing.assert_array_equal(log.all_of(i), alone)
+        np.testing.assert_array_equal(log.of(i), alone[alone["kind"] != a.PERIOD_MARK])
 
 
 def test_result_codes_are_sentences():
@@ -191,7 +209,6 @@ def test_a_batch_equals_single_runs(scene, path):
         assert batch.run(i).ok and batch.run(i).foot_names == ("left", "right")
 
 
-@pytest.mark.bounds
 def test_batches_vary_several_values_and_threads_change_nothing(scene):
     vary = {
         "ground.film.coefficient": np.linspace(4e-21, 6e-21, 12),
@@ -213,12 +230,10 @@ def test_one_measure_of_a_batch_is_computed_alone(scene, monkeypatch):
         assert batch.measure(name)[0] == every[name].value
     with pytest.raises(InputError, match="no measure 'peek'; did you mean 'peak'"):
         batch.measure("peek")
-    monkeypatch.delattr(FootHistory, "rebounds")  # no other measure can be computed any more
+    monkeypatch.delattr(Flights, "rebounds")  # no other measure can be computed any more
     assert batch.measure("peak")[0] == every["peak"].value
 
 
-@pytest.mark.nojit
-@pytest.mark.bounds
 def test_varying_nothing_is_one_run(scene):
     batch = ts.simulate_batch(scene, {}, duration=0.005)
     assert len(batch) == 1 and batch.duration == 0.005

@@ -7,10 +7,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import tarsus as ts
-from tarsus.core.nodes import TAU
-from tarsus.core.walk.tables import step_tables
+from tarsus.core import _native
+from tarsus.core.book import NODES
+from tarsus.core.nodes import TAU, interpolation
 from tarsus.laws import Friction, SmoothLaw
 from tarsus.solve import batch as batches
 from tarsus.solve.codes import ResultCode
@@ -189,8 +191,30 @@ def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
 def test_a_step_of_half_an_oscillation_still_feels_a_constant_force():
     """Its end is where it began, x = F/k (1 - cos pi): for a momentum sin(pi) = 0, yet the way between is not."""
     mass, rate = 1e-6, 2.0 * math.pi * 32.0
-    tables = step_tables(np.array([mass]), np.array([mass * rate**2]), np.zeros(1), np.array([1.0 / 64.0]))
-    force, film = tables.reach[0, 0]
+    values = (np.array([value]) for value in (mass, mass * rate**2, 0.0, 1.0 / 64.0))
+    *_, force, film = _native.LegTables(NODES, *values).step(0, 0)
     assert force == pytest.approx(2.0 / (mass * rate**2), rel=1e-6)
     nodes = np.sin(math.pi * TAU) / (mass * rate)
     assert film == pytest.approx(nodes.max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-6, 2e-3])
+def test_a_step_is_the_exact_motion(damping: float) -> None:
+    """Under forces and film momenta that are polynomials: against the equation of motion, to 1e-9."""
+    mass, stiffness, length = 2e-9, 1.5, 1e-4
+    values = (np.array([value]) for value in (mass, stiffness, damping, length))
+    state, force, film, *_ = _native.LegTables(NODES, *values).step(0, 0)
+    rng = np.random.default_rng(3)
+    push, momentum = rng.normal(size=8), mass * rng.normal(size=8)
+    start = np.array([1e-6, 0.02])
+    found = np.reshape(start @ state.reshape(2, 2, 8).transpose(1, 0, 2).reshape(2, 16), (2, 8))
+    found += np.einsum("j,vjn->vn", push * 1e-6, force.reshape(2, 8, 8))
+    found += np.einsum("j,vjn->vn", momentum, film.reshape(2, 8, 8))
+
+    def slope(t, y):
+        q, p = (interpolation(np.array([t / length]))[0] @ row for row in (push * 1e-6, momentum))
+        return [y[1] + p / mass, (q - stiffness * y[0] - damping * y[1]) / mass - damping * p / mass**2]
+
+    exact = solve_ivp(slope, (0.0, length), start, "Radau", TAU * length, rtol=1e-12, atol=1e-16).y
+    for row, other in zip(found, exact, strict=True):
+        np.testing.assert_allclose(row, other, atol=1e-9 * np.abs(other).max())

@@ -24,7 +24,6 @@ from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
 from tarsus.laws import Law
 from tarsus.plan import source_hash
-from tarsus.solve import simulate_batch
 
 __all__ = ["Calibrated", "Solution", "calibrate", "solve"]
 
@@ -190,7 +189,7 @@ def calibrate(
     seed
         Seed of the search instead of the study's own.
     threads
-        Worker threads; all cores by default. The result does not depend on them.
+        Worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         Continue what the folder holds.
     laws
@@ -215,9 +214,6 @@ def calibrate(
         if out is None
         else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
     )
-    simulate_batch(
-        described.study.scene, {}, 1e-6 * described.study.scene.duration
-    )  # compiles before threads
     solution = solve(lowered.problem, described.study.search, store, progress)
     result = Calibrated(
         described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)

@@ -3,9 +3,7 @@ neighbours change it."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,10 +17,10 @@ from tarsus.errors import InputError
 from tarsus.measure import scene_period
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
-from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
 from tarsus.spec import with_values
 from tarsus.study.seeds import random_velocities
+from tarsus.workers import spread
 
 __all__ = ["Forward"]
 
@@ -62,14 +60,8 @@ class Forward:
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
-        workers = self.threads or os.cpu_count() or 1
-        work = [(branch, one, tuple(rows)) for one in sets]
-        if workers == 1 or len(work) == 1:
-            found = [self._one(*item) for item in work]
-        else:
-            with ThreadPoolExecutor(workers) as pool:  # the first compiles before the threads start
-                found = [self._one(*work[0]), *pool.map(lambda item: self._one(*item), work[1:])]
-        return np.array(found, dtype=np.float32)
+        found = spread(lambda one: self._one(branch, one, tuple(rows)), list(sets), self.threads)
+        return np.array(list(found), dtype=np.float32)
 
     def _one(self, branch: int, one: Floats, rows: tuple[int, ...]) -> Floats:
         chosen = self.branches[branch]
@@ -124,13 +116,11 @@ class Forward:
             for run in runs if len(runs) > 1 else ():  # one that a scene refuses spoils no other
                 self._group([run], out)
             return
+        found = readings(batch, index, names, edges, s.resolution)
+        found[~batch.done] = np.inf
         for k, run in enumerate(runs):
-            for draw in range(s.draws):
-                one = batch.run(k * s.draws + draw)
-                if one.code is not ResultCode.DONE:
-                    continue
-                part = slice(draw * s.windows, (draw + 1) * s.windows)
-                out[run.place, at, part] = readings(one, index, names, edges, s.resolution)
+            draws = found[k * s.draws : (k + 1) * s.draws]
+            out[run.place, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
             if run.row.motion:
                 scene = with_values(template, run.values)
                 period = scene_period(scene, np.inf)

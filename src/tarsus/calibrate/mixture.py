@@ -50,7 +50,7 @@ class Mixture:
             Conditions by column of the study's table: numbers in the column's unit, texts with a unit, or words; an
             absent column takes the value of the first fitted row.
         threads
-            Worker threads; all cores by default.
+            Worker threads; by default one for each processor that this process may use.
 
         Returns
         -------
@@ -148,7 +148,7 @@ def load_mixture(
     laws
         Classes of user laws by name, where the scene has them.
     threads
-        Worker threads of its predictions; all cores by default.
+        Worker threads of its predictions; by default one for each processor that this process may use.
 
     Raises
     ------

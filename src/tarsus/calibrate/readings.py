@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import Counting, by_window, foot_history, window_statistics
-from tarsus.solve.batch import BatchRun
-from tarsus.solve.codes import EVENT_TYPE
+from tarsus.measure import PER_WINDOW, Counting, by_window
+from tarsus.solve import Batch
 
 __all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "unit_of"]
 
@@ -23,19 +21,9 @@ MOTION = {"swing": "m", "oscillations_per_step": "1"}
 """Measures of the foot's motion in a single recorded run, for constraints; see `tarsus.calibrate.motion`."""
 
 
-class _Still:
-    """A foot that does nothing, for asking which measures there are."""
-
-    all_events = np.zeros(0, EVENT_TYPE)
-    foot_names = ("foot",)
-    end_time = 1.0
-    period = 1.0
-
-
-@lru_cache(maxsize=1)
 def known_measures() -> dict[str, str]:
     """SI unit of every measure of a window, by name."""
-    return {name: one.unit for name, one in window_statistics(_Still(), 0.0, 1.0).items()}
+    return {name: one.unit for name, one in PER_WINDOW.items()}
 
 
 def unit_of(measure: str) -> str:
@@ -44,13 +32,18 @@ def unit_of(measure: str) -> str:
 
 
 def readings(
-    run: BatchRun, foot: int, names: Sequence[str], edges: Floats, resolution: float
+    batch: Batch, foot: int, names: Sequence[str], edges: Floats, resolution: float
 ) -> NDArray[np.float64]:
-    """Measures (names, windows) of a foot in windows between ``edges`` (nw + 1,) [s]; NaN where a window has none.
+    """Measures (nr, names, windows) of a foot of every run in windows between ``edges`` (nw + 1,) [s]; NaN where a
+    window has none.
 
     Those of `PER_PERIOD` are scaled from the window to the drive period.
     """
-    history = foot_history(run.all_events, foot, run.end_time)
-    found = by_window({"foot": history}, edges, Counting.of(run.period, resolution), names)
-    scale = run.period / np.diff(edges)
-    return np.array([found[name][0] * (scale if name in PER_PERIOD else 1.0) for name in names])
+    out = np.full((len(batch), len(names), len(edges) - 1), np.nan)
+    for members, histories in batch.histories([foot]):
+        period = batch.periods[members]
+        found = by_window(histories, edges, Counting.of(period, resolution), names)
+        scale = period[:, None] / np.diff(edges)
+        for i, name in enumerate(names):
+            out[members, i] = found[name] * (scale if name in PER_PERIOD else 1.0)
+    return out

@@ -18,7 +18,6 @@ def bench(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
     from tarsus.cli import console
     from tarsus.study.bench import run_bench
 
-    console.announce_compiling()
     with console.progress_bar("timing") as progress:
         result = run_bench(progress)
     if json:

@@ -34,7 +34,7 @@ def calibrate(
     seed
         of the search, instead of the study's own.
     threads
-        worker threads; all cores by default. The result does not depend on them.
+        worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         continue what the folder holds; visited sets are not simulated again.
     overwrite
@@ -60,7 +60,6 @@ def calibrate(
         raise InputError("--resume continues a calibration and --overwrite begins it again: give one of them")
     target = OutputFolder(folder, "calibrate", CALIBRATION_FILES, overwrite, resumable=True)
     target.check(resume=resume)
-    console.announce_compiling(described.study.scene)
     try:
         with target.writing(resume=resume), console.progress_bar("sets", time_left=True) as progress:
             result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)

@@ -110,31 +110,3 @@ def spinner(text: str) -> Iterator[None]:
 
     with Console(stderr=True).status(text):
         yield
-
-
-def announce_compiling(scene: Any = None) -> bool:
-    """Say on stderr, terminal or not, when the first run of this process will compile its engine; whether it will.
-
-    scene: what is going to run; walkers have an engine of their own.
-    """
-    from tarsus.solve import engine, march
-    from tarsus.solve.engine import COMPILE_SECONDS
-    from tarsus.structure.walker import Walker
-
-    walks = scene is not None and isinstance(scene.robot.structure, Walker)
-    needed = march.needs_compiling() if walks else engine.needs_compiling()
-    if needed:
-        text = f"compiling the engine once, about {COMPILE_SECONDS} s"
-        print(f"tarsus: {text}", file=sys.stderr, flush=True)
-    return needed
-
-
-@contextmanager
-def engine_at_work(scene: Any = None) -> Iterator[bool]:
-    """Around the first simulation of a process: says so when the engine is compiled first, then moves a line.
-
-    Yields whether it will be compiled.
-    """
-    needed = announce_compiling(scene)
-    with spinner("simulating"):
-        yield needed

@@ -50,7 +50,6 @@ def identify(
     folder = output if output is not None else opened.folder / "identified"
     target = OutputFolder(folder, "identify", RESULT_FILES, overwrite)
     target.check()
-    console.announce_compiling()
     with console.progress_bar("steps") as progress:
         found = run(opened, seed, progress)
     with target.writing():

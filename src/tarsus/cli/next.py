@@ -86,7 +86,6 @@ def next(
     draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
     belief = Belief.of_scene(scene, paths, share, draws)
     grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
-    console.announce_compiling()
     with console.progress_bar("signals", time_left=True) as progress:
         found = rank(scene, grid, belief, parameter, seconds, progress=progress)
     if json:

@@ -57,9 +57,7 @@ def simulate(
     target = None if output is None else OutputFolder(output, "simulate", RUN_FILES, overwrite)
     if target is not None:
         target.check()
-    with console.engine_at_work(the_scene) as compiling:
-        if compiling:
-            tarsus.simulate(the_scene, duration=1e-6 * seconds)  # so that the time of the run is its own
+    with console.spinner("simulating"):
         run = tarsus.simulate(the_scene, duration=seconds)
     written: list[Path] = []
     if target is not None:
@@ -86,7 +84,7 @@ def _write(run: Any, scene: Scene, duration: float, folder: Path, *, mat: bool, 
 
         with console.spinner("writing the report"):
             companion: Any = None
-            if scene.ground.adhesion is not None:
+            if scene.ground.without_adhesion != scene.ground:
                 companion = tarsus.simulate(
                     tarsus.with_values(scene, {"ground": scene.ground.without_adhesion}), duration=duration
                 )

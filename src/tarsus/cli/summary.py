@@ -12,7 +12,8 @@ ROUNDING = 1e-9
 
 def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
     """What `simulate --json` prints: plain data, SI units."""
-    from tarsus.files.store import EVENT_WORDS, ledger_table, measures_table, warnings_table
+    from tarsus.files.ledger import ledger_table
+    from tarsus.files.store import EVENT_WORDS, measures_table, warnings_table
 
     kinds = run.events["kind"].tolist()
     return {
@@ -36,7 +37,8 @@ def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
 def print_run(run: Any, written: Sequence[Path]) -> None:
     """The summary `simulate` prints: how it ended, the measures, the energy account, the files."""
     from tarsus.cli import console
-    from tarsus.files.store import counted, ledger_table
+    from tarsus.files.ledger import ledger_lines
+    from tarsus.files.store import counted
 
     print(f"{run.scene.name}: {run.duration:g} s simulated in {run.wall_s:.2g} s, {len(run.events)} events")
     print(str(run.code.value))
@@ -63,14 +65,8 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
         print(f"Note: {warning}")
     if getattr(run.measures, "warnings", ()):
         print()
-    ledger = ledger_table(run)
-    closure = ledger.pop("closure")
-    shown = [
-        f"{name.replace('_', ' ')} {short(value, 'J')}"
-        for name, value in ledger.items()
-        if value and name != "residual"
-    ]
-    print(f"energy: {', '.join(shown) if shown else 'nothing moved'}; closes to {closure:.1e}")
+    shown = [f"{label} {short(value, 'J')}" for label, value in ledger_lines(run) if value]
+    print(f"energy: {', '.join(shown) if shown else 'nothing moved'}; closes to {run.ledger.closure:.1e}")
     for path in written:
         print(f"wrote {path}")
 

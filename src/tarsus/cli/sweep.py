@@ -13,6 +13,7 @@ def sweep(
     /,
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    threads: int | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
@@ -25,6 +26,8 @@ def sweep(
         a packaged study or a study file (TOML).
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
+    threads
+        worker threads; by default one for each processor that this process may use. The result does not depend on them.
     resume
         continue what the folder holds; finished parts are not run again.
     overwrite
@@ -49,12 +52,15 @@ def sweep(
         raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
     target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
     target.check(resume=resume)
-    console.announce_compiling(the_sweep.scene)
     start = time.perf_counter()
     try:
         with target.writing(resume=resume), console.progress_bar("runs", time_left=True) as progress:
             result = run_sweep(
-                the_sweep, folder, resume=resume, progress=lambda done, total: progress(done, total, "")
+                the_sweep,
+                folder,
+                resume=resume,
+                threads=threads,
+                progress=lambda done, total: progress(done, total, ""),
             )
     except KeyboardInterrupt:
         words = [

@@ -59,7 +59,6 @@ def synthesize(
     target.check()
     if perturb:
         scene = perturbed(scene, perturb, seed)
-    console.announce_compiling()
     with target.writing() as folder, console.progress_bar("records") as progress:
         written = write_campaign(scene, folder, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
     size = sum(path.stat().st_size for path in written) / 1e6

@@ -1,1 +1,1 @@
-"""The hot house: exact flow, event location and contact modes on plain arrays (numpy and numba only)."""
+"""The core: the native engine, and what it is told by: nodes, contact modes, blocks, on plain arrays (numpy only)."""

@@ -1,8 +1,8 @@
-"""Contact modes: the linear structure with some feet held on the ground, and its step tables (numpy only).
+"""Contact modes: the linear structure with some feet held on the ground (numpy only).
 
 With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
-with every input a polynomial through its nodal values, is a handful of constant matrices; ``step_tables`` makes
-them for all step lengths h_max 2^-k. Nothing here knows a law.
+with every input a polynomial through its nodal values, is a handful of constant matrices; the native
+engine makes them. Nothing here knows a law.
 
 Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
 
@@ -11,28 +11,32 @@ Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
     2m ..         drive forces [N]
     last          the constant 1 (gravity, static offset of held feet)
 
+Only what belongs to that last input depends on the rest gaps and on gravity, and linearly: a contact mode keeps it per
+unit of each of these sources (`Bias`), so that tables serve every rest gap and every gravity.
+
 The flowing state w is the modal state less beta_i P_i, so a resistive force f = dP/dt enters through P only.
 Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 gap rates [m/s].
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core.blocks import block_exponential, split_modes
-from tarsus.core.nodes import DERIVATIVE, LEFT, PARTIAL, RIGHT, SPACING, TAU, N
+from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x.
+    """M x'' + C x' + K x = loads @ u + constant + normals @ f, gap = rest_gap + normals.T @ x, constant = gravity weight.
 
-    mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); constant (n,) [N].
+    mass, damping, stiffness (n, n); normals (n, m); rest_gap (m,) [m]; loads (n, nd); weight (n,) [kg]: constant forces
+    per unit of gravity [m/s^2].
     directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
     alone (n, m): coordinates that move a foot by one along its normal and no other point; for the pull as printed.
     """
@@ -43,9 +47,41 @@ class LinearSystem:
     normals: Floats
     rest_gap: Floats
     loads: Floats
-    constant: Floats
+    weight: Floats
+    gravity: float = 1.0
     directions: Floats | None = None
     alone: Floats | None = None
+
+    @property
+    def constant(self) -> Floats:
+        """Constant forces (n,) [N]."""
+        return self.gravity * self.weight
+
+    @property
+    def sources(self) -> Floats:
+        """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
+        return np.append(self.rest_gap, self.gravity)
+
+    @cached_property
+    def per_impulse(self) -> Floats:
+        """Change of the velocities (n, m) by a unit impulse on each foot."""
+        return np.linalg.solve(self.mass, self.normals)
+
+    @cached_property
+    def holdings(self) -> dict[tuple[int, ...], tuple[Floats, Floats, Floats, Floats]]:
+        """Constraint data by held feet, once made: contact modes side by side share them."""
+        return {}
+
+
+@dataclass(frozen=True)
+class Bias:
+    """What one unit of every source adds to the last input's part of a contact mode's arrays; rows are sources."""
+
+    inputs: Floats  # (m + 1, 2nb)
+    feed: Floats  # (m + 1, 2m)
+    offset: Floats  # (m + 1, 2n)
+    held_feed: Floats  # (m + 1, m)
+    printed_feed: Floats  # (m + 1, m)
 
 
 @dataclass(frozen=True)
@@ -60,7 +96,7 @@ class ContactMode:
     feed: Floats  # (2m, ni): direct part of the outputs
     feed_rate: Floats  # (2m, ni): part of the outputs from the time derivative of an input
     to_physical: Floats  # (2n, 2nb): [x; v] = to_physical @ y + offset
-    offset: Floats  # (2n,)
+    offset: Floats  # (2n,): zero until the mode is `biased`, like the last input's part of inputs and feeds
     from_physical: Floats  # (2nb, 2n): mass-weighted projection, i.e. also the plastic impact
     held: Floats  # (m, 2nb): pull on a free foot if it were stopped on the ground now
     held_feed: Floats  # (m, ni): its direct part, forces by their total value
@@ -73,6 +109,20 @@ class ContactMode:
     printed: Floats  # (m, 2nb): pull by (2.13) as printed on a free foot at the ground, its own rate after the blow apart
     printed_feed: Floats  # (m, ni): its direct part
     printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
+    bias: Bias
+
+    def biased(self, sources: Floats) -> ContactMode:
+        """The mode with what these sources (m + 1,) add: rest gaps [m], gravity [m/s^2]."""
+        inputs, feed = self.inputs.copy(), self.feed.copy()
+        held_feed, printed_feed = self.held_feed.copy(), self.printed_feed.copy()
+        inputs[-1] = sources @ self.bias.inputs
+        feed[:, -1] = sources @ self.bias.feed
+        held_feed[:, -1] = sources @ self.bias.held_feed
+        printed_feed[:, -1] = sources @ self.bias.printed_feed
+        return replace(
+            self, inputs=inputs, feed=feed, held_feed=held_feed, printed_feed=printed_feed,
+            offset=sources @ self.bias.offset,
+        )  # fmt: skip
 
 
 def _apply(blocks: Floats, y: Floats) -> Floats:
@@ -85,7 +135,17 @@ def _apply(blocks: Floats, y: Floats) -> Floats:
 
 
 def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Constraint data of held feet: null basis Z, particular x, mass projector on Z, force rows W (|S|, n).
+    """What `_hold` makes, made once."""
+    key = tuple(held)
+    found = system.holdings.get(key)
+    if found is None:
+        found = system.holdings[key] = _hold(system, held)
+    return found
+
+
+def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
+    """Constraint data of held feet: null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force rows
+    W (|S|, n).
 
     W (external - C v - K x) is the structure's pull on each held foot: the constraint force reversed,
     -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
@@ -93,33 +153,42 @@ def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Flo
     n = system.mass.shape[0]
     normals = system.normals[:, held]
     if not held:
-        return np.eye(n), np.zeros(n), np.eye(n), np.zeros((0, n))
-    u, s, _ = np.linalg.svd(normals)
+        return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
+    u, s, vt = np.linalg.svd(normals)
     rank = int(np.sum(s > 1e-10 * s[0])) if s.size else 0
     z = u[:, rank:]
-    particular = np.linalg.lstsq(normals.T, -system.rest_gap[held], rcond=None)[0]
-    mz = z.T @ system.mass @ z
-    projector = np.linalg.solve(mz, z.T @ system.mass) if z.shape[1] else np.zeros((0, n))
-    minv_n = np.linalg.solve(system.mass, normals)
-    rows = np.linalg.pinv(normals.T @ minv_n, hermitian=True) @ minv_n.T
-    return z, particular, projector, rows
+    placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
+    onto = z.T @ system.mass
+    projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
+    minv_n = system.per_impulse[:, held]
+    met = normals.T @ minv_n
+    share = np.linalg.pinv(met, hermitian=True) if len(held) > 1 else 1.0 / met
+    return z, placed, projector, share @ minv_n.T
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
-    """The structure with the feet whose bits are set in ``mask`` held on the ground."""
+    """The structure with the feet whose bits are set in ``mask`` held on the ground, with its rest gaps and gravity."""
+    return unbiased_mode(system, mask).biased(system.sources)
+
+
+def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
+    """The structure with some feet held, for any rest gaps and gravity: nothing of it depends on those of the system."""
     n, m = system.normals.shape
     nd = system.loads.shape[1]
     ni = 2 * m + nd + 1
     held_feet = [i for i in range(m) if mask >> i & 1]
     free_feet = [i for i in range(m) if not mask >> i & 1]
-    z, particular, projector, rows = _holding(system, held_feet)
+    z, placed, projector, rows = _holding(system, held_feet)
     mz = z.T @ system.mass @ z
     blocks, basis = split_modes(mz, z.T @ system.damping @ z, z.T @ system.stiffness @ z)
     nz = z.shape[1]
     inverse = np.linalg.inv(basis)
     position, velocity = z @ basis[:nz], z @ basis[nz:]
     force_in = inverse[:, nz:] @ np.linalg.solve(mz, z.T) if nz else np.zeros((0, n))
-    constant = system.constant - system.stiffness @ particular
+    particular = np.zeros((n, m + 1))
+    particular[:, held_feet] = placed
+    constant = -system.stiffness @ particular  # forces per unit of every source
+    constant[:, m] = system.weight
 
     beta = np.zeros((m, 2 * nz))
     inputs = np.zeros((ni, 2 * nz))
@@ -137,7 +206,11 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     printed, printed_feed, printed_damping = np.zeros((m, 2 * nz)), np.zeros((m, ni)), np.zeros(m)
 
     inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
-    inputs[-1] = force_in @ constant
+    bias = Bias(
+        inputs=(force_in @ constant).T, feed=np.zeros((m + 1, 2 * m)), offset=np.zeros((m + 1, 2 * n)),
+        held_feed=np.zeros((m + 1, m)), printed_feed=np.zeros((m + 1, m)),
+    )  # fmt: skip
+    bias.offset[:, :n] = particular.T
     for i in free_feet:
         normal = system.normals[:, i]
         beta[i] = force_in @ normal
@@ -145,11 +218,13 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
         inputs[m + i] = beta[i]
         outputs[i] = normal @ position
         outputs[m + i] = normal @ velocity
-        feed[i, -1] = system.rest_gap[i] + normal @ particular
+        bias.feed[:, i] = normal @ particular
+        bias.feed[i, i] += 1.0
     restoring = system.stiffness @ position + system.damping @ velocity
     for row, i in zip(rows, held_feet, strict=True):
         outputs[i] = -row @ restoring
-        feed[i] = _force_feed(row, system, constant, free_feet, ni)
+        feed[i] = _force_feed(row, system, free_feet, ni)
+        bias.feed[:, i] = row @ constant
         feed_rate[i, free_feet] = row @ system.normals[:, free_feet]
     for i in free_feet:
         for k in free_feet:
@@ -164,7 +239,8 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
         z2, _, projector2, rows2 = _holding(system, together)
         row = rows2[together.index(i)]
         held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
-        held_feed[i] = _force_feed(row, system, constant, [k for k in free_feet if k != i], ni)
+        held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
+        bias.held_feed[:, i] = row @ constant
         reaction[i, held_feet] = -rows @ system.normals[:, i]
         if system.directions is not None:
             across, skew[i] = _across(mz, z.T @ system.normals[:, i], projector @ system.directions[:, i])
@@ -174,18 +250,18 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
             # -K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign
             row = system.alone[:, i]
             printed[i] = -row @ restoring
-            printed_feed[i] = _force_feed(row, system, constant, [], ni)
-            printed_feed[i, -1] -= 2.0 * (row @ system.stiffness @ row) * system.rest_gap[i]
+            printed_feed[i] = _force_feed(row, system, [], ni)
+            bias.printed_feed[:, i] = row @ constant
+            bias.printed_feed[i, i] -= 2.0 * (row @ system.stiffness @ row)
             printed_damping[i] = row @ system.damping @ row
-    offset = np.concatenate([particular, np.zeros(n)])
     both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
     return ContactMode(
         mask=mask, blocks=blocks, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
-        to_physical=np.vstack([position, velocity]), offset=offset, from_physical=inverse @ both,
+        to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=inverse @ both,
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
         side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
-        printed_damping=printed_damping,
+        printed_damping=printed_damping, bias=bias,
     )  # fmt: skip
 
 
@@ -207,102 +283,10 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     return (rest / length, skew) if skew > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
-def _force_feed(row: Floats, system: LinearSystem, constant: Floats, free: list[int], ni: int) -> Floats:
+def _force_feed(row: Floats, system: LinearSystem, free: list[int], ni: int) -> Floats:
     m, nd = system.normals.shape[1], system.loads.shape[1]
     out = np.zeros(ni)
     out[2 * m : 2 * m + nd] = row @ system.loads
-    out[-1] = row @ constant
     for k in free:
         out[m + k] = row @ system.normals[:, k]
     return out
-
-
-@dataclass(frozen=True)
-class StepTables:
-    """Step matrices of one contact mode for nk step lengths (all C-contiguous float64)."""
-
-    exponential: Floats  # (nk, 4, nb): rows e11, e12, e21, e22
-    node_state: Floats  # (nk, 2m, 2nb, 8): outputs at the nodes from the state
-    node_input: Floats  # (nk, 2m, ni, 8 from, 8 to): outputs at the nodes from nodal inputs
-    node_constant: Floats  # (nk, 2m, ni, 8): the same for a constant input
-    state_input: Floats  # (nk, ni, 8, 2nb): state at the end from nodal inputs
-    state_constant: Floats  # (nk, ni, 2nb)
-    envelope: Floats  # (nk, m, nb): bound of an output's bulge between nodes per |y'| of a block
-
-
-def _duhamel(blocks: Floats, lengths: Floats) -> tuple[Floats, Floats]:
-    """exp(T tau_j h_k) (nk, 8, nb, 2, 2) and Phi = int_0^L exp(T (L - s)) l_a(s/L) ds, L = tau_j h_k.
-
-    Phi (nk, 8, nb, 2, 2, 8): Gauss quadrature at the shortest length, doubled exactly from there: a polynomial
-    of degree 7 on an interval is one on each of its halves.
-    """
-    nk, nb = len(lengths), len(blocks)
-    flow = block_exponential(blocks, lengths[:, None] * TAU)
-    phi = np.zeros((nk, N, nb, 2, 2, N))
-    x, weight = np.polynomial.legendre.leggauss(16)
-    x, weight = 0.5 * (x + 1.0), 0.5 * weight
-    from tarsus.core.nodes import interpolation
-
-    lagrange = interpolation(x)
-    base = lengths[-1] * TAU
-    kernel = block_exponential(blocks, base[:, None] * (1.0 - x))
-    phi[-1] = np.einsum("j,g,jgbcd,gl->jbcdl", base, weight, kernel, lagrange)
-    for k in range(nk - 2, -1, -1):
-        left, right = phi[k + 1] @ LEFT, phi[k + 1] @ RIGHT
-        phi[k] = right
-        for c in range(2):
-            phi[k, :, :, c] += (
-                flow[k + 1, :, :, c, 0, None, None] * left[:, :, 0] + flow[k + 1, :, :, c, 1, None, None] * left[:, :, 1]
-            )
-    return flow, phi
-
-
-def step_tables(mode: ContactMode, lengths: Floats) -> StepTables:
-    """All step matrices of a contact mode; ``lengths`` (nk,) [s] halves from entry to entry.
-
-    The last length must resolve the fastest mode: |T| h < 1 (checked by the caller that chooses the lengths).
-    """
-    nk, nb = len(lengths), len(mode.blocks)
-    no, ni = mode.feed.shape
-    m = no // 2
-    flow, phi = _duhamel(mode.blocks, lengths)
-    partial = np.einsum("kjbcda,jal->kjbcdl", phi, PARTIAL)
-    split_in = mode.inputs.reshape(ni, 2, nb)
-    response = np.einsum("kjbcdl,idb->kjilcb", partial, split_in).reshape(nk, N, ni, N, 2 * nb)
-    split_out = mode.outputs.reshape(no, 2, nb)
-    node_state = np.einsum("ocb,kjbcd->kodbj", split_out, flow).reshape(nk, no, 2 * nb, N)
-    node_input = np.einsum("or,kjilr->koilj", mode.outputs, response)
-    for j in range(N):
-        node_input[:, :, :, j, j] += mode.feed
-    node_input += mode.feed_rate[None, :, :, None, None] * DERIVATIVE.T / lengths[:, None, None, None, None]
-    state_input = np.ascontiguousarray(response[:, N - 1])
-    return StepTables(
-        exponential=np.ascontiguousarray(flow[:, N - 1].reshape(nk, nb, 4).transpose(0, 2, 1)),
-        node_state=np.ascontiguousarray(node_state),
-        node_input=np.ascontiguousarray(node_input),
-        node_constant=np.ascontiguousarray(node_input.sum(axis=3)),
-        state_input=state_input,
-        state_constant=np.ascontiguousarray(state_input.sum(axis=2)),
-        envelope=_envelope(mode, lengths, flow, m),
-    )
-
-
-def _envelope(mode: ContactMode, lengths: Floats, flow: Floats, m: int) -> Floats:
-    """Bulge of an output between two nodes <= sum_b envelope_b |y'_b|.
-
-    With z = y' (which flows by exp(T t) under constant inputs) the output deviates from the chord over a spacing d
-    by at most sup |c T exp(T t)| d^2 / 8 |z|, and by at most 2 sup |c T^-1 exp(T t)| |z|.
-    """
-    nb = len(mode.blocks)
-    c = mode.outputs[:m].reshape(m, 2, nb)
-    curved = np.einsum("ocb,bcd,kjbde->kjobe", c, mode.blocks, flow)
-    first = 1.1 * np.sqrt((curved**2).sum(-1)).max(axis=1) * ((SPACING * lengths) ** 2 / 8.0)[:, None, None]
-    determinant = mode.blocks[:, 0, 0] * mode.blocks[:, 1, 1] - mode.blocks[:, 0, 1] * mode.blocks[:, 1, 0]
-    trace = np.abs(mode.blocks).max(axis=(1, 2), initial=0.0)
-    regular = np.abs(determinant) > 1e-9 * trace**2
-    inverse = np.zeros_like(mode.blocks)
-    if regular.any():
-        inverse[regular] = np.linalg.inv(mode.blocks[regular])
-    level = np.einsum("ocb,bcd,kjbde->kjobe", c, inverse, flow)
-    second = 2.2 * np.sqrt((level**2).sum(-1)).max(axis=1)
-    return np.ascontiguousarray(np.where(regular, np.minimum(first, second), first))

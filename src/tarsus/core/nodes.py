@@ -51,6 +51,12 @@ MONOMIAL: Floats = np.linalg.inv(np.vander(TAU, N, increasing=True))
 TAIL: Floats = np.linalg.inv(legendre.legvander(2.0 * TAU - 1.0, N - 1))[N - 1]
 # Derivative with respect to the scaled time, nodal values to nodal values.
 DERIVATIVE: Floats = np.vander(TAU, N, increasing=True)[:, : N - 1] @ (MONOMIAL[1:] * np.arange(1, N)[:, None])
+_powers = np.arange(1, N + 1)
+# Row j: integrals from 0 to every node of the Lagrange polynomial of node j, once and twice.
+ONCE: Floats = np.ascontiguousarray((TAU[:, None] ** _powers @ (MONOMIAL / _powers[:, None])).T)
+TWICE: Floats = np.ascontiguousarray(
+    (TAU[:, None] ** (_powers + 1) @ (MONOMIAL / (_powers * (_powers + 1))[:, None])).T
+)
 # Values on the left and right half of a step, from the nodal values of the whole step.
 LEFT: Floats = interpolation(0.5 * TAU)
 RIGHT: Floats = interpolation(0.5 + 0.5 * TAU)
@@ -58,3 +64,8 @@ RIGHT: Floats = interpolation(0.5 + 0.5 * TAU)
 PARTIAL: Floats = np.stack([interpolation(t * TAU) for t in TAU])
 # Widest spacing of two neighbouring nodes, for the envelope of what happens between them.
 SPACING: float = float(np.max(np.diff(TAU)))
+# Gauss points on [0, 1] for integrals over a step that resolves every mode, their weights, and values at them from nodal
+# values.
+GAUSS, GAUSS_WEIGHTS = (0.5 * part for part in legendre.leggauss(16))
+GAUSS = GAUSS + 0.5
+AT_GAUSS: Floats = interpolation(GAUSS)

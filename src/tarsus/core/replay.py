@@ -9,108 +9,104 @@ or a time inside it, is reached by halving likewise. Nothing is interpolated: th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
-from tarsus.core.modes import ContactMode, LinearSystem, StepTables
-from tarsus.core.nodes import LEFT, RIGHT, TAU, N
-from tarsus.core.stack import ModeBook
+from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import ContactMode, LinearSystem
+from tarsus.core.nodes import N
+from tarsus.core.recorded import RESOLVED, TERMS, Steps, chunks, started, states
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
-Force = Callable[[Floats, Floats, Floats], Floats]
 
-RESOLVED = 1.0  # |T| h up to which Taylor polynomials and Gauss points resolve every mode
-TERMS = 20  # Taylor terms: 1/20! = 4e-19
-CHUNK = 4_000_000  # floats held at once
+SHORT = 16  # Gauss points on a step that ended early
 
 _POINTS, _WEIGHTS = legendre.leggauss(10)
 _POINTS, _WEIGHTS = 0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS
 _POWERS = np.vander(_POINTS, TERMS + 1, increasing=True).T
 
-# Inputs are kept as Legendre coefficients: an input that hardly changes is one coefficient, free of rounding.
-_NODAL = legendre.legvander(2.0 * TAU - 1.0, N - 1)
-_COEFFICIENT = np.linalg.inv(_NODAL)
-_LEFT = np.triu(_COEFFICIENT @ LEFT @ _NODAL)
-_RIGHT = np.triu(_COEFFICIENT @ RIGHT @ _NODAL)
-
-
-def _monomials() -> Floats:
-    """(8, 8): coefficient of s^c in the Legendre polynomial l on [0, 1]; whole numbers."""
-    out = np.zeros((N, N))
-    for degree in range(N):
-        series = legendre.Legendre.basis(degree, domain=[0.0, 1.0]).convert(kind=np.polynomial.Polynomial)
-        out[: degree + 1, degree] = np.round(series.coef)
-    return out
-
-
-_MONOMIAL = _monomials()
-
 
 @dataclass(frozen=True)
 class Sampled:
-    """State of a run at sample times: x, v (n, nt); gap, rate, film, smooth, pull (m, nt); held (m, nt) bool.
+    """State of a run at sample times: x, v (n, nt); gap, rate, resistive, smooth, pull (m, nt); held (m, nt) bool.
 
-    film, smooth [N]: resistive and smooth force on a free foot, as applied; pull [N]: structure's pull on a held foot.
+    resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot.
     """
 
     x: Floats
     v: Floats
     gap: Floats
     rate: Floats
-    film: Floats
+    resistive: Floats
     smooth: Floats
     pull: Floats
     held: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
+class Part:
+    """One of several laws that act together: ``value(gap (k, m), rate (k, m), time (k,)) -> (k, m)`` is its force [N],
+    or where it is resistive the momentum [N s] whose rate of change is its force."""
+
+    resistive: bool
+    value: Callable[[Floats, Floats, Floats], Floats]
+
+
+@dataclass(frozen=True)
 class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
-    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; film, smooth: work of the ground's
-    resistive and smooth forces on the structure; electrostatic: the part of ``smooth`` that the caller's split assigns
-    to electrostatics.
+    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth: work of the
+    ground's forces on the structure; parts (np, nr): what of it single laws have done. swing (m,) [m]: between the lowest
+    and the highest gap of each foot at the starts of the steps.
     """
 
     time: Floats
     work: Floats
     damping: Floats
-    film: Floats
+    resistive: Floats
     smooth: Floats
-    electrostatic: Floats
+    parts: Floats
+    swing: Floats
 
 
-FORMS = 5  # in the order of Integrals
+WHOLE = 4  # energies that are of all laws, in the order of Integrals
 
 
-def integrate(system: LinearSystem, book: ModeBook, trace: Floats, split: Force | None = None) -> Integrals:
+def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequence[Part] = ()) -> Integrals:
     """Energy integrals of a recorded run.
 
-    trace (nr, width): rows as the kernel records them. split(gap (k, m), rate (k, m), time (k,)) -> force (k, m) [N]
-    is the electrostatic part of the smooth forces.
+    trace (nr, width): rows as the kernel records them; parts: laws whose work is told apart.
     """
-    work = np.zeros((FORMS, len(trace)))
+    work = np.zeros((WHOLE + len(parts), len(trace)))
+    gaps = np.zeros((len(trace), system.normals.shape[1]))
     for q, mode in enumerate(book.modes):
         found = np.flatnonzero(trace[:, T_MODE] == q)
-        for rows in (found[part] for part in _parts(len(found), trace.shape[1])):
-            inputs = _coefficients(mode, trace, rows)
-            if split is None:
-                work[:, rows] = _Energies(system, book, q, inputs).of(trace, rows)
-                continue
-            part = _Split(system, book, q, split)
+        for rows in (found[part] for part in chunks(len(found), trace.shape[1])):
+            state, inputs = started(mode, trace, rows)
+            x = (state @ mode.to_physical.T + mode.offset)[:, : len(system.mass)]
+            gaps[rows] = system.rest_gap + x @ system.normals
+            split = _Split(system, book, q, parts)
             whole = trace[rows, T_FRACTION] == 1.0
-            told = np.zeros((len(rows), system.normals.shape[1], N))
-            told[whole] = part.coefficients(trace, rows[whole])
-            inputs = np.concatenate([inputs, told], axis=1)
-            work[:, rows] = _Energies(system, book, q, inputs).of(trace, rows)
-            work[FORMS - 1, rows[~whole]] = part.work(trace, rows[~whole])
-    return Integrals(trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION], *np.cumsum(work, axis=1))
+            if parts:
+                told = np.zeros((len(rows), len(parts) * system.normals.shape[1], N))
+                told[whole] = split.coefficients(trace, rows[whole])
+                inputs = np.concatenate([inputs, told], axis=1)
+            energies = _Energies(system, book, q, inputs, [part.resistive for part in parts])
+            work[:, rows] = energies.of(trace, rows, state)
+            if parts:
+                work[WHOLE:, rows[~whole]] = split.work(trace, rows[~whole])
+    total = np.cumsum(work, axis=1)
+    time = trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION]
+    return Integrals(
+        time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1])
+    )
 
 
 def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
@@ -130,13 +126,19 @@ def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -
         chosen = np.flatnonzero(trace[owner, T_MODE] == q)
         if not len(chosen):
             continue
-        y, value, slope = _states(book, q, trace, owner[chosen], along[chosen])
+        y, value, slope = states(book, q, trace, owner[chosen], along[chosen])
         _store(system, mode, out, chosen, y, value, slope)
     return out
 
 
 def _store(
-    system: LinearSystem, mode: ContactMode, out: Sampled, chosen: Rows, y: Floats, value: Floats, slope: Floats
+    system: LinearSystem,
+    mode: ContactMode,
+    out: Sampled,
+    chosen: Rows,
+    y: Floats,
+    value: Floats,
+    slope: Floats,
 ) -> None:
     n, m = system.normals.shape
     physical = y @ mode.to_physical.T + mode.offset
@@ -145,7 +147,7 @@ def _store(
     out.held[:, chosen] = held[:, None]
     out.gap[:, chosen] = np.where(held[:, None], 0.0, (system.rest_gap + physical[:, :n] @ system.normals).T)
     out.rate[:, chosen] = np.where(held[:, None], 0.0, (physical[:, n:] @ system.normals).T)
-    out.film[:, chosen] = slope[:, :m].T
+    out.resistive[:, chosen] = slope[:, :m].T
     out.smooth[:, chosen] = value[:, m : 2 * m].T
     if held.any():
         w = y - value[:, :m] @ mode.beta
@@ -159,210 +161,68 @@ def end_state(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
     return np.concatenate([last.x[:, 0], last.v[:, 0]])
 
 
-def _rate(mode: ContactMode) -> float:
-    return float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
-
-
-def _coefficients(mode: ContactMode, trace: Floats, rows: Rows) -> Floats:
-    """Legendre coefficients (k, ni, 8) of the inputs of recorded steps."""
-    ni = mode.feed.shape[1]
-    nodal = trace[rows, trace.shape[1] - ni * N :].reshape(len(rows), ni, N)
-    return _to_coefficients(nodal)
-
-
-def _to_coefficients(nodal: Floats) -> Floats:
-    start = nodal[..., :1]
-    out = (nodal - start) @ _COEFFICIENT.T
-    out[..., :1] += start
-    return out
-
-
 @dataclass(frozen=True)
 class _Split:
-    """The caller's part of the smooth forces, told apart at times inside the steps of contact mode q."""
+    """What single laws do, told apart at times inside the steps of contact mode q."""
 
     system: LinearSystem
     book: ModeBook
     q: int
-    force: Force
+    parts: Sequence[Part]
 
     def at(self, trace: Floats, rows: Rows, along: Floats) -> tuple[Floats, Floats]:
-        """Force and gap rate (k, m) at scaled times (k,) of recorded steps, zero for held feet."""
+        """Values (np, k, m) of the parts, and gap rate (k, m), at scaled times (k,) of recorded steps; values are zero
+        for held feet."""
         n, m = self.system.normals.shape
         mode = self.book.modes[self.q]
-        y, _, _ = _states(self.book, self.q, trace, rows, along)
+        y, _, _ = states(self.book, self.q, trace, rows, along)
         physical = y @ mode.to_physical.T + mode.offset
-        gap = self.system.rest_gap + physical[:, :n] @ self.system.normals
+        # a law is promised to be finite on the ground and above; below is rounding
+        gap = np.maximum(self.system.rest_gap + physical[:, :n] @ self.system.normals, 0.0)
         rate = physical[:, n:] @ self.system.normals
-        force = self.force(gap, rate, trace[rows, T_TIME] + along * trace[rows, T_LENGTH])
-        held = [i for i in range(m) if mode.mask >> i & 1]
-        force[:, held] = 0.0
-        return force, rate
+        time = trace[rows, T_TIME] + along * trace[rows, T_LENGTH]
+        values = np.array([part.value(gap, rate, time) for part in self.parts])
+        values[:, :, [i for i in range(m) if mode.mask >> i & 1]] = 0.0
+        return values, rate
 
     def coefficients(self, trace: Floats, rows: Rows) -> Floats:
-        """Legendre coefficients (k, m, 8) over whole steps; volts switch at their ends, so only the inside counts."""
+        """Legendre coefficients (k, np m, 8) over whole steps; volts switch at their ends, so only the inside counts."""
         x, _ = legendre.leggauss(N)
         inside = [self.at(trace, rows, np.full(len(rows), 0.5 * (s + 1.0)))[0] for s in x]
-        return np.stack(inside, axis=-1) @ np.linalg.inv(legendre.legvander(x, N - 1)).T
+        found = np.stack(inside, axis=-1) @ np.linalg.inv(legendre.legvander(x, N - 1)).T
+        return np.moveaxis(found, 0, 1).reshape(len(rows), found.shape[0] * found.shape[2], N)
 
     def work(self, trace: Floats, rows: Rows) -> Floats:
-        """Work (k,) over steps that ended early; those are short."""
-        out = np.zeros(len(rows))
-        for s, weight in zip(*legendre.leggauss(16), strict=True):
-            force, rate = self.at(trace, rows, 0.5 * (s + 1.0) * trace[rows, T_FRACTION])
-            out += 0.5 * weight * (force * rate).sum(axis=1)
-        return out * trace[rows, T_LENGTH] * trace[rows, T_FRACTION]
-
-
-class _Steps:
-    """Vectors z = [state (2nb), input coefficients] of steps of one contact mode, and the maps onto half steps.
-
-    Inputs that are zero throughout have no column, and constant ones a single one. Inputs beyond those of the mode
-    act on nothing: they are carried along.
-    """
-
-    def __init__(self, book: ModeBook, q: int, inputs: Floats) -> None:
-        self.mode: ContactMode = book.modes[q]
-        self.tables: StepTables = book.tables[q]
-        self.lengths: Floats = book.lengths
-        self.rate = _rate(self.mode)
-        self.nb = len(self.mode.blocks)
-        self.count = inputs.shape[1]
-        columns: list[tuple[int, int]] = []
-        for i in range(self.count):
-            degrees = np.flatnonzero(np.any(inputs[:, i] != 0.0, axis=0))
-            columns += [(i, degree) for degree in range((degrees[-1] if len(degrees) else -1) + 1)]
-        self.of_input = np.array([i for i, _ in columns], dtype=int)
-        self.degree = np.array([degree for _, degree in columns], dtype=int)
-        self.size = 2 * self.nb + len(columns)
-        same = self.of_input[:, None] == self.of_input[None, :]
-        self.left_inputs = np.where(same, _LEFT[self.degree[:, None], self.degree[None, :]], 0.0).T
-        self.right_inputs = np.where(same, _RIGHT[self.degree[:, None], self.degree[None, :]], 0.0).T
-        self.left = np.eye(self.size)
-        self.left[2 * self.nb :, 2 * self.nb :] = self.left_inputs
-        self._right: dict[int, Floats] = {}
-        drive = np.zeros((self.count, 2 * self.nb))
-        drive[: len(self.mode.inputs)] = self.mode.inputs
-        self.forcing = _MONOMIAL[:, self.degree, None] * drive[self.of_input]
-
-    def vectors(self, trace: Floats, rows: Rows, inputs: Floats) -> Floats:
-        state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * self.nb]
-        return np.concatenate([state, inputs[:, self.of_input, self.degree]], axis=1)
-
-    def right(self, k: int) -> Floats:
-        """Map (size, size), acting on rows: z of a step to z of its second half, which is of class k."""
-        if k not in self._right:
-            nb = self.nb
-            out = np.zeros((self.size, self.size))
-            block = self.tables.exponential[k]
-            r = np.arange(nb)
-            for e, (to, source) in enumerate(((0, 0), (0, nb), (nb, 0), (nb, nb))):
-                out[source + r, to + r] = block[e]
-            response = np.einsum("ijr,jl->ilr", self.tables.state_input[k], _NODAL)
-            acts = self.of_input < len(response)
-            push = np.zeros((len(self.of_input), 2 * nb))
-            push[acts] = response[self.of_input[acts], self.degree[acts]]
-            out[2 * nb :, : 2 * nb] = self.left_inputs @ push
-            out[2 * nb :, 2 * nb :] = self.right_inputs
-            self._right[k] = out
-        return self._right[k]
-
-    def halve(
-        self, z: Floats, level: Rows, along: Floats, passed: Callable[[int, Rows, Floats], None] | None = None
-    ) -> None:
-        """Halve steps, in place, until [0, along] of each resolves the fastest mode.
-
-        ``passed(k, members, z)`` is told of every whole half step that lies behind.
-        """
-        if not len(z):
-            return
-        for k in range(int(level.min()), len(self.lengths) - 1):
-            # the lower half of an unresolved reach is no shorter in time: only its step is
-            live = np.flatnonzero((level == k) & (along * (self.lengths[k] * self.rate) > RESOLVED))
-            if len(live):
-                upper = along[live] >= 0.5
-                below, above = live[~upper], live[upper]
-                if len(below):
-                    z[below] = z[below] @ self.left
-                if len(above):
-                    if passed is not None:
-                        passed(k + 1, above, z[above] @ self.left)
-                    z[above] = z[above] @ self.right(k + 1)
-                along[live] = 2.0 * along[live] - upper
-                level[live] = k + 1
-            elif not np.any(level > k):
-                return
-
-    def series(self, z: Floats, length: Floats, along: Floats) -> Floats:
-        """Taylor coefficients (TERMS + 1, k, 2nb) of the flowing state over [0, along] of steps, scaled to [0, 1]."""
-        nb = self.nb
-        out = np.empty((TERMS + 1, len(z), 2 * nb))
-        out[0] = z[:, : 2 * nb]
-        b = self.mode.blocks
-        inputs = z[:, 2 * nb :]
-        span = (along * length)[:, None]
-        power = np.ones((len(z), 1))
-        for c in range(TERMS):
-            y1, y2 = out[c, :, :nb], out[c, :, nb:]
-            grown = out[c + 1]
-            grown[:, :nb] = b[:, 0, 0] * y1 + b[:, 0, 1] * y2
-            grown[:, nb:] = b[:, 1, 0] * y1 + b[:, 1, 1] * y2
-            if c < N and np.any(self.degree >= c):
-                grown += power * (inputs @ self.forcing[c])
-                power = power * along[:, None]
-            grown *= span / (c + 1)
+        """Work (np, k) over steps that ended early; those are short."""
+        x, weights = legendre.leggauss(SHORT)
+        reach = trace[rows, T_FRACTION]
+        inside = [self.at(trace, rows, 0.5 * (s + 1.0) * reach) for s in x]
+        values = np.stack([value for value, _ in inside], axis=-1)  # (np, k, m, nodes)
+        rate = np.stack([rate for _, rate in inside], axis=-1)
+        basis = legendre.legvander(x, SHORT - 1)
+        slope = np.stack([legendre.legval(x, legendre.legder(row)) for row in np.eye(SHORT)], axis=1)
+        span = 0.5 * trace[rows, T_LENGTH] * reach
+        out = np.zeros((len(self.parts), len(rows)))
+        for p, part in enumerate(self.parts):
+            if part.resistive:
+                out[p] = (values[p] @ (slope @ np.linalg.inv(basis)).T * rate).sum(axis=1) @ weights
+            else:
+                out[p] = (values[p] * rate).sum(axis=1) @ weights * span
         return out
-
-    def values(self, z: Floats, s: Floats, length: Floats) -> tuple[Floats, Floats]:
-        """Inputs (k, count) and their rates of change at times s (k,) of steps."""
-        value, slope = np.zeros((2, len(z), self.count))
-        inputs = z[:, 2 * self.nb :]
-        x = 2.0 * s - 1.0
-        basis = legendre.legvander(x, N - 1)
-        rate = np.zeros_like(basis)
-        for degree in range(1, N):
-            rate[:, degree] = legendre.legval(x, legendre.legder([0.0] * degree + [1.0]))
-        rate *= (2.0 / length)[:, None]
-        for c, (i, degree) in enumerate(zip(self.of_input, self.degree, strict=True)):
-            value[:, i] += inputs[:, c] * basis[:, degree]
-            if degree:
-                slope[:, i] += inputs[:, c] * rate[:, degree]
-        return value, slope
-
-
-def _states(
-    book: ModeBook, q: int, trace: Floats, rows: Rows, along: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Modal state y (k, 2nb), inputs (k, ni) and their rates at scaled times ``along`` of recorded steps."""
-    mode = book.modes[q]
-    distinct, place = np.unique(rows, return_inverse=True)
-    inputs = _coefficients(mode, trace, distinct)
-    steps = _Steps(book, q, inputs)
-    whole = steps.vectors(trace, distinct, inputs)
-    size = mode.feed.shape[1]
-    y, value, slope = np.zeros((len(rows), 2 * steps.nb)), np.zeros((len(rows), size)), np.zeros((len(rows), size))
-    for part in _parts(len(rows), (TERMS + 1) * max(2 * steps.nb, 1)):
-        z, s = whole[place[part]], along[part].copy()
-        level = trace[rows[part], T_CLASS].astype(int)
-        steps.halve(z, level, s)
-        length = steps.lengths[level]
-        value[part], slope[part] = steps.values(z, s, length)
-        y[part] = steps.series(z, length, s).sum(axis=0) + value[part, : len(mode.beta)] @ mode.beta
-    return y, value, slope
-
-
-def _parts(count: int, width: int) -> list[slice]:
-    step = max(CHUNK // width, 1)
-    return [slice(first, first + step) for first in range(0, count, step)]
 
 
 class _Energies:
     """Energy integrals of the steps of one contact mode, as quadratic forms of their vectors."""
 
-    def __init__(self, system: LinearSystem, book: ModeBook, q: int, inputs: Floats) -> None:
+    def __init__(
+        self, system: LinearSystem, book: ModeBook, q: int, inputs: Floats, resistive: Sequence[bool]
+    ) -> None:
+        """resistive (np,): whether each part told apart is; its m inputs follow those of the mode."""
+        self.resistive = resistive
+        self.count = WHOLE + len(resistive)
         self.system = system
         self.inputs = inputs
-        self.steps = _Steps(book, q, inputs)
+        self.steps = Steps(book, q, inputs)
         n, m = system.normals.shape
         mode = self.steps.mode
         self.velocity = mode.to_physical[n:].T
@@ -374,37 +234,43 @@ class _Energies:
             bool(system.damping.any()),
             any(i in used for i in range(m)),
             any(i in used for i in range(m, 2 * m)),
-            any(i >= mode.feed.shape[1] for i in used),
+            *(any(i in used for i in self.share(mode, p)) for p in range(len(resistive))),
         )
-        self.present = [f for f in range(FORMS) if present[f]]
+        self.present = [f for f in range(self.count) if present[f]]
         self._forms: dict[int, Floats] = {}
 
-    def of(self, trace: Floats, rows: Rows) -> Floats:
-        """Energies (FORMS, k) of recorded steps."""
+    def share(self, mode: ContactMode, p: int) -> range:
+        """Inputs of part p."""
+        m = self.system.normals.shape[1]
+        first = mode.feed.shape[1] + p * m
+        return range(first, first + m)
+
+    def of(self, trace: Floats, rows: Rows, state: Floats) -> Floats:
+        """Energies (count, k) of recorded steps."""
         steps = self.steps
-        out = np.zeros((FORMS, len(rows)))
-        z = steps.vectors(trace, rows, self.inputs)
+        out = np.zeros((self.count, len(rows)))
+        z = steps.vectors(state, self.inputs)
         level = trace[rows, T_CLASS].astype(int)
         whole = trace[rows, T_FRACTION] == 1.0
         for k in np.unique(level[whole]):
             members = np.flatnonzero(whole & (level == k))
             out[:, members] = self.apply(int(k), z[members])
         ended = np.flatnonzero(~whole)
-        for part in _parts(len(ended), (TERMS + 1) * max(2 * steps.nb, 1)):
+        for part in chunks(len(ended), (TERMS + 1) * max(2 * steps.nb, 1)):
             members = ended[part]
             out[:, members] = self.partial(z[members], level[members], trace[rows[members], T_FRACTION])
         return out
 
     def apply(self, k: int, z: Floats) -> Floats:
-        """Energies (FORMS, k) of whole steps of class k."""
-        out = np.zeros((FORMS, len(z)))
+        """Energies (count, k) of whole steps of class k."""
+        out = np.zeros((self.count, len(z)))
         for f, form in zip(self.present, self.forms(k), strict=True):
             out[f] = np.einsum("ra,ra->r", z @ form, z)
         return out
 
     def partial(self, z: Floats, level: Rows, along: Floats) -> Floats:
-        """Energies (FORMS, k) of steps up to their scaled times ``along``."""
-        out = np.zeros((FORMS, len(z)))
+        """Energies (count, k) of steps up to their scaled times ``along``."""
+        out = np.zeros((self.count, len(z)))
         along = along.copy()
 
         def passed(k: int, members: Rows, half: Floats) -> None:
@@ -434,9 +300,12 @@ class _Energies:
             1: lambda: (v @ self.system.damping, v),
             2: lambda: (slope[:, :, :m], rate),
             3: lambda: (value[:, :, m : 2 * m], rate),
-            4: lambda: (value[:, :, self.drives.stop :], rate),
         }
-        return {f: (*pairs[f](), span) for f in self.present}
+        out = {f: (*pairs[f](), span) for f in self.present if f < WHOLE}
+        for f in self.present[len(out) :]:
+            of = slope if self.resistive[f - WHOLE] else value
+            out[f] = (of[:, :, self.share(steps.mode, f - WHOLE)], rate, span)
+        return out
 
     def forms(self, k: int) -> Floats:
         """Matrices (present, size, size) of the energies over a whole step of class k."""

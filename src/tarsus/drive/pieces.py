@@ -36,6 +36,14 @@ class Pieces:
         """P, the number of pieces."""
         return len(self.kink)
 
+    @property
+    def span(self) -> float:
+        """Range of the values: that of bounds of the pieces, each the sum of its coefficients' sizes."""
+        swing = np.abs(self.coef[:, 1:]).sum(axis=1)
+        top, bottom = self.coef[:, 0] + swing, self.coef[:, 0] - swing
+        held = float(self.coef[-1].sum()) if self.loop < 0 else float(self.coef[0, 0])
+        return max(float(top.max()), held) - min(float(bottom.min()), held)
+
 
 def evaluate(pieces: Pieces, time: ArrayLike) -> NDArray[np.float64]:
     """Value of a channel at `time` [s], any shape, all >= 0; on a jump the value after it.

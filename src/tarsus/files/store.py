@@ -16,7 +16,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -24,12 +24,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from tarsus.errors import InputError
+from tarsus.files.ledger import StoredLedger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 
 if TYPE_CHECKING:
     import xarray
 
-FORMAT = 1
+FORMAT = 2
 """Version of the folder's layout, stored in `summary.json`."""
 
 SCENE_FILE = "scene.toml"
@@ -133,24 +134,6 @@ class StoredMeasures(dict[str, StoredMeasure]):
 
 
 @dataclass(frozen=True)
-class StoredLedger:
-    """Energy ledger of a stored run [J]; `closure` is relative to the largest term."""
-
-    work_in: float
-    kinetic: float
-    elastic: float
-    damping: float
-    film: float
-    friction: float
-    electrostatic: float
-    impacts: float
-    adhesion: float
-    laws: float
-    residual: float
-    closure: float
-
-
-@dataclass(frozen=True)
 class StoredRun:
     """A run read back from a folder; series as `dataset`, events as the run's structured array."""
 
@@ -245,12 +228,12 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
         foot_names=names,
         code=StoredCode(summary["code"], summary["sentence"]),
         ok=summary["ok"],
-        ledger=StoredLedger(**{key: _float(value) for key, value in table["ledger"].items()}),
+        ledger=stored_ledger(table["ledger"]),
         measures=StoredMeasures(
             {name: _stored_measure(entry) for name, entry in table["measures"].items()},
             [one["sentence"] for one in table.get("warnings", ())],
         ),
-        duration=_float(summary["duration_s"]),
+        duration=read_number(summary["duration_s"]),
         version=summary["tarsus"],
     )
 
@@ -289,11 +272,6 @@ def warnings_table(run: RunLike) -> list[dict[str, str]]:
 
 def _measured(run: RunLike) -> dict[str, Any]:
     return {"measures": measures_table(run), "warnings": warnings_table(run), "ledger": ledger_table(run)}
-
-
-def ledger_table(run: RunLike) -> dict[str, float]:
-    """Energy ledger as plain data [J]; `closure` [1]."""
-    return {f.name: float(getattr(run.ledger, f.name)) for f in fields(StoredLedger)}
 
 
 def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
@@ -358,7 +336,7 @@ def _write_matlab(run: RunLike, variables: Variables, path: Path) -> None:
 
 def _summary(run: RunLike, samples: int) -> dict[str, Any]:
     """What was run and how it ended; nothing of the machine, so that equal runs give equal files."""
-    versions = {name: metadata.version(name) for name in ("numpy", "numba", "scipy")}
+    versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return {
         "format": FORMAT,
         "tarsus": package_version(),
@@ -400,11 +378,11 @@ def _read_events(path: Path, foot_names: Sequence[str]) -> np.ndarray:
 
 
 def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
-    per_foot = {foot: _float(value) for foot, value in entry["per_foot"].items()}
+    per_foot = {foot: read_number(value) for foot, value in entry["per_foot"].items()}
     return StoredMeasure(
-        value=_float(entry["value"]),
+        value=read_number(entry["value"]),
         unit=entry["unit"],
-        spread=_float(entry["spread"]),
+        spread=read_number(entry["spread"]),
         n=entry["n"],
         definition=entry["definition"],
         per_foot=per_foot,
@@ -437,10 +415,6 @@ def _finite(content: Any) -> Any:
     if isinstance(content, list | tuple):
         return [_finite(value) for value in content]
     return content
-
-
-def _float(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 @contextlib.contextmanager

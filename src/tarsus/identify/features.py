@@ -7,15 +7,14 @@ its simulation. What stays are statistics over drive periods.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.errors import InputError
 from tarsus.explain import nearest
-from tarsus.measure import FootHistory, histories_of, period_edges, period_statistics
-from tarsus.measure.periods import Judged
+from tarsus.measure import PER_WINDOW, Judged, Judgement, Moments, RunTable, by_period
 from tarsus.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
 from tarsus.spec import Description, quantity
@@ -114,29 +113,8 @@ def features_of(
     InputError
         For an unknown kind, with the nearest valid one.
     """
-    histories = histories_of(run)
-    measures = period_statistics(run, skip=skip, height=resolution, histories=histories)
-    offered = [*measures, *_UNITS]
-    wrong = [f"there is no feature '{kind}'{nearest(kind, offered)}" for kind in kinds if kind not in offered]
-    if wrong:
-        raise InputError(wrong)
-    edges = period_edges(run, skip=skip)
-    feet = run.foot_names
-    names, units, values, spread = [], [], [], []
-    for foot, history in histories.items():
-        for kind in kinds:
-            names.append(kind if len(feet) == 1 else f"{kind}.{foot}")
-            if kind in measures:
-                units.append(measures[kind].unit)
-                values.append(measures[kind].per_foot[foot])
-                spread.append(measures[kind].spread)
-                continue
-            rows = _highest_rebound(history, edges, resolution)
-            seen = rows[np.isfinite(rows)]
-            units.append(_UNITS[kind])
-            values.append(float(seen.mean()) if seen.size else np.nan)
-            spread.append(float(seen.std(ddof=1)) if seen.size > 1 else np.nan)
-    return Features(tuple(names), tuple(units), np.array(values), np.array(spread), len(edges) - 1)
+    found = _found(Judgement(RunTable.of(run), skip=skip, height=resolution), kinds)
+    return found.of(0)
 
 
 def simulated(
@@ -152,18 +130,50 @@ def simulated(
 ) -> Batched:
     """Features of many runs of a scene; arguments as for `tarsus.simulate_batch` and `features_of`."""
     batch = simulate_batch(scene, vary, duration, threads=threads, accuracy=accuracy)
-    rows = [features_of(batch.run(i), kinds, skip=skip, resolution=resolution) for i in range(len(batch))]
-    done = np.array([code.name == "DONE" for code in batch.codes])
-    values = np.where(done[:, None], [row.values for row in rows], np.nan)
-    spread = np.where(done[:, None], [row.spread for row in rows], np.nan)
-    return Batched(rows[0].names, rows[0].units, values, spread, min(row.periods for row in rows))
+    done = batch.done[:, None]
+    tables = list(batch.tables())
+    parts = [_found(Judgement(table, skip=skip, height=resolution), kinds) for _, table in tables]
+    order = np.argsort(np.concatenate([members for members, _ in tables]))
+    values, spread = (
+        np.concatenate(rows)[order] for rows in zip(*((one.values, one.spread) for one in parts), strict=True)
+    )
+    return replace(
+        parts[0], values=np.where(done, values, np.nan), spread=np.where(done, spread, np.nan),
+        periods=min(one.periods for one in parts),
+    )  # fmt: skip
 
 
-def _highest_rebound(history: FootHistory, edges: Floats, resolution: float) -> Floats:
-    """Highest apex [m] of the flights in each period that began by a bounce and are seen, NaN where there is none."""
-    seen = history.rebounds(resolution)
-    out = np.full(len(edges) - 1, np.nan)
-    index = np.searchsorted(edges, history.flight_start[seen], side="right") - 1
-    inside = (index >= 0) & (index < len(out)) & (history.flight_start[seen] <= edges[-1])
-    np.fmax.at(out, index[inside], history.apex[seen][inside])
-    return out
+def _found(judgement: Judgement, kinds: Sequence[str]) -> Batched:
+    """Features of the runs of a table.
+
+    Raises InputError for unknown kinds.
+    """
+    offered = [*PER_WINDOW, *_UNITS]
+    wrong = [f"there is no feature '{kind}'{nearest(kind, offered)}" for kind in kinds if kind not in offered]
+    if wrong:
+        raise InputError(wrong)
+    feet, runs = judgement.table.feet, len(judgement.table)
+    measures = by_period(judgement, [kind for kind in kinds if kind in PER_WINDOW])
+    units = [PER_WINDOW[kind].unit if kind in PER_WINDOW else _UNITS[kind] for kind in kinds]
+    values, spread = np.full((2, runs, len(feet), len(kinds)), np.nan)
+    for k, kind in enumerate(kinds):
+        if kind not in measures:
+            highest = _highest_rebounds(judgement)
+            values[:, :, k], spread[:, :, k] = (
+                one.reshape(runs, -1) for one in (highest.mean, highest.spread)
+            )
+        elif (each := measures[kind].per_foot) is not None:
+            values[:, :, k], spread[:, :, k] = each, measures[kind].spread[:, None]
+    names = tuple(kind if len(feet) == 1 else f"{kind}.{foot}" for foot in feet for kind in kinds)
+    periods = int(judgement.windows.count.min())
+    return Batched(
+        names, tuple(units * len(feet)), values.reshape(runs, -1), spread.reshape(runs, -1), periods
+    )
+
+
+def _highest_rebounds(judgement: Judgement) -> Moments:
+    """Moments of each foot's highest apex [m] in each period of the flights that began by a bounce and are seen."""
+    seen, flights = judgement.seen, judgement.histories.flights
+    rebounds = flights.rebounds(judgement.height)
+    rows = seen.most(flights.own[rebounds], flights.start[rebounds], flights.apex[rebounds])
+    return Moments.of(rows, seen.windows.own, len(seen.windows.count))

@@ -18,8 +18,16 @@ from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.traces import STILL, Trace
-from tarsus.measure import RESOLUTION, Counting, FootHistory, by_window
-from tarsus.measure.periods import periods_used
+from tarsus.measure import (
+    RESOLUTION,
+    Counting,
+    Flights,
+    Knots,
+    KnownHistories,
+    Points,
+    by_window,
+    periods_used,
+)
 from tarsus.solve import ResultCode, simulate
 
 __all__ = ["Comparison", "Contacts", "Moved", "compare", "contacts_of", "moved"]
@@ -104,18 +112,18 @@ def contacts_of(
     step = float(time[1] - time[0])
     if time[-1] + step < period * (1.0 - 1e-9):
         raise InputError(f"a record of {time[-1]:.3g} s is shorter than the drive's period of {period:.3g} s")
-    skipped, count = periods_used(float(time[-1]) + step, period, None)
+    (skipped,), (count,) = periods_used(np.array([time[-1] + step]), np.array([period]), None)
     counting = Counting.of(period, max(RESOLUTION, STILL * noise_x))
     history = _history(time, height, speed, noise_x, noise_v, counting.height)
-    found = by_window({"": history}, period * np.arange(skipped, count + 1, dtype=float), counting)
+    found = by_window(history, period * np.arange(skipped, count + 1, dtype=float), counting)
     values = (np.nan_to_num(found[name]) for name in ("bounces", "contact_duration", "peak"))
     bounces, contact, peak = (float(by_period.mean()) for by_period in values)
-    return Contacts(bounces, contact, peak, counting, count - skipped)
+    return Contacts(bounces, contact, peak, counting, int(count - skipped))
 
 
 def _history(
     time: Floats, height: Floats, speed: Floats, noise_x: float, noise_v: float, seen: float
-) -> FootHistory:
+) -> KnownHistories:
     """What a record shows of a foot: it stands where it is still at the contact level, from half a sample before
     to half a sample after, it touches where an impact is seen, and flies between. Heights below ``seen`` [m] are
     noise."""
@@ -140,10 +148,18 @@ def _history(
     apex = np.array([height[k] if k >= 0 else 0.0 for k in tops])
     rebound = np.isin(flight_start, touched)
     above = height > seen
-    return FootHistory(
-        end, flight_start, flight_end, apex, time[tops], rebound, airborne, aloft, touched, np.abs(speed[impacts]),
-        time[above], height[above], np.zeros(0), np.zeros(0),
+    flights = Flights(
+        np.array([0, len(apex)]), flight_start, flight_end, apex, time[tops], rebound, np.array([end]),
+        np.array([airborne]), np.array([aloft]),
     )  # fmt: skip
+    return KnownHistories(
+        flights, _points(touched, np.abs(speed[impacts])), _points(time[above], height[above]),
+        Knots(np.zeros(2, dtype=np.intp), np.zeros(0), np.zeros(0)),
+    )  # fmt: skip
+
+
+def _points(time: Floats, value: Floats) -> Points:
+    return Points(np.zeros(len(time), dtype=np.intp), time, value)
 
 
 def moved(model: FootModel, trace: Trace, signal: Waveform, level: float, until: float = np.inf) -> Moved:

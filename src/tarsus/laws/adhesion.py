@@ -14,6 +14,8 @@ class Adhesion(LatchLaw):
     A foot in contact leaves when the structure's pull on it exceeds :math:`f_a`.
     """
 
+    slot = "adhesion"
+
     initial: float = quantity("N", "adhesion at first contact C_a0", ge=0)
     rate: float = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
 
@@ -21,3 +23,7 @@ class Adhesion(LatchLaw):
     def strength(age: float, initial: float, rate: float) -> float:
         """Pull [N] that the contact holds, ``age`` [s] after it began."""
         return initial + rate * age
+
+    def force_scale(self) -> float:
+        """Strength [N] at first contact."""
+        return self.initial

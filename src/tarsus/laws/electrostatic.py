@@ -16,6 +16,10 @@ class Electrostatic(SmoothLaw):
     ``volts`` are those of the drive that the foot names as its electrode.
     """
 
+    slot = "electrostatic"
+    title = "electrostatic attraction"
+    small = True
+    needs_electrode = True
     uses_rate: ClassVar[bool] = False
 
     coefficient: float = quantity("N m^2/V^2", "electrostatic coefficient C_e", ge=0)

@@ -16,6 +16,10 @@ class Film(ResistiveLaw):
     the printed effective gap means (erratum E3): the film is finite in contact.
     """
 
+    slot = "film"
+    title = "squeeze film"
+    small = True
+
     coefficient: float = quantity("N m^2 s", "film coefficient C", ge=0)
     thickness: float = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
 
@@ -23,3 +27,7 @@ class Film(ResistiveLaw):
     def momentum(gap: float, coefficient: float, thickness: float) -> float:
         """Momentum [N s] whose rate is the film force, at ``gap`` [m]."""
         return 0.5 * coefficient / ((gap + thickness) * (gap + thickness))
+
+    def length_scale(self) -> float:
+        """The thickness [m]."""
+        return self.thickness

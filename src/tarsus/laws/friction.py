@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
-
-from pydantic import BeforeValidator, Field
+from typing import Literal
 
 from tarsus.laws.base import Law
 from tarsus.spec import quantity
@@ -22,8 +19,13 @@ class Friction(Law):
     the way while the force needed stays within the bound, and slides against it otherwise.
     """
 
+    hook = "friction"
     function_name = "bound"
     leading = ("margin", "strength")
+    slot = "friction"
+    title = "Coulomb friction"
+    slot_note = "along the ground, on the feet of a walker; absent: frictionless"
+    slot_default = True
 
     kind: Literal["coulomb"] = "coulomb"
     coefficient: float = quantity("1", "coefficient of friction mu", ge=0)
@@ -42,8 +44,12 @@ class AdhesiveFriction(Law):
     force, so an impact, which lasts no time, takes nothing from the motion along the ground.
     """
 
+    hook = "friction"
     function_name = "bound"
     leading = ("margin", "strength")
+    slot = "friction"
+    title = "adhesive friction"
+    needs_strength = True
 
     kind: Literal["adhesive"] = "adhesive"
     coefficient: float = quantity("1", "friction per adhesion strength mu_a", ge=0)
@@ -54,11 +60,5 @@ class AdhesiveFriction(Law):
         return coefficient * strength
 
 
-def _coulomb_unless_told(value: Any) -> Any:
-    return {"kind": "coulomb", **value} if isinstance(value, Mapping) else value
-
-
-AnyFriction = Annotated[
-    Friction | AdhesiveFriction, Field(discriminator="kind"), BeforeValidator(_coulomb_unless_told)
-]
-"""A law of friction by its ``kind``; Coulomb's where none is told."""
+AnyFriction = Friction | AdhesiveFriction
+"""A law of friction; Coulomb's where no ``kind`` is told."""

@@ -14,4 +14,6 @@ class Gravity(Law):
     The source leaves it out of (4.4)-(4.5), although a payload of 0.2 mg weighs 2 uN.
     """
 
+    slot = "gravity"
+
     acceleration: float = quantity("m/s^2", "acceleration of gravity, downward", default=9.81, ge=0)

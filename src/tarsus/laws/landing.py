@@ -7,20 +7,21 @@ without adhesion.  Every rule only decides about the landing: a held foot leaves
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Literal
 
-from pydantic import Field
-
-from tarsus.spec import Description, quantity
+from tarsus.laws.base import Law
+from tarsus.spec import quantity
 
 __all__ = ["AnyLanding", "CaptureUnlessPulled", "Landing", "PullAsPrinted", "RestituteFirst"]
 
 
-class Landing(Description):
+class Landing(Law):
     """Base of the landing rules."""
 
-    title: ClassVar[str]
-    """The rule in words, for reports."""
+    slot = "landing"
+    slot_note = (
+        "whether a foot that lands departs or is held; absent: held unless the pull exceeds the adhesion"
+    )
 
 
 class CaptureUnlessPulled(Landing):
@@ -40,6 +41,9 @@ class RestituteFirst(Landing):
     impulse of adhesion, and no such speed, follows from the other parameters.  At 0 m/s only what accumulates is held.
     """
 
+    hook = "excess"
+    function_name = "excess"
+    leading = ("departing",)
     title = "restitution first, held when slow"
     kind: Literal["restitute_first"] = "restitute_first"
     speed: float = quantity("m/s", "departing speed up to which a foot that lands may be held", ge=0)
@@ -65,4 +69,5 @@ class PullAsPrinted(Landing):
     kind: Literal["pull_as_printed"] = "pull_as_printed"
 
 
-AnyLanding = Annotated[CaptureUnlessPulled | RestituteFirst | PullAsPrinted, Field(discriminator="kind")]
+AnyLanding = CaptureUnlessPulled | RestituteFirst | PullAsPrinted
+"""A landing rule, by its ``kind``."""

@@ -26,6 +26,10 @@ class LegElectrostatic(SmoothLaw):
     ``volts`` are those of the drive that the foot names as its electrode.
     """
 
+    slot = "leg_electrostatic"
+    title = "electrostatic attraction along the leg"
+    small = True
+    needs_electrode = True
     uses_rate: ClassVar[bool] = False
 
     coefficient: float = quantity("N m^2/V^2", "electrostatic coefficient C_e of the whole leg", ge=0)

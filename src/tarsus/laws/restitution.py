@@ -14,6 +14,8 @@ class Restitution(ImpactLaw):
     The source changes the sign of its coefficient between places (erratum E6); here :math:`0 \le e \le 1`.
     """
 
+    slot = "restitution"
+
     coefficient: float = quantity("1", "coefficient of restitution e", ge=0, le=1)
 
     @staticmethod

@@ -13,6 +13,7 @@ from types import ModuleType
 
 from tarsus.errors import InputError
 from tarsus.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+from tarsus.laws.translate import translate
 
 __all__ = ["load_laws"]
 
@@ -24,7 +25,8 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
     """The laws defined in a Python file, by their snake_case names.
 
     The file is executed.  A law in it is a subclass of `ResistiveLaw`, `SmoothLaw`, `ImpactLaw` or
-    `LatchLaw` with its function; each function is tried once with plausible numbers.
+    `LatchLaw` with its function; each function is tried once with plausible numbers, and translated into
+    the program that the engine carries out.
 
     Parameters
     ----------
@@ -34,8 +36,8 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
     Raises
     ------
     InputError
-        If the file is missing, raises (with its line number), defines no law, or a law's function raises
-        or gives no finite number.
+        If the file is missing, raises (with its line number), defines no law, or a law's function raises,
+        gives no finite number or contains what a law may not.
     """
     file = Path(path)
     if not file.is_file():
@@ -105,6 +107,10 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
         return [f"{file}{_line(error, file)}: law {law.__name__} raised {_said(error)}"]
     if isinstance(result, bool) or not isinstance(result, (int, float)) or not math.isfinite(result):
         return [f"{file}: law {law.__name__} must return a finite number, got {result!r}"]
+    try:
+        translate(function, len(law.leading))
+    except InputError as error:
+        return [f"{file}: {problem}" for problem in error.problems]
     return []
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
-from tarsus.measure.history import Counting, Floats, FootHistory
 from tarsus.measure.measure import Caution, CautionKind, Measure
+from tarsus.measure.segments import Floats
+from tarsus.measure.windows import Seen
 
 HIGHEST = 0.1
 """Part of the flights that are the highest ones: those that a reader of a figure sees first."""
@@ -20,29 +22,23 @@ FEWEST = 3
 
 
 def cautions(
-    histories: Mapping[str, FootHistory],
-    edges: Floats,
-    counting: Counting,
-    measures: Mapping[str, Measure],
-    *,
-    periods: bool,
+    seen: Seen, feet: Sequence[str], measures: Mapping[str, Measure], *, count: int, periods: bool
 ) -> list[Caution]:
-    """Warnings on the measures of feet between ``edges`` (np + 1,) [s]; ``periods``: these are drive periods."""
+    """Warnings on the measures of the feet of one run by so many windows; ``periods``: these are drive periods."""
     found = []
-    if len(edges) > 1:
+    if count and feet:
+        counting = seen.counting.of_one(0)
         high: dict[str, str] = {}
         low: dict[str, str] = {}
-        for name, history in histories.items():
-            one = _of_foot(history, edges, counting)
+        for name, one in zip(feet, _of_feet(seen), strict=True):
             texts = _uncounted(*one), _low(*one, measures["peak"].per_foot[name])
             high |= {name: texts[0]} if texts[0] else {}
             low |= {name: texts[1]} if texts[1] else {}
-        for kind, feet in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
-            for name, text in list(feet.items())[:1]:
-                others = "" if len(feet) == 1 else f"; likewise {len(feet) - 1} of the other feet"
+        for kind, told in ((CautionKind.HIGHEST_UNCOUNTED, high), (CautionKind.COUNTED_LOW, low)):
+            for name, text in list(told.items())[:1]:
+                others = "" if len(told) == 1 else f"; likewise {len(told) - 1} of the other feet"
                 rule = f"height {counting.words()['height']}, dwell {counting.words()['dwell']}"
                 found.append(Caution(kind, f"Foot {name}: {text} ({rule}){others}."))
-    count = max(len(edges) - 1, 0)
     if periods and count < FEWEST:
         found.append(
             Caution(
@@ -54,14 +50,18 @@ def cautions(
     return found
 
 
-def _of_foot(history: FootHistory, edges: Floats, counting: Counting) -> tuple[Floats, np.ndarray]:
-    """Apexes [m] of the flights from the ground that begin between the edges, and which of them are bounces."""
-    hops = history.hops(counting.height)
-    counted = np.zeros(len(history.apex), dtype=bool)
-    counted[history.bounces(counting)] = True
-    begun = history.flight_start[hops]
-    hops = hops[(begun >= edges[0]) & (begun <= edges[-1])]
-    return history.apex[hops], counted[hops]
+def _of_feet(seen: Seen) -> list[tuple[Floats, np.ndarray]]:
+    """Of each foot: apexes [m] of the flights from the ground that begin within the windows, and which are bounces."""
+    flights, windows = seen.flights, seen.windows
+    hops = flights.hops(seen.counting.height)
+    counted = np.zeros(len(flights.apex), dtype=bool)
+    counted[flights.bounces(seen.counting)] = True
+    begun, own = flights.start[hops], flights.own[hops]
+    hops = hops[
+        (begun >= windows.edges[windows.first[own]]) & (begun <= windows.edges[windows.first[own + 1] - 1])
+    ]
+    feet = np.searchsorted(flights.own[hops], np.arange(len(flights.until) + 1))
+    return [(flights.apex[hops[a:b]], counted[hops[a:b]]) for a, b in pairwise(feet)]
 
 
 def _uncounted(apex: Floats, counted: np.ndarray) -> str:

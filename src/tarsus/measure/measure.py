@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.explain import nearest
-from tarsus.measure.history import Floats
+from tarsus.measure.history import Counting
+from tarsus.measure.segments import Floats, Rows, sums
 
 RENAMED = {"all_rebounds": "total_rebounds_any_height"}
 """Measures that had another name once."""
@@ -105,62 +105,143 @@ class Measures(Mapping[str, Measure]):
         return values[name]
 
 
-def of_robot(row: Floats, unit: str, definition: str) -> Measure:
-    """A measure of the robot from its values (np,) by period."""
-    value = float(row.mean()) if row.size else math.nan
-    spread = float(row.std(ddof=1)) if row.size > 1 else math.nan
-    return Measure(value, unit, spread, row.size, definition)
-
-
 @dataclass(frozen=True)
 class Moments:
-    """Of values by foot and period: how many there are of each foot, their mean and standard deviation (..., m)."""
+    """Of values laid end to end: how many each owner has (no,), their mean and standard deviation."""
 
-    count: NDArray[np.intp]
+    count: Rows
     mean: Floats
     spread: Floats
 
     @classmethod
-    def of(cls, rows: Floats) -> Moments:
-        """Moments of rows (..., m, np), NaN where there is no value."""
-        known = np.isfinite(rows)
-        count = known.sum(axis=-1)
-        mean = np.full(count.shape, np.nan)
-        np.divide(np.where(known, rows, 0.0).sum(axis=-1), count, out=mean, where=count > 0)
-        square = (np.where(known, rows - mean[..., None], 0.0) ** 2).sum(axis=-1)
-        spread = np.full(count.shape, np.nan)
-        np.divide(square, count - 1, out=spread, where=count > 1)
+    def of(cls, values: Floats, own: Rows, owners: int) -> Moments:
+        """Moments of values (nv,), NaN where there is none, by the number of their owner ``own`` (nv,)."""
+        known = np.isfinite(values)
+        if not known.all():
+            values, own = values[known], own[known]
+        count = np.bincount(own, minlength=owners)
+        mean, spread = np.full(owners, np.nan), np.full(owners, np.nan)
+        np.divide(sums(own, owners, values), count, out=mean, where=count > 0)
+        np.divide(sums(own, owners, (values - mean[own]) ** 2), count - 1, out=spread, where=count > 1)
         return cls(count, mean, np.sqrt(spread))
 
-    def __getitem__(self, key: int) -> Moments:
-        return Moments(self.count[key], self.mean[key], self.spread[key])
+
+@dataclass(frozen=True)
+class Definition:
+    """What a measure is: its unit, whose number it is, and words with places for ``span``, ``height`` and ``dwell``."""
+
+    unit: str
+    scope: Scope
+    words: str
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measure of nr runs: value, spread and n (nr,) as in `Measure`, per_foot (nr, m) where it is of the feet.
+
+    span: over what each value is taken; counting: what counts, of each run.
+    """
+
+    value: Floats
+    spread: Floats
+    n: Rows
+    about: Definition
+    feet: tuple[str, ...] = ()
+    per_foot: Floats | None = None
+    span: str = ""
+    counting: Counting | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of value and spread."""
+        return self.about.unit
+
+    @property
+    def scope(self) -> Scope:
+        """Whose number the value is."""
+        return Scope.FOOT if self.per_foot is not None and len(self.feet) == 1 else self.about.scope
+
+    @property
+    def definition(self) -> str:
+        """What the number is, in words."""
+        return self._words(self.counting)
+
+    def blank(self, runs: int) -> Measured:
+        """The same measure of so many runs, of none of which it is known."""
+        none = np.full(runs, np.nan)
+        feet = None if self.per_foot is None else np.full((runs, len(self.feet)), np.nan)
+        counting = Counting(self.counting.height, none.copy()) if self.counting else None
+        return Measured(
+            none.copy(), none, np.zeros(runs, np.intp), self.about, self.feet, feet, self.span, counting
+        )
+
+    def put(self, runs: Rows, found: Measured, known: NDArray[np.bool_]) -> None:
+        """Enter what was found of these runs, where it is known."""
+        at = runs[known]
+        self.value[at], self.spread[at], self.n[at] = found.value[known], found.spread[known], found.n[known]
+        if self.per_foot is not None and found.per_foot is not None:
+            self.per_foot[at] = found.per_foot[known]
+        if self.counting and found.counting:
+            np.asarray(self.counting.dwell)[runs] = found.counting.dwell
+
+    def _words(self, counting: Counting | None) -> str:
+        return self.about.words.format(span=self.span, **(counting.words() if counting else {}))
+
+    def of(self, run: int) -> Measure:
+        """The measure of one run."""
+        counting = self.counting.of_one(run) if self.counting else None
+        per_foot = (
+            {} if self.per_foot is None else dict(zip(self.feet, self.per_foot[run].tolist(), strict=True))
+        )
+        height = counting.height if counting and "{height}" in self.about.words else None
+        dwell = float(counting.dwell) if counting and "{dwell}" in self.about.words else None
+        return Measure(
+            float(self.value[run]), self.unit, float(self.spread[run]), int(self.n[run]), self._words(counting),
+            per_foot, self.scope, height, dwell,
+        )  # fmt: skip
+
+
+def of_robot(values: Floats, own: Rows, runs: int, about: Definition) -> Measured:
+    """A measure of the robot from its values (nv,) by period, all of a run or none, and the run of each."""
+    found = Moments.of(values, own, runs)
+    whole = found.count == np.bincount(own, minlength=runs)
+    return Measured(
+        np.where(whole, found.mean, np.nan), np.where(whole, found.spread, np.nan), np.where(whole, found.count, 0),
+        about,
+    )  # fmt: skip
 
 
 def of_feet(
-    rows: Floats | Moments,
-    feet: Sequence[str],
-    unit: str,
-    definition: str,
-    scope: Scope,
-    *,
-    height: float | None = None,
-    dwell: float | None = None,
-) -> Measure:
-    """A measure of the feet from their values (m, np) by foot and period, NaN where there is none, or their moments.
+    found: Moments,
+    runs: int,
+    feet: tuple[str, ...],
+    about: Definition,
+    span: str = "",
+    counting: Counting | None = None,
+) -> Measured:
+    """A measure of the feet of nr runs from their moments, those of foot f of run r at number ``r m + f``.
 
-    ``scope`` tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
+    The scope tells of several feet whether it is their mean or that of the worst foot, the one with the largest mean.
     """
-    found = rows if isinstance(rows, Moments) else Moments.of(rows)
-    count, mean, spread = found.count.tolist(), found.mean.tolist(), found.spread.tolist()
-    met = [i for i, many in enumerate(count) if many > 0]
-    value = deviation = math.nan
-    seen = 0
-    if met and scope is Scope.WORST:
-        worst = max(met, key=mean.__getitem__)
-        value, deviation, seen = mean[worst], spread[worst], count[worst]
-    elif met:
-        value, seen = math.fsum(mean[i] for i in met) / len(met), min(count)
-        deviation = max((one for one in spread if one == one), default=math.nan)
-    whose = Scope.FOOT if len(feet) == 1 else scope
-    per_foot = dict(zip(feet, mean, strict=True))
-    return Measure(value, unit, deviation, seen, definition, per_foot, whose, height, dwell)
+    m = len(feet)
+    count = found.count.reshape(runs, m)
+    mean, spread = (one.reshape(runs, m) for one in (found.mean, found.spread))
+    met = count > 0
+    some = met.any(axis=1)
+    if m and about.scope is Scope.WORST:
+        worst = np.argmax(np.where(met, mean, -np.inf), axis=1)
+        run = np.arange(len(count))
+        value, deviation, seen = mean[run, worst], spread[run, worst], count[run, worst]
+    else:
+        number = met.sum(axis=1)
+        total = np.zeros(len(count))
+        for foot in range(m):  # in order, so that no run's sum depends on how many there are
+            total += np.where(met[:, foot], mean[:, foot], 0.0)
+        value = np.divide(total, number, out=np.full(len(count), np.nan), where=some)
+        deviation = np.fmax.reduce(spread, axis=1, initial=-np.inf)
+        deviation = np.where(np.isfinite(deviation), deviation, np.nan)
+        seen = count.min(axis=1, initial=np.iinfo(np.intp).max)
+    return Measured(
+        np.where(some, value, np.nan), np.where(some, deviation, np.nan), np.where(some, seen, 0), about, feet, mean,
+        span, counting,
+    )  # fmt: skip

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from tarsus.drive.signal import Signal
-from tarsus.measure.history import Floats
+from tarsus.measure.segments import Floats
 from tarsus.robot import Drive
 
 __all__ = ["charging_energy", "rise_squares"]

@@ -2,44 +2,32 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from tarsus.errors import InputError
-from tarsus.measure.history import RESOLUTION, Floats
-from tarsus.measure.measure import Measure, Measures, Scope, of_feet, of_robot
-from tarsus.measure.periods import (
-    Judged,
-    histories_of,
-    period_statistics,
-    periods_used,
-)
+from tarsus.measure.history import RESOLUTION
+from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet, of_robot
+from tarsus.measure.periods import by_period, cautions_of
+from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, places
 from tarsus.measure.switching import charging_energy
-from tarsus.measure.whole import whole_run_statistics
+from tarsus.measure.table import Judged, Judgement, RunTable
+from tarsus.measure.whole import in_whole_run
 from tarsus.structure import Walker
 
-__all__ = ["STANDSTILL", "measures_of", "walk_statistics"]
+__all__ = ["STANDSTILL", "measured", "measures_of", "walk_statistics"]
 
 STANDSTILL = 1e-10
 """Stride [m] below which a walker stands: ratios to its stride have no value there."""
 
 
-class Walked(Judged, Protocol):
-    """What is judged: a walker's run, or one run of a batch of them."""
-
-    @property
-    def scene(self) -> Any: ...
-    @property
-    def marks(self) -> np.ndarray | None: ...
-
-
 def measures_of(
-    run: Any,
+    run: Judged,
     period: float | None = None,
     skip: int | None = None,
     height: float = RESOLUTION,
@@ -49,15 +37,20 @@ def measures_of(
     """Every measure of a run: those of its walk, where it walks, then those of its feet by drive period and in the
     whole run; see `walk_statistics`, `period_statistics` and `whole_run_statistics`. Or, without warnings, those of
     ``names`` that it has, at the cost of these alone."""
-    histories = histories_of(run)
-    feet = period_statistics(run, period, skip, height, dwell, histories, names)
-    whole = whole_run_statistics(run, period, height, dwell, histories, names)
-    return Measures({**walk_statistics(run, period, skip, names), **feet, **whole}, feet.warnings)
+    judgement = Judgement(RunTable.of(run), period, skip, height, dwell)
+    found = {name: one.of(0) for name, one in measured(judgement, names).items()}
+    warnings = () if names is not None else cautions_of(judgement, found)
+    return Measures(found, warnings)
 
 
-def walk_statistics(
-    run: Walked, period: float | None = None, skip: int | None = None, names: Collection[str] | None = None
-) -> Measures:
+def measured(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
+    """Every measure of many runs of one kind of structure, as `measures_of` has them, or those of ``names``."""
+    return {
+        **in_the_walk(judgement, names), **by_period(judgement, names), **in_whole_run(judgement, names)
+    }  # fmt: skip
+
+
+def walk_statistics(run: Judged, period: float | None = None, skip: int | None = None) -> Measures:
     """Measures of a walk by drive period; none for a structure that is no `Walker`.
 
     Parameters
@@ -66,155 +59,278 @@ def walk_statistics(
         Drive period [s], a whole multiple of the run's own, which is the default.
     skip
         Periods dropped as transient at the start; by default a third of the whole ones (none of a single one).
-    names
-        Measures that are asked for; all by default.
 
     Raises
     ------
     InputError
         If ``period`` is no multiple of the run's own, at whose ends alone the way is known.
     """
-    walker = run.scene.robot.structure
-    if not isinstance(walker, Walker):
-        return Measures({})
-    way = _way(run, walker, period, skip)
-    groups = (
-        (_ON_THE_WAY, lambda: _on_the_way(way, walker)),
-        (_COST, lambda: _cost(run, way, walker)),
-        (_WHOLE_RUN, lambda: _whole_run(run.marks)),
-    )
-    found: dict[str, Measure] = {}
-    for members, measures in groups:
-        wanted = [name for name in members if names is None or name in names]
-        if wanted:
-            group = dict(measures())
-            found |= {name: group[name] for name in wanted}
-    return Measures(found)
+    found = in_the_walk(Judgement(RunTable.of(run), period, skip))
+    return Measures({name: one.of(0) for name, one in found.items()})
+
+
+def in_the_walk(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
+    """The measures of `walk_statistics` of many runs: all, or those of ``names`` at the cost of these alone."""
+    wanted = [name for name in _WALK if names is None or name in names]
+    if not wanted:
+        return {}
+    table = judgement.table
+    if not len(table) or not isinstance(_structure(table.scene(int(table.variant[0]))), Walker):
+        return {}
+    walks = _Walks(judgement)
+    return {name: _WALK[name].of(walks, _WALK[name]) for name in wanted}
+
+
+def _structure(scene: Any) -> Any:
+    return None if scene is None else scene.robot.structure
+
+
+def _rows_used(judgement: Judgement, marks: np.ndarray, first: Rows) -> tuple[Rows, Rows, Rows]:
+    """Of each run's marks, the first at an end of the drive periods, how many lie from one to the next, and the number
+    of such marks (nr,).
+
+    Raises InputError for a period that is no multiple of the run's own.
+    """
+    own, span = judgement.table.period, judgement.spans
+    each = np.round(span / own)
+    odd = np.flatnonzero((each < 1) | (np.abs(span / own - each) > 1e-6 * each))
+    if len(odd):
+        raise InputError(
+            f"period: expected a multiple of {own[odd[0]]:g} s, at which the way is known, got {span[odd[0]]:g} s"
+        )
+    each = each.astype(np.intp)
+    dropped, count = judgement.used
+    last = np.diff(first) - 1  # the last mark, or the one before it where that ends a broken period
+    time = np.append(marks["time"], 0.0)
+    broken = (last > 0) & (time[first[1:] - 1] - time[np.maximum(first[1:] - 2, 0)] < own * (1.0 - 1e-6))
+    start = dropped * each
+    many = (np.minimum(count * each, last - broken) - start) // each + 1
+    one = np.minimum(each, last)
+    single = count == 1
+    start, each = np.where(single, 0, start), np.where(single, np.maximum(one, 1), each)
+    number = np.where(single, np.where(one > 0, 2, 1), np.maximum(many, 0))
+    return start, each, np.where((last < 0) | (count == 0), 0, number)
 
 
 @dataclass(frozen=True)
-class _Way:
-    """A walk by drive period after transients: np periods between ``edges`` (np + 1,) [s].
+class _Walks:
+    """Walks by drive period after transients; the periods of all runs are numbered one after the other."""
 
-    stride (np,) [m] surge of the body; slip (np, m) [m] path each foot slid in contact; swing (np,) [m] highest minus
-    lowest heave.
-    """
+    judgement: Judgement
 
-    edges: Floats
-    stride: Floats
-    slip: Floats
-    swing: Floats
-    feet: tuple[str, ...]
+    @property
+    def table(self) -> RunTable:
+        """The runs."""
+        return self.judgement.table
+
+    @cached_property
+    def mark_first(self) -> Rows:
+        """Where each run's marks begin (nr + 1,)."""
+        given = self.table.mark_first
+        return np.zeros(len(self.table) + 1, dtype=np.intp) if given is None else given
+
+    @cached_property
+    def marks(self) -> np.ndarray:
+        """Marks of all runs."""
+        if self.table.marks is not None:
+            return self.table.marks
+        m = len(self.table.feet)
+        kind = [
+            ("time", "f8"),
+            ("body", "f8", (1,)),
+            ("slipped", "f8", (m,)),
+            ("lowest", "f8"),
+            ("highest", "f8"),
+        ]
+        return np.zeros(0, dtype=kind)
+
+    @cached_property
+    def _edges(self) -> tuple[Rows, Rows, Rows]:
+        """Numbers of the marks at the start and at the end of every period, and the period's run."""
+        start, each, number = _rows_used(self.judgement, self.marks, self.mark_first)
+        windows = firsts(np.maximum(number - 1, 0))
+        own = owners(windows)
+        begin = self.mark_first[own] + start[own] + each[own] * places(windows)
+        return begin, begin + each[own], own
+
+    @property
+    def own(self) -> Rows:
+        """Run of every period."""
+        return self._edges[2]
+
+    def grown(self, values: np.ndarray) -> np.ndarray:
+        """What grew over every period, from its values at the marks."""
+        begin, end, _ = self._edges
+        return values[end] - values[begin]
+
+    @cached_property
+    def stride(self) -> Floats:
+        """Surge of the body [m] over every period."""
+        return self.grown(self.marks["body"][:, 0])
+
+    @cached_property
+    def slip(self) -> Floats:
+        """Path (np, m) [m] that each foot slid in contact."""
+        return self.grown(self.marks["slipped"])
+
+    @cached_property
+    def speed(self) -> Floats:
+        """Stride over the length of the period [m/s]."""
+        return self.stride / self.grown(self.marks["time"])
+
+    @cached_property
+    def swing(self) -> Floats:
+        """Highest minus lowest heave [m] of every period."""
+        begin, end, own = self._edges
+        if not len(own):
+            return np.zeros(0)
+        parts = np.column_stack([begin + 1, end + 1]).ravel()
+        high, low = np.append(self.marks["highest"], 0.0), np.append(self.marks["lowest"], 0.0)
+        return np.maximum.reduceat(high, parts)[::2] - np.minimum.reduceat(low, parts)[::2]
+
+    @cached_property
+    def strides(self) -> Moments:
+        """Moments of the stride, run by run."""
+        return Moments.of(self.stride, self.own, len(self.table))
+
+    def robot(self, values: Floats, about: Definition) -> Measured:
+        """A measure of the robot from its values by period."""
+        return of_robot(values, self.own, len(self.table), about)
+
+    def feet(self, values: Floats, about: Definition) -> Measured:
+        """A measure of the feet from their values (np, m) by period."""
+        feet, runs = self.table.feet, len(self.table)
+        own = (self.own[:, None] * len(feet) + np.arange(len(feet))).ravel()
+        return of_feet(Moments.of(values.ravel(), own, runs * len(feet)), runs, feet, about)
+
+    def described(self, of: Callable[[Any], float]) -> Floats:
+        """A number (nr,) that the scene of every run has."""
+        variant = self.table.variant
+        found, back = np.unique(variant, return_inverse=True)
+        return np.array([of(self.table.scene(int(one))) for one in found])[back]
+
+    @cached_property
+    def energy(self) -> Floats:
+        """Electrical energy [J] that all drives draw in every period, NaN where it is not known."""
+        begin, end, own = self._edges
+        time, out = self.marks["time"], np.zeros(len(own))
+        known: dict[tuple[int, bytes], Floats] = {}
+        runs, first = np.unique(own, return_index=True)
+        for run, (a, b) in zip(runs.tolist(), pairwise([*first.tolist(), len(own)]), strict=True):
+            edges = np.append(time[begin[a:b]], time[end[b - 1]])
+            key = int(self.table.variant[run]), edges.tobytes()
+            if key not in known:
+                known[key] = _drawn(self.table.scene(key[0]), edges)
+            out[a:b] = known[key]
+        return out
 
 
-def _way(run: Walked, walker: Walker, period: float | None, skip: int | None) -> _Way:
-    span = run.period if period is None else period
-    each = round(span / run.period)
-    if each < 1 or abs(span / run.period - each) > 1e-6 * each:
-        raise InputError(
-            f"period: expected a multiple of {run.period:g} s, at which the way is known, got {span:g} s"
-        )
-    feet = tuple(run.foot_names)
-    dropped, count = periods_used(run.end_time, span, skip)
-    marks = run.marks
-    if marks is None or not len(marks) or count == 0:
-        return _Way(np.zeros(1), np.zeros(0), np.zeros((0, len(feet))), np.zeros(0), feet)
-    if count == 1:
-        rows = np.unique([0, min(each, len(marks) - 1)])
-    else:
-        rows = np.arange(dropped * each, min(count * each, _whole(marks["time"], run.period)) + 1, each)
-    at = marks[rows]
-    surge = at["body"][:, 0]
-    spans = [slice(a + 1, b + 1) for a, b in pairwise(rows)]
-    swing = [marks["highest"][one].max() - marks["lowest"][one].min() for one in spans]
-    return _Way(at["time"], np.diff(surge), np.diff(at["slipped"], axis=0), np.array(swing), feet)
+def _drawn(scene: Any, edges: Floats) -> Floats:
+    signals = scene.actuator_volts
+    energy = np.zeros(len(edges) - 1)
+    for name, drive in scene.robot.drives.items():
+        energy += charging_energy(drive, signals[name], edges)
+    return energy
 
 
-def _whole(times: Floats, period: float) -> int:
-    """Number of the last mark at the end of a whole period; one may follow at the end of a broken one."""
-    broken = len(times) > 1 and times[-1] - times[-2] < period * (1.0 - 1e-6)
-    return len(times) - 1 - broken
+def _per_length(walks: _Walks, about: Definition) -> Measured:
+    length = walks.described(lambda scene: scene.robot.structure.length)[walks.own]
+    none = np.full(len(length), np.nan)
+    return walks.robot(np.divide(walks.speed, length, out=none, where=length > 0.0), about)
 
 
-_ON_THE_WAY = (
-    "stride", "mean_speed", "body_lengths_per_second", "vertical_amplitude", "foot_slip", "slip_ratio",
-)  # fmt: skip
-_COST = "electrical_energy", "cost_of_transport"
-_WHOLE_RUN = "max_heave", "max_surge"
+def _slip_ratio(walks: _Walks, about: Definition) -> Measured:
+    path = walks.slip + np.abs(walks.stride)[:, None]
+    ratio = np.full(path.shape, np.nan)
+    np.divide(walks.slip, path, out=ratio, where=path > STANDSTILL)
+    return walks.feet(ratio, about)
 
 
-def _on_the_way(way: _Way, walker: Walker) -> Iterator[tuple[str, Measure]]:
-    yield "stride", of_robot(way.stride, "m", "surge of the body per drive period")
-    speed = way.stride / np.diff(way.edges)
-    yield "mean_speed", of_robot(speed, "m/s", "stride over drive period")
-    length = walker.length
-    yield "body_lengths_per_second", of_robot(
-        speed / length if length > 0.0 else np.zeros(0), "1/s",
+def _weight(scene: Any) -> float:
+    gravity = scene.ground.gravity
+    return 0.0 if gravity is None else scene.robot.structure.total_mass * gravity.acceleration
+
+
+def _transport(walks: _Walks, about: Definition) -> Measured:
+    drawn, weight = walks.robot(walks.energy, about), walks.described(_weight)
+    way = np.abs(walks.strides.mean)
+    none = np.full(len(way), np.nan)
+    there = (weight > 0.0) & (way > STANDSTILL)
+    cost = np.divide(drawn.value, weight * way, out=none.copy(), where=there)
+    vary = np.divide(walks.strides.spread, way, out=none, where=there)
+    return Measured(cost, cost * vary, np.where(np.isfinite(cost), drawn.n, 0), about)
+
+
+def _once(values: Floats, about: Definition) -> Measured:
+    known = np.isfinite(values)
+    none = np.full(len(values), np.nan)
+    return Measured(np.where(known, values, np.nan), none, known.astype(np.intp), about)
+
+
+def _max_heave(walks: _Walks, about: Definition) -> Measured:
+    return _once(largest(owners(walks.mark_first), len(walks.table), walks.marks["highest"]), about)
+
+
+def _max_surge(walks: _Walks, about: Definition) -> Measured:
+    own, surge = owners(walks.mark_first), walks.marks["body"][:, 0]
+    return _once(largest(own, len(walks.table), np.abs(surge - surge[walks.mark_first[own]])), about)
+
+
+@dataclass(frozen=True)
+class _OfWalk(Definition):
+    """A measure of walks."""
+
+    of: Callable[[_Walks, Definition], Measured]
+
+
+_WALK = {
+    "stride": _OfWalk(
+        "m", Scope.ROBOT, "surge of the body per drive period", lambda walks, about: walks.robot(walks.stride, about)
+    ),
+    "mean_speed": _OfWalk(
+        "m/s", Scope.ROBOT, "stride over drive period", lambda walks, about: walks.robot(walks.speed, about)
+    ),
+    "body_lengths_per_second": _OfWalk(
+        "1/s", Scope.ROBOT,
         "mean speed over the length of the body: that of its description, else from its first hip to its last; none "
         "where all hips are side by side",
-    )  # fmt: skip
-    yield (
-        "vertical_amplitude",
-        of_robot(way.swing, "m", "highest minus lowest heave of the body in a drive period"),
-    )
-    yield (
-        "foot_slip",
-        of_feet(way.slip.T, way.feet, "m", "path that a foot slides in contact per drive period", Scope.MEAN),
-    )
-    stride = np.abs(way.stride)[:, None]
-    path = way.slip + stride
-    ratio = np.full(path.shape, np.nan)
-    np.divide(way.slip, path, out=ratio, where=path > STANDSTILL)
-    yield "slip_ratio", of_feet(
-        ratio.T, way.feet, "1",
+        _per_length,
+    ),
+    "vertical_amplitude": _OfWalk(
+        "m", Scope.ROBOT, "highest minus lowest heave of the body in a drive period",
+        lambda walks, about: walks.robot(walks.swing, about),
+    ),
+    "foot_slip": _OfWalk(
+        "m", Scope.MEAN, "path that a foot slides in contact per drive period",
+        lambda walks, about: walks.feet(walks.slip, about),
+    ),
+    "slip_ratio": _OfWalk(
+        "1", Scope.MEAN,
         "foot slip over the sum of foot slip and stride, both without sign: 0 if the foot never slides, 1 if it slides "
         f"and the body gets nowhere; none where neither exceeds {STANDSTILL * 1e9:g} nm",
-        Scope.MEAN,
-    )  # fmt: skip
-
-
-def _cost(run: Walked, way: _Way, walker: Walker) -> Iterator[tuple[str, Measure]]:
-    scene, count = run.scene, len(way.stride)
-    energy = np.zeros(count)
-    if count:
-        signals = scene.actuator_volts
-        for name, drive in scene.robot.drives.items():
-            energy += charging_energy(drive, signals[name], way.edges)
-    known = energy[np.isfinite(energy)]
-    drawn = of_robot(
-        known if len(known) == count else np.zeros(0), "J",
+        _slip_ratio,
+    ),
+    "electrical_energy": _OfWalk(
+        "J", Scope.ROBOT,
         "electrical energy that all drives draw per drive period, one step of every leg: C dV^2 for every rise of a "
         "voltage by dV, less the share of the charge that is recovered; none where a capacitance is not given",
-    )  # fmt: skip
-    yield "electrical_energy", drawn
-    gravity = scene.ground.gravity
-    weight = 0.0 if gravity is None else walker.total_mass * gravity.acceleration
-    stride = float(way.stride.mean()) if count else math.nan
-    there = weight > 0.0 and abs(stride) > STANDSTILL
-    cost = drawn.value / (weight * abs(stride)) if there else math.nan
-    vary = float(way.stride.std(ddof=1)) / abs(stride) if there and count > 1 else math.nan
-    yield "cost_of_transport", Measure(
-        cost, "1", cost * vary, drawn.n if math.isfinite(cost) else 0,
+        lambda walks, about: walks.robot(walks.energy, about),
+    ),
+    "cost_of_transport": _OfWalk(
+        "1", Scope.ROBOT,
         "electrical energy per drive period over the weight of the walker times the mean stride without its sign, its "
-        f"spread that of the stride in proportion; none without gravity or where the stride is below "
+        "spread that of the stride in proportion; none without gravity or where the stride is below "
         f"{STANDSTILL * 1e9:g} nm",
-    )  # fmt: skip
-
-
-def _whole_run(marks: np.ndarray | None) -> Iterator[tuple[str, Measure]]:
-    """What the source plots of the body in a whole run from its start, transients included (Figs. 4.8-4.11)."""
-    heave = surge = math.nan
-    if marks is not None and len(marks):
-        heave = float(marks["highest"].max())
-        surge = float(np.abs(marks["body"][:, 0] - marks["body"][0, 0]).max())
-    seen = int(math.isfinite(heave))
-    yield (
-        "max_heave",
-        Measure(
-            heave, "m", math.nan, seen, "largest heave of the body in the whole run, transients included"
-        ),
-    )
-    yield "max_surge", Measure(
-        surge, "m", math.nan, seen,
+        _transport,
+    ),
+    "max_heave": _OfWalk(
+        "m", Scope.ROBOT, "largest heave of the body in the whole run, transients included", _max_heave
+    ),
+    "max_surge": _OfWalk(
+        "m", Scope.ROBOT,
         "farthest that the body gets from its start in the whole run, without sign, seen at the ends of drive periods",
-    )  # fmt: skip
+        _max_surge,
+    ),
+}  # fmt: skip
+"""Measures of walks by name: by drive period, and what the source plots of the body in a whole run from its start,
+transients included (Figs. 4.8-4.11)."""

@@ -2,77 +2,84 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
 
-from tarsus.measure.history import RESOLUTION, Counting, FootHistory
-from tarsus.measure.measure import Measures, Scope, of_feet
-from tarsus.measure.periods import Judged, histories_of
+from tarsus.measure.history import RESOLUTION, Counting, Histories
+from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet
+from tarsus.measure.segments import Floats, Rows, largest, sums
+from tarsus.measure.table import Judged, Judgement, RunTable
 
-__all__ = ["whole_run_statistics"]
+__all__ = ["in_whole_run", "whole_run_statistics"]
 
 
 @dataclass(frozen=True)
-class _Definition:
-    unit: str
-    scope: Scope
-    words: str
-    of: Callable[[FootHistory, Counting], float]
+class InWholeRun(Definition):
+    """A measure with one value (nh,) for every foot."""
+
+    of: Callable[[Histories, Counting], Floats]
 
 
-def _longest(foot: FootHistory, counting: Counting) -> float:
-    start, end = foot.contacts(counting.height)
-    return float((end - start).max(initial=0.0))
+def _number(histories: Histories, flights: Rows) -> Floats:
+    return sums(histories.flights.own[flights], len(histories.flights.until))
 
 
-_DEFINITIONS = {
-    "max_peak": _Definition(
+def _highest(histories: Histories, _: Counting) -> Floats:
+    found = largest(histories.tops.own, len(histories.flights.until), histories.tops.value)
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def _longest(histories: Histories, counting: Counting) -> Floats:
+    own, start, end = histories.flights.contacts(counting.height)
+    return np.maximum(largest(own, len(histories.flights.until), end - start), 0.0)
+
+
+WHOLE_RUN = {
+    "max_peak": InWholeRun(
         "m", Scope.WORST, "highest gap in the whole run after its start, a flight from its start included",
-        lambda foot, _: float(foot.top.max()) if len(foot.top) else np.nan,
+        _highest,
     ),
-    "total_bounces": _Definition(
+    "total_bounces": InWholeRun(
         "1", Scope.MEAN,
         "bounces in the whole run: flights from a touchdown to the next, or cut off by the end, whose apex "
         "clears {height}, after a contact shorter than {dwell}, however they began",
-        lambda foot, counting: float(len(foot.bounces(counting))),
+        lambda feet, counting: _number(feet, feet.flights.bounces(counting)),
     ),
-    "total_rebounds": _Definition(
+    "total_rebounds": InWholeRun(
         "1", Scope.MEAN, "flights in the whole run that begin by restitution and clear {height}",
-        lambda foot, counting: float(len(foot.rebounds(counting.height))),
+        lambda feet, counting: _number(feet, feet.flights.rebounds(counting.height)),
     ),
-    "total_rebounds_any_height": _Definition(
+    "total_rebounds_any_height": InWholeRun(
         "1", Scope.MEAN,
         "flights in the whole run that begin by restitution, however low: a simulation has no resolution",
-        lambda foot, _: float(len(foot.rebounds(0.0))),
+        lambda feet, _: _number(feet, feet.flights.rebounds(0.0)),
     ),
-    "longest_contact": _Definition(
+    "longest_contact": InWholeRun(
         "s", Scope.WORST, "longest contact in the whole run, flights below {height} included", _longest
     ),
 }  # fmt: skip
+"""Measures of a foot in a whole run, by name; likewise."""
 
 
 def whole_run_statistics(
-    run: Judged,
-    period: float | None = None,
-    height: float = RESOLUTION,
-    dwell: float | None = None,
-    histories: Mapping[str, FootHistory] | None = None,
-    names: Collection[str] | None = None,
+    run: Judged, period: float | None = None, height: float = RESOLUTION, dwell: float | None = None
 ) -> Measures:
     """Measures of the feet over a whole run; arguments as for `tarsus.measure.period_statistics`. None has a spread."""
-    counting = Counting.of(run.period if period is None else period, height, dwell)
-    histories = histories_of(run) if histories is None else histories
-    words = counting.words()
-    found = {}
-    for name, one in _DEFINITIONS.items():
-        if names is not None and name not in names:
-            continue
-        rows = np.array([one.of(foot, counting) for foot in histories.values()]).reshape(-1, 1)
-        found[name] = of_feet(
-            rows, tuple(histories), one.unit, one.words.format(**words), one.scope,
-            height=counting.height if "{height}" in one.words else None,
-            dwell=counting.dwell if "{dwell}" in one.words else None,
-        )  # fmt: skip
-    return Measures(found)
+    judgement = Judgement(RunTable.of(run), period, None, height, dwell)
+    return Measures({name: one.of(0) for name, one in in_whole_run(judgement).items()})
+
+
+def in_whole_run(judgement: Judgement, names: Collection[str] | None = None) -> dict[str, Measured]:
+    """The measures of `whole_run_statistics` of many runs: all, or those of ``names`` at the cost of these alone."""
+    feet, histories, runs = judgement.table.feet, judgement.histories, len(judgement.table)
+    number = runs * len(feet)
+    return {
+        name: of_feet(
+            Moments.of(one.of(histories, judgement.by_foot), np.arange(number), number), runs, feet, one,
+            counting=judgement.counting,
+        )
+        for name, one in WHOLE_RUN.items()
+        if names is None or name in names
+    }  # fmt: skip

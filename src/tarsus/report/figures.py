@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,6 +34,12 @@ from tarsus.report.style import (
 
 MOST_FEET = 4
 """Feet drawn one by one; a robot with more shows its first ones."""
+
+
+Dash = str | tuple[int, tuple[float, ...]]
+
+LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
+"""Colours of the laws on the feet, in their order."""
 
 
 @dataclass(frozen=True)
@@ -100,15 +107,11 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     limit = series["adhesion_strength"][foot]
     rows: list[tuple[str, np.ndarray, str]] = []
     absent: list[str] = []
-    for label, name, color in (
-        ("film", "film_force", GREEN),
-        ("electrostatic", "electrostatic_force", PURPLE),
-        ("user laws", "law_force", ORANGE),
-    ):
-        values = series.values.get(name)
-        if values is not None and ever(values[foot]):
-            rows.append((label, values[foot], color))
-        elif label != "user laws":
+    for name, color in zip(series.laws, cycle(LAW_COLORS), strict=False):
+        label, values = name.replace("_", " "), series[f"{name}_force"][foot]
+        if ever(values):
+            rows.append((label, values, color))
+        else:
             absent.append(label)
     drive = [(name, series["drive_force"][i]) for i, name in enumerate(series.drives)]
     touched = ever(contact[part]) or ever(limit[part])
@@ -204,15 +207,13 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
     return Plate(to_svg(figure, caption), caption)
 
 
-LEDGER_CURVES = (
+LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
     ("work_in", "work in by drives", INK, "-"),
     ("stored", "kinetic + elastic", BLUE, "-"),
     ("damping_loss", "structural damping", VERMILION, "-"),
-    ("film_loss", "film", GREEN, "-"),
     ("impact_loss", "impacts", PURPLE, "-"),
     ("adhesion_loss", "adhesion", ORANGE, "-"),
     ("friction_loss", "friction", SKY, "-"),
-    ("electrostatic_work", "electrostatic work", MUTED, (0, (4, 1.5))),
 )
 
 
@@ -223,7 +224,14 @@ def ledger(series: Series) -> Plate:
     clock = _clock(window)
     curves = dict(series.values)
     curves["stored"] = series["kinetic_energy"] + series["elastic_energy"]
-    shown = [entry for entry in LEDGER_CURVES if entry[0] in curves and ever(curves[entry[0]])]
+    entries = [*LEDGER_CURVES]
+    losses, works = cycle((GREEN, SKY, MUTED)), cycle((MUTED, GREEN, PURPLE))
+    for name, law in series.laws.items():
+        work = series[f"{name}_work"]
+        curves[name] = -work if law.loses else work
+        color, dash = (next(losses), "-") if law.loses else (next(works), (0, (4, 1.5)))
+        entries.append((name, name.replace("_", " "), color, dash))
+    shown = [entry for entry in entries if entry[0] in curves and ever(curves[entry[0]])]
     scale = scale_of("J", *(curves[name] for name, *_ in shown))
     for name, label, color, dash in shown:
         width = 1.3 if name == "work_in" else 1.0
@@ -232,7 +240,10 @@ def ledger(series: Series) -> Plate:
     few_ticks(axes, y=6)
     _legend(axes, columns=4)
     _finish(axes, window, clock)
-    caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken."
+    caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
+    if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
+        caption += "; dashed is work on the structure"
+    caption += "."
     return Plate(to_svg(figure, caption), caption)
 
 

@@ -229,8 +229,8 @@ def _validation(comparisons: Sequence[Comparison], numbers: Iterator[int]) -> li
 
 def _counted(comparisons: Sequence[Comparison]) -> str:
     """What counts as a bounce in these records."""
-    heights = [1e6 * one.measured.counting.height for one in comparisons]
-    dwells = [1e3 * one.measured.counting.dwell for one in comparisons]
+    heights = [1e6 * float(one.measured.counting.height) for one in comparisons]
+    dwells = [1e3 * float(one.measured.counting.dwell) for one in comparisons]
     height, dwell = (
         number(min(these), 3)
         if min(these) == max(these)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
 from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, counted, package_version, write_text
 from tarsus.report import figures
 from tarsus.report.circular import circular
@@ -55,19 +56,6 @@ _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
 _HOLDING = ("pull", "strength")
 EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: _HOLDING, 4: _LANDING, 5: _HOLDING, 7: _HOLDING, 8: _HOLDING}
 """What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
-
-LEDGER_LINES = (
-    ("work_in", "work in by the drives"),
-    ("kinetic", "change of kinetic energy"),
-    ("elastic", "change of elastic energy"),
-    ("damping", "lost to structural damping"),
-    ("film", "lost to the film"),
-    ("friction", "lost to friction"),
-    ("impacts", "lost in impacts"),
-    ("adhesion", "lost to adhesion"),
-    ("electrostatic", "electrostatic work"),
-    ("laws", "work of user laws"),
-)
 
 
 def write_report(run: RunLike, path: str | Path, companion: RunLike | None = None) -> Path:
@@ -232,8 +220,12 @@ def _feet(values: Mapping[str, float]) -> list[tuple[str, float]]:
 
 
 def _ledger(run: RunLike) -> str:
-    terms = [(key, label, float(getattr(run.ledger, key))) for key, label in LEDGER_LINES]
-    largest = max(abs(value) for _, _, value in terms) or 1.0
+    lines = [
+        (label, value)
+        for label, value in ledger_lines(run)
+        if value != 0.0 or label != LEDGER_WORDS["friction"]
+    ]
+    largest = max(abs(value) for _, value in lines) or 1.0
     scale = scale_of("J", largest)
     columns = [
         Column("term", number=False),
@@ -241,9 +233,7 @@ def _ledger(run: RunLike) -> str:
         Column("share of the largest", "%"),
     ]
     rows: list[list[Cell]] = [
-        [label, number(value / scale.step), number(100.0 * value / largest, 3)]
-        for key, label, value in terms
-        if value != 0.0 or key not in ("laws", "electrostatic", "friction")
+        [label, number(value / scale.step), number(100.0 * value / largest, 3)] for label, value in lines
     ]
     residual = float(run.ledger.residual)
     rows.append(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
+from tarsus.laws.base import Law
 from tarsus.solve import Run
 
 BOUNCE, CAPTURE, RELEASE, REST, AT_START = 1, 2, 3, 4, 5
@@ -37,6 +38,8 @@ class Series:
     period: float | None
     """Drive period [s]; None if no drive repeats."""
     duration: float
+    laws: Mapping[str, Law]
+    """Laws that act on the feet with a force, by name; theirs are the series `<name>_force` and `<name>_work`."""
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.values[name]
@@ -101,6 +104,7 @@ def _series(run: Any, variables: Variables) -> Series:
         contacts=tuple(contact_intervals(run.events, foot, float(run.duration)) for foot in range(len(feet))),
         period=drive_period(scene),
         duration=float(run.duration),
+        laws={name: law for name, law in scene.ground.acting_laws.items() if f"{name}_work" in values},
     )
 
 

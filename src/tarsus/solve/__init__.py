@@ -3,6 +3,7 @@
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.run import Ledger, ResultCode, Run
+from tarsus.solve.session import Session
 from tarsus.solve.simulate import simulate
 
-__all__ = ["Accuracy", "Batch", "Ledger", "ResultCode", "Run", "simulate", "simulate_batch"]
+__all__ = ["Accuracy", "Batch", "Ledger", "ResultCode", "Run", "Session", "simulate", "simulate_batch"]

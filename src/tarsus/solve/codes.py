@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -52,17 +54,35 @@ _CODES = {
     a.NOT_FINITE: ResultCode.NOT_FINITE,
 }
 
+_FIELDS = {
+    "time": "f8", "foot": "i4", "kind": "i1", "speed_before": "f8", "speed_after": "f8", "pull": "f8", "strength": "f8",
+    "energy": "f8", "adhesion_energy": "f8", "apex": "f8", "apex_time": "f8", "gap_integral": "f8",
+}  # fmt: skip
+# every field where its number lies in a row of the engine, so that rows need no copying field by field
 EVENT_TYPE = np.dtype(
-    [
-        ("time", "f8"), ("foot", "i4"), ("kind", "i1"), ("speed_before", "f8"), ("speed_after", "f8"), ("pull", "f8"),
-        ("strength", "f8"), ("energy", "f8"), ("adhesion_energy", "f8"), ("apex", "f8"), ("apex_time", "f8"),
-        ("gap_integral", "f8"),
-    ]
-)  # fmt: skip
+    {
+        "names": list(_FIELDS),
+        "formats": list(_FIELDS.values()),
+        "offsets": [8 * column for column in range(a.EVENT_WIDTH)],
+        "itemsize": 8 * a.EVENT_WIDTH,
+    }
+)
 """Fields of an event: time [s]; foot number; kind (1 bounce, 2 capture, 3 release, 4 rest, 5 contact at start);
 approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
 the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
 that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]."""
+
+
+@dataclass(frozen=True)
+class EventColumns:
+    """Kernel event rows (ne, 12) of several batches, one after the other, field by field as measures ask for them."""
+
+    rows: Sequence[np.ndarray]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A field of `EVENT_TYPE` (ne,)."""
+        column = list(_FIELDS).index(name)
+        return np.concatenate([some[:, column] for some in self.rows])
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:
@@ -71,9 +91,7 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     A rest bears the time at which its accumulation ends, which other feet's events may precede; it comes at the latest
     with the next event of its own foot.
     """
-    out = np.zeros(len(rows), dtype=EVENT_TYPE)
-    for name, column in _COLUMNS.items():
-        out[name] = rows[:, column]
+    out = _as_events(rows)
     if np.all(out["time"][1:] >= out["time"][:-1]):
         return out
     for foot in np.unique(out["foot"]):
@@ -82,8 +100,38 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     return out[np.argsort(out["time"], kind="stable")]
 
 
-_COLUMNS = {
-    "time": a.E_TIME, "foot": a.E_FOOT, "kind": a.E_KIND, "speed_before": a.E_BEFORE, "speed_after": a.E_AFTER,
-    "pull": a.E_PULL, "strength": a.E_STRENGTH, "energy": a.E_ENERGY, "adhesion_energy": a.E_ADHESION,
-    "apex": a.E_APEX, "apex_time": a.E_APEX_TIME, "gap_integral": a.E_INTEGRAL,
-}  # fmt: skip
+class EventLog:
+    """Events of runs made together: as `structured_events`, but of all runs at once.
+
+    rows (ne, 12): those of run i end at ends[i].
+    """
+
+    def __init__(self, rows: np.ndarray, ends: np.ndarray) -> None:
+        self._all = _as_events(rows)
+        late = np.flatnonzero(rows[1:, a.E_TIME] < rows[:-1, a.E_TIME]) + 1
+        late = late[~np.isin(late, ends)]  # the first event of a run may well come before the last of another
+        for run in np.unique(np.searchsorted(ends, late, side="right")):
+            part = slice(ends[run - 1] if run else 0, ends[run])
+            self._all[part] = structured_events(rows[part])
+        kept = self._all["kind"] != a.PERIOD_MARK
+        self._events = self._all.take(np.flatnonzero(kept))
+        self._ends = ends
+        self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]
+
+    def all_of(self, run: int) -> np.ndarray:
+        """Events of one run with its period marks."""
+        return self._all[self._ends[run - 1] if run else 0 : self._ends[run]]
+
+    def of(self, run: int) -> np.ndarray:
+        """Events of one run without its period marks."""
+        return self._events[self._events_end[run - 1] if run else 0 : self._events_end[run]]
+
+
+def _as_events(rows: np.ndarray) -> np.ndarray:
+    """Rows (ne, 12) as a structured array, in their order."""
+    out = np.array(rows, order="C")
+    whole = out[:, [a.E_FOOT, a.E_KIND]]
+    out[:, [a.E_FOOT, a.E_KIND]] = 0.0
+    out = out.view(EVENT_TYPE)[:, 0]
+    out["foot"], out["kind"] = whole.T
+    return out

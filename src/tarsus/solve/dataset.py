@@ -41,15 +41,11 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     add("contact", foot, state.held, "1", "foot held on the ground")
     add("pull", foot, state.pull, "N", "structure's pull on a held foot, away from the ground")
     add("adhesion_strength", foot, series.strength, "N", "pull that the contact would hold")
-    add("film_force", foot, series.film, "N", "squeeze-film force on the foot along the normal")
-    add(
-        "electrostatic_force",
-        foot,
-        series.electrostatic,
-        "N",
-        "electrostatic force on the foot along the normal",
-    )
-    add("law_force", foot, series.user, "N", "force of user laws on the foot along the normal")
+    laws = scene.ground.acting_laws
+    for name, force in series.laws.items():
+        add(
+            f"{name}_force", foot, force, "N", f"force of the {laws[name].title} on the foot along the normal"
+        )
     add(
         "contact_force",
         foot,
@@ -61,6 +57,9 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     add("elastic_energy", ("time",), series.elastic, "J", "elastic energy")
     for name, (key, text) in _CUMULATIVE.items():
         add(name, ("time",), series.cumulative[key], "J", f"{text}, from the start")
+    for name, work in series.works.items():
+        text = f"work of the {laws[name].title} on the structure, from the start"
+        add(f"{name}_work", ("time",), work, "J", text)
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
     for dim, names in (("foot", scene.robot.feet), ("drive", scene.robot.drives), ("point", points)):
         variables[dim] = Variable((dim,), np.array(list(names), dtype=object), {})
@@ -90,9 +89,6 @@ def to_walk_variables(run: WalkRun, series: WalkSeries) -> dict[str, Variable]:
 _CUMULATIVE = {
     "work_in": ("work_in", "work of drives and weight"),
     "damping_loss": ("damping", "energy lost to structural damping"),
-    "film_loss": ("film", "energy lost to the squeeze film"),
-    "electrostatic_work": ("electrostatic", "work of electrostatic forces on the structure"),
-    "law_work": ("laws", "work of user laws on the structure"),
     "impact_loss": ("impacts", "energy lost in impacts"),
     "adhesion_loss": ("adhesion", "kinetic energy taken by adhesive capture"),
 }

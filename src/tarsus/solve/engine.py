@@ -1,45 +1,20 @@
-"""Drives the compiled loop over plans: buffers, contact modes on demand, codes. No descriptions here."""
+"""Runs plans of modal robots by the native engine: settings, the book of contact modes, codes. No descriptions here."""
 
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from tarsus.core import _native
 from tarsus.core import arrays as a
-from tarsus.core.cache import drop_stale, is_compiled
-from tarsus.core.flow import TERMS
-from tarsus.core.kernel import make_advance
-from tarsus.core.modes import contact_mode
+from tarsus.core.book import NODES, ModeBook, step_lengths
 from tarsus.core.nodes import N
-from tarsus.core.stack import ModeBook, step_lengths
-from tarsus.plan import Plan, source_hash
-
-_advance = None
-_compiling = threading.Lock()
-
-
-COMPILE_SECONDS = 10
-"""About how long compiling the engine takes, for telling those who wait [s]."""
-
-
-def advance() -> Any:
-    """The compiled engine, made on first use (its machine code is kept on disk between processes)."""
-    global _advance
-    with _compiling:
-        if _advance is None:
-            _advance = make_advance(source_hash())
-            if not is_compiled(_advance):
-                drop_stale(_advance)
-    return _advance
-
-
-def needs_compiling() -> bool:
-    """Whether the next run compiles the engine first: its machine code is neither in this process nor on disk."""
-    return not is_compiled(advance())
+from tarsus.plan import Plan
+from tarsus.slots import Rows, rows_of
 
 
 @dataclass(frozen=True)
@@ -57,27 +32,44 @@ class Accuracy:
 
 
 class SharedBook:
-    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads."""
+    """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads.
 
-    def __init__(self, plan: Plan, duration: float) -> None:
-        self.system = plan.system
-        self.book = ModeBook(step_lengths(duration))
-        self._lock = threading.Lock()
-        self.require(0)
+    shared: that of a plan of equal `structure_key`, whose tables serve this one too.
+    """
 
-    def require(self, mask: int) -> None:
-        with self._lock:
-            if not self.book.has(mask):
-                self.book.add(contact_mode(self.system, mask))
+    def __init__(self, plan: Plan, duration: float, *, shared: SharedBook | None = None) -> None:
+        self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
+        self._met: list[int] = []
+        if shared is not None:
+            self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
+        _ = self.book  # now, not when threads first meet there
 
-    def arrays(self) -> tuple[a.Modes, a.Tables]:
-        with self._lock:
-            return self.book.arrays()
+    @cached_property
+    def book(self) -> ModeBook:
+        """The contact modes, those of a pickle in the order in which its runs met them: recorded steps number them."""
+        book = ModeBook(*self._made_of)
+        for mask in self._met:
+            book.require(mask)
+        return book
+
+    def __getstate__(self) -> dict[str, Any]:
+        met = [mode.mask for mode in self.book.modes]
+        return {"_made_of": self._made_of, "_met": met}
+
+
+def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
+    """What the tables of a plan's structure depend on: all of it but rest gaps and gravity."""
+    system = plan.system
+    parts = (system.mass, system.damping, system.stiffness, system.normals, system.loads, system.weight)
+    chosen = (system.directions, system.alone)
+    arrays = [np.asarray(part, dtype=float).tobytes() for part in parts]
+    given = [None if part is None else np.asarray(part, dtype=float).tobytes() for part in chosen]
+    return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays, *given)
 
 
 @dataclass
 class RawRuns:
-    """What the kernel made of nr runs: codes (nr,), event rows of run i in events[event_end[i-1]:event_end[i]].
+    """What the engine made of nr runs: codes (nr,), event rows of run i in events[event_end[i-1]:event_end[i]].
 
     finish (nr, 3): end time [s], steps, rejected steps. trace: recorded steps of all runs, end to end.
     Of the last run: mode, number of the contact mode it ended in, and its flowing state there; pending, mask of the
@@ -104,60 +96,27 @@ def execute(
     plan: Plan,
     duration: float,
     *,
-    parameters: np.ndarray | None = None,
-    initial: np.ndarray | None = None,
+    rows: Rows | None = None,
     book: SharedBook | None = None,
     accuracy: Accuracy | None = None,
     period: float = math.inf,
     track: bool = True,
     record: bool = False,
 ) -> RawRuns:
-    """Run a plan for ``duration`` [s], once or for many law parameters (nr, m, np) and initial states (nr, 2n).
+    """Run a plan for ``duration`` [s], as it is or for many rows of its data.
 
-    period [s]: events mark the highest gap of every drive period; track: find the apex of every flight;
-    record: keep every step for series and energies.
+    period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
+    the apex of every flight; record: keep every step for series and energies.
     """
-    accuracy = accuracy or Accuracy()
-    book = book if book is not None else SharedBook(plan, duration)
-    kernel = advance()
-    laws = plan.laws.own()
-    if parameters is None:
-        parameters = laws.parameters[None]
-    if initial is None:
-        initial = np.broadcast_to(plan.initial, (len(parameters), len(plan.initial)))
-    runs = len(parameters)
-    m, n = plan.feet, len(plan.system.mass)
-    ni = 2 * m + plan.drives + 1
-    batch = a.Batch(
-        # copies: a read-only view would be another type to the compiler, and the kernel compiled twice
-        np.array(parameters, order="C"), np.array(initial, order="C"), np.zeros(runs, dtype=np.int64),
-        np.zeros(runs, dtype=np.int64), np.zeros((runs, 3)),
-    )  # fmt: skip
-    state = _new_state(plan, duration, accuracy, book.book.lengths, period, track, record)
-    work = _new_work(n, m, ni)
-    size = 1024 if runs == 1 else 65536
-    output = a.Output(
-        np.zeros((size + 2 * m, a.EVENT_WIDTH)),
-        np.zeros((4096 if record else 3, a.TRACE_HEAD + 2 * n + N * ni)),
+    book = SharedBook(plan, duration, shared=book)
+    rows = rows_of(plan, 1, period) if rows is None else rows
+    settings = unit_settings(plan, duration, accuracy or Accuracy())
+    settings.track, settings.record = track, record
+    codes, *rest = _native.run_modal(
+        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows
     )
-    verdict = np.zeros((max(m, 1), 2), dtype=np.int64)
-    events: list[np.ndarray] = []
-    rows: list[np.ndarray] = []
-    while True:
-        code = kernel(*book.arrays(), plan.signals, laws.arrays, batch, state, output, work, verdict)
-        if code == a.NEED_MODE:
-            book.require(int(state.count[a.PENDING]))
-            continue
-        events.append(output.events[: state.count[a.EVENTS]].copy())
-        rows.append(output.trace[: state.count[a.ROWS]].copy())
-        state.count[a.BASE] += state.count[a.EVENTS]
-        state.count[a.EVENTS] = state.count[a.ROWS] = 0
-        if code == a.DONE:
-            break
-    return RawRuns(
-        batch.codes, np.concatenate(events), batch.event_end, batch.finish, np.concatenate(rows), book,
-        int(state.count[a.MODE]), state.w, int(state.count[a.PENDING]), state.physical,
-    )  # fmt: skip
+    events, event_end, finish, trace, mode, state, pending, physical = rest
+    return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
 
 
 def row_bytes(plan: Plan) -> int:
@@ -166,51 +125,16 @@ def row_bytes(plan: Plan) -> int:
     return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
 
 
-def _new_state(
-    plan: Plan,
-    duration: float,
-    accuracy: Accuracy,
-    lengths: np.ndarray,
-    period: float,
-    track: bool,
-    record: bool,
-) -> a.State:
-    m = max(plan.feet, 1)
-    size = max(2 * len(plan.system.mass), 2)
-    count = np.zeros(a.COUNTS, dtype=np.int64)
-    count[a.TRACK], count[a.RECORD], count[a.MAX_STEPS], count[a.FRESH] = track, record, accuracy.steps, 1
-    count[a.FIRST_CLASS] = int(np.searchsorted(-lengths, -0.5 / plan.rate))
-    real = np.zeros(a.REALS)
-    real[a.END] = duration
-    real[a.PERIOD] = period
-    real[a.TOL_GAP] = accuracy.gap * plan.length
-    real[a.TOL_DRIVE] = accuracy.drive
-    real[a.EPS_GAP] = 1e-14 * plan.length
-    real[a.EPS_FORCE] = 1e-13 * plan.force
-    real[a.EPS_SPEED] = 1e-13 * plan.length * plan.rate
-    real[a.REST_HEIGHT] = 0.1 * accuracy.gap * plan.length  # lower flights are lost in the error of a step
-    real[a.MIN_PROGRESS] = 1e-10 / plan.rate
-    real[a.PROBE] = 1e-7 * plan.length
-    return a.State(
-        count=count, real=real, w=np.zeros(size), physical=np.zeros(2 * len(plan.system.mass)),
-        cursor=np.zeros((max(len(plan.signals.loop), 1), 2), dtype=np.int64), since=np.zeros(m),
-        order=np.zeros(m, dtype=np.int64), apex=np.zeros((m, 3)),
-    )  # fmt: skip
-
-
-def _new_work(n: int, m: int, ni: int) -> a.Work:
-    def rows(count: int) -> np.ndarray:
-        return np.zeros((max(count, 1), N))
-
-    values = rows(ni)
-    values[-1] = 1.0  # the last input is the constant 1
-    constant = np.zeros(ni, dtype=np.bool_)
-    constant[-1] = True
-    active = np.ones(ni, dtype=np.bool_)
-    active[: 2 * m] = False
-    return a.Work(
-        values=values, constant=constant, active=active, linear=rows(2 * m), nodes=rows(2 * m + 1), volts=rows(m),
-        margin=rows(m), power=rows(ni), vpower=rows(m), series=np.zeros((TERMS, max(2 * n, 2))), line=np.zeros(TERMS),
-        velocity=np.zeros(max(3 * n, 3)), state=np.zeros(max(2 * n, 2)), other=np.zeros(max(m, 1)),
-        matrix=np.zeros((max(m, 1) * N, max(m, 1) * N + 2)),
-    )  # fmt: skip
+def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Settings:
+    """Relative tolerances as absolute ones for a length and a force of one; the engine multiplies them by a run's."""
+    out = _native.Settings()
+    out.end, out.period = duration, math.inf
+    out.gap, out.drive = accuracy.gap, accuracy.drive
+    out.gap_zero = 1e-14
+    out.force_zero = 1e-13
+    out.speed_zero = 1e-13 * plan.rate
+    out.rest_height = 0.1 * accuracy.gap  # lower flights are lost in the error of a step
+    out.least_progress = 1e-10 / plan.rate
+    out.probe = 1e-7
+    out.most_steps, out.first_class = accuracy.steps, 0
+    return out

@@ -8,56 +8,66 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-
-from tarsus.core.walk.arrays import Tables
-from tarsus.laws import PullAsPrinted
+from tarsus.core import _native
+from tarsus.core.book import step_lengths
+from tarsus.drive.law import VoltageLaw
+from tarsus.drive.lower import lower
+from tarsus.drive.pieces import Pieces
+from tarsus.drive.signal import Signal
 from tarsus.plan import Plan, lower_scene
 from tarsus.scene import Scene
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute
+from tarsus.slots import Rows
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute, structure_key
 from tarsus.solve.march import RawWalks, tables_of, walk
 from tarsus.structure.walker import Walker
 from tarsus.walkplan import WalkPlan, lower_walker
 
-__all__ = ["Engine", "Shared", "engine_for"]
+__all__ = ["Engine", "Shared", "engine_for", "shared_book", "shared_tables"]
 
 MOST_KEPT = 32
-"""Contact modes and step tables of so many different structures are kept for later runs."""
+"""So many tables of structures and drives are kept for later runs."""
 
 
 class Shared:
-    """What engines have made that others can use, by what it depends on: the last ones used; safe between threads."""
+    """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
+
+    Safe between threads.
+    """
 
     def __init__(self, most: int = MOST_KEPT) -> None:
         self._most = most
         self._made: OrderedDict[Any, Any] = OrderedDict()
         self._lock = threading.Lock()
 
-    def get(self, key: Any, make: Callable[[], Any]) -> Any:
-        """What belongs to a key; made now if it is not there."""
+    @property
+    def keys(self) -> list[Any]:
+        """What is kept, by what it depends on; the last one used comes last."""
         with self._lock:
-            if key not in self._made:
-                self._made[key] = make()
+            return list(self._made)
+
+    def get(self, key: Any, make: Callable[[], Any]) -> Any:
+        """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
+        with self._lock:
+            found = self._made.get(key)
+            if found is not None:
+                self._made.move_to_end(key)
+                return found
+        made = make()
+        with self._lock:
+            made = self._made.setdefault(key, made)
             self._made.move_to_end(key)
             while len(self._made) > self._most:
                 self._made.popitem(last=False)
-            return self._made[key]
+        return made
 
 
 class Engine(Protocol):
-    """Runs one plan for many law parameters (nr, m, np) and initial states (nr, 2n)."""
+    """Runs one plan for many rows of its data."""
 
     @property
     def plan(self) -> Plan: ...
 
-    def run(
-        self,
-        parameters: np.ndarray,
-        initial: np.ndarray,
-        period: float,
-        accuracy: Accuracy | None,
-        track: bool,
-    ) -> RawRuns | RawWalks: ...
+    def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> RawRuns | RawWalks: ...
 
 
 @dataclass(frozen=True)
@@ -68,18 +78,8 @@ class ByModes:
     duration: float
     book: SharedBook
 
-    def run(
-        self,
-        parameters: np.ndarray,
-        initial: np.ndarray,
-        period: float,
-        accuracy: Accuracy | None,
-        track: bool,
-    ) -> RawRuns:
-        return execute(
-            self.plan, self.duration, parameters=parameters, initial=initial, book=self.book, accuracy=accuracy,
-            period=period, track=track,
-        )  # fmt: skip
+    def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> RawRuns:
+        return execute(self.plan, self.duration, rows=rows, book=self.book, accuracy=accuracy, track=track)
 
 
 @dataclass(frozen=True)
@@ -88,24 +88,14 @@ class ByLegs:
 
     walk: WalkPlan
     duration: float
-    tables: Tables
+    tables: _native.LegTables
 
     @property
     def plan(self) -> Plan:
         return self.walk.plan
 
-    def run(
-        self,
-        parameters: np.ndarray,
-        initial: np.ndarray,
-        period: float,
-        accuracy: Accuracy | None,
-        track: bool,
-    ) -> RawWalks:
-        return walk(
-            self.walk, self.duration, parameters=parameters, initial=initial, tables=self.tables, accuracy=accuracy,
-            period=period, track=track,
-        )  # fmt: skip
+    def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> RawWalks:
+        return walk(self.walk, self.duration, rows=rows, tables=self.tables, accuracy=accuracy, track=track)
 
 
 def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
@@ -118,21 +108,23 @@ def engine_for(scene: Scene, duration: float, shared: Shared) -> Engine:
     InputError
         Where a law of the user cannot be compiled.
     """
+
+    def drive(signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        return shared.get((signal, law, history), lambda: lower(signal, law, history))
+
     if isinstance(scene.robot.structure, Walker):
-        walker = lower_walker(scene)
-        legs = (duration, walker.blocks.tobytes())
-        return ByLegs(walker, duration, shared.get(legs, lambda: tables_of(walker, duration)))
-    ground = scene.ground
-    loads = tuple(drive.load for drive in scene.robot.drives.values())
-    as_printed = isinstance(ground.landing, PullAsPrinted)  # the other rules are in the law parameters
-    structure = (
-        duration,
-        scene.robot.structure,
-        scene.robot.feet,
-        ground.gravity,
-        ground.impact,
-        as_printed,
-        loads,
-    )
-    plan = lower_scene(scene)
-    return ByModes(plan, duration, shared.get(structure, lambda: SharedBook(plan, duration)))
+        walker = lower_walker(scene, drive)
+        return ByLegs(walker, duration, shared_tables(walker, duration, shared))
+    plan = lower_scene(scene, drive)
+    return ByModes(plan, duration, shared_book(plan, duration, shared))
+
+
+def shared_book(plan: Plan, duration: float, shared: Shared) -> SharedBook:
+    """The contact modes of a plan, those of an earlier one where its tables serve it."""
+    return shared.get(structure_key(plan, duration), lambda: SharedBook(plan, duration))
+
+
+def shared_tables(walker: WalkPlan, duration: float, shared: Shared) -> _native.LegTables:
+    """The step tables of a walker's legs, those of an earlier one where they serve it."""
+    key = (float(step_lengths(duration)[0]), walker.blocks.tobytes())
+    return shared.get(key, lambda: tables_of(walker, duration))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from tarsus.errors import InputError
 from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
+from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events
 from tarsus.solve.engine import RawRuns
 
@@ -37,31 +39,30 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Where the energy of a run went [J]: work_in + electrostatic + laws = kinetic + elastic + damping + film
-    + friction + impacts + adhesion + residual.
+    """Where the energy of a run went [J]: work_in + the sum of laws = kinetic + elastic + damping + friction + impacts
+    + adhesion + residual.
 
-    work_in: work of the drives and of the weight; kinetic, elastic: change from start to end; damping, film,
-    friction, impacts, adhesion: losses; electrostatic, laws: work of those forces on the structure. ``adhesion`` is the
-    kinetic energy of feet that were captured and would have bounced without adhesion. closure: \\|residual\\| over the
-    largest term; where every term is below 1e-24 of the plan's force times length, or below what rounding leaves of the
-    film's momentum, over that, for then all are rounding.
+    work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
+    air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
+    impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
+    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-24 of the plan's force
+    times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
+    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
     """
 
     work_in: float
     kinetic: float
     elastic: float
     damping: float
-    film: float
     friction: float
-    electrostatic: float
     impacts: float
     adhesion: float
-    laws: float
+    laws: Mapping[str, float]
     residual: float
     closure: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Run:
     """A finished simulation of ``scene`` over ``duration`` [s].
 
@@ -74,6 +75,15 @@ class Run:
     duration: float
     period: float
     wall_s: float
+
+    def __repr__(self) -> str:
+        return shown.run_line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.run_table(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return shown.state_of(self, self.scene)
 
     @cached_property
     def code(self) -> ResultCode:

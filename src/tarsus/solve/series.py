@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core.modes import ContactMode, contact_mode
-from tarsus.core.replay import Force, Integrals, Sampled, integrate
+from tarsus.core.replay import Integrals, Sampled, integrate
 from tarsus.core.replay import sample as sample_states
 from tarsus.drive.pieces import evaluate
-from tarsus.laws.base import LatchLaw, ResistiveLaw, SmoothLaw
-from tarsus.solve.codes import CLOSED
+from tarsus.solve import acting
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
@@ -24,8 +24,12 @@ Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
-ROUNDINGS = 30.0
-"""Roundings that add up in an energy of a film's momentum: the terms of a step's quadratic form, about."""
+SETTLED = 0.05
+"""Part of the engine's tolerance of a gap to which gaps at the nodes of a step settle (modal_newton.hpp). With it a
+resistive law's momentum, and so its work, is as uncertain as 0.05 * 1e-8 of the plan's length is to the way of a foot:
+more than an account closes to where that way is below 0.05 of the length."""
+LEAST = 1e-12
+"""Way of a foot, as part of the plan's length, below which it is rounding."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -35,22 +39,23 @@ VALUES = 4_000_000
 class Series:
     """A run at nt times [s]: state of the structure and, per foot, its forces [N].
 
-    force (nd, nt): drive forces; film, electrostatic, user (m, nt): forces on the foot, positive along the normal;
-    contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held foot.
+    force (nd, nt): drive forces; laws: force (m, nt) of every smooth law on the foot by name, positive along the
+    normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
+    foot.
+    cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
     """
 
     time: Floats
     state: Sampled
     force: Floats
     volts: Floats
-    film: Floats
-    electrostatic: Floats
-    user: Floats
+    laws: Mapping[str, Floats]
     contact: Floats
     strength: Floats
     kinetic: Floats
     elastic: Floats
-    cumulative: dict[str, Floats]
+    cumulative: Mapping[str, Floats]
+    works: Mapping[str, Floats]
     ledger: Ledger
 
 
@@ -67,27 +72,21 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     """Replay the recorded steps of a run at ``times`` [s], increasing (an even grid by default)."""
     time = grid(run) if times is None else times
     plan, scene = run.plan, run.scene
-    attraction = electrostatic_force(run)
     state = sample_states(plan.system, run.raw.book.book, run.raw.trace, time)
     force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, len(time))
-    volts = drive_volts(run, time)
-    electrostatic = np.zeros_like(state.gap)
-    if attraction is not None:
-        electrostatic = attraction(state.gap.T, state.rate.T, time).T
-    film = np.zeros_like(state.gap)
-    law = scene.ground.acting.film
-    if law is not None:
-        c, thickness = law.parameters()
-        film = np.where(state.held, 0.0, -c * state.rate / (state.gap + thickness) ** 3)
-    user = np.where(state.held, 0.0, state.smooth - electrostatic + state.film - film)
-    if not scene.ground.laws:
-        user = np.zeros_like(user)
+    laws = acting.forces(run, state.gap, state.rate, state.held, time)
+    smooth = acting.total(laws, scene.ground, "force", state.gap)
+    knots = np.concatenate([[0.0], run.energies.time])
+    cumulative, works = (
+        {name: np.interp(time, knots, np.concatenate([[0.0], values])) for name, values in terms.items()}
+        for terms in _terms(run)
+    )
     return Series(
-        time=time, state=state, force=force, volts=volts, film=film, electrostatic=electrostatic, user=user,
-        contact=np.where(state.held, -(state.pull + electrostatic), 0.0), strength=strength_of(run, time, state.held),
+        time=time, state=state, force=force, volts=drive_volts(run, time), laws=laws,
+        contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength_of(run, time, state.held),
         kinetic=quadratic(plan.system.mass, state.v), elastic=quadratic(plan.system.stiffness, state.x),
-        cumulative=_cumulative(run, run.energies, time), ledger=run.ledger,
+        cumulative=cumulative | event_losses(run, time), works=works, ledger=run.ledger,
     )  # fmt: skip
 
 
@@ -110,54 +109,16 @@ def command_volts(scene: Scene, time: Floats) -> Floats | None:
     return np.array([commands[d].volts(time) if d in commands else np.zeros(len(time)) for d in drives])
 
 
-def foot_volts(run: Run, time: Floats) -> Floats:
-    volts = np.zeros((run.plan.feet, *np.shape(time)))
-    for i, channel in enumerate(run.plan.laws.volts):
-        if channel >= 0:
-            volts[i] = evaluate(run.plan.channels[channel], time)
-    return volts
-
-
-def electrostatic_force(run: Run) -> Force | None:
-    """Force (k, m) at gaps (k, m), rates (k, m), times (k,)."""
-    ground = run.scene.ground.acting
-    laws = [law for law in (ground.electrostatic, ground.leg_electrostatic) if law is not None]
-    if not laws:
-        return None
-
-    def force(gap: Floats, rate: Floats, time: Floats) -> Floats:
-        volts = foot_volts(run, time).T
-        total = np.zeros_like(gap)
-        for law in laws:
-            total += np.vectorize(law.force, otypes=[float])(
-                gap, rate, volts, time[:, None], *law.parameters()
-            )
-        return total
-
-    return force
-
-
-def smooth_laws(run: Run) -> list[SmoothLaw]:
-    """Users' smooth laws that act."""
-    return [law for law in run.scene.ground.laws.values() if isinstance(law, SmoothLaw)]
-
-
 def energies(run: Run) -> Integrals:
-    """Energy integrals of every recorded step; the smooth forces' work told apart where users' laws act as well."""
-    attraction = electrostatic_force(run)
-    own = smooth_laws(run)
-    integrals = integrate(run.plan.system, run.raw.book.book, run.raw.trace, attraction if own else None)
-    if attraction is not None and not own:
-        return replace(integrals, electrostatic=integrals.smooth)
-    return integrals
+    """Energy integrals of every recorded step; the work of laws that act together told apart."""
+    return integrate(run.plan.system, run.raw.book.book, run.raw.trace, acting.parts(run))
 
 
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
-    """f_a [N] of every held foot: from the contact's age, by the law of adhesion or the user's latch."""
+    """f_a [N] of every held foot: from the contact's age."""
     strength = np.zeros(held.shape)
-    laws = [law for law in run.scene.ground.laws.values() if isinstance(law, LatchLaw)]
-    law = laws[0] if laws else run.scene.ground.adhesion
-    if law is None:
+    laws = list(run.scene.ground.acting_on("strength").values())
+    if not laws:
         return strength
     for i in range(len(held)):
         begun = run.events[(run.events["foot"] == i) & np.isin(run.events["kind"], (2, 4, 5))]["time"]
@@ -165,30 +126,15 @@ def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
             continue
         since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]
         ages = np.maximum(time - since, 0.0)
-        known = law.parameters()
-        strength[i, held[i]] = [type(law).strength(age, *known) for age in ages[held[i]].tolist()]
+        strength[i, held[i]] = acting.value(laws[0], ages[held[i]])
     return strength
 
 
-def _terms(integrals: Integrals) -> dict[str, Floats]:
-    return {
-        "work_in": integrals.work,
-        "damping": integrals.damping,
-        "film": -integrals.film,
-        "electrostatic": integrals.electrostatic,
-        "laws": integrals.smooth - integrals.electrostatic,
-        "friction": np.zeros_like(integrals.work),
-    }
-
-
-def _cumulative(run: Run, integrals: Integrals, time: Floats) -> dict[str, Floats]:
-    """Cumulative energies at the sample times [J], linear between the ends of the engine's steps."""
-    knots = np.concatenate([[0.0], integrals.time])
-    out = {
-        name: np.interp(time, knots, np.concatenate([[0.0], values]))
-        for name, values in _terms(integrals).items()
-    }
-    return out | event_losses(run, time)
+def _terms(run: Run) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    """Energies up to the end of every step (nr,) by name, and works of the laws."""
+    found = run.energies
+    works = acting.works(run.scene.ground, found.resistive, found.smooth, found.parts)
+    return {"work_in": found.work, "damping": found.damping, "friction": np.zeros_like(found.work)}, works
 
 
 def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
@@ -216,39 +162,35 @@ def _momenta(run: Run, mode: ContactMode, w: Floats) -> Floats:
     out = np.zeros(run.plan.feet)
     for i in range(len(out)):
         if not mode.mask >> i & 1:
-            out[i] = film_momentum(run, float(mode.outputs[i] @ w + mode.feed[i, -1]))
+            out[i] = acting.momentum(run.scene.ground, float(mode.outputs[i] @ w + mode.feed[i, -1]))
     return out
-
-
-def film_momentum(run: Run, gap: float) -> float:
-    """Momentum potential [N s] of the resistive laws at a gap [m]."""
-    ground = run.scene.ground.acting
-    laws = [law for law in (ground.film, *ground.laws.values()) if isinstance(law, ResistiveLaw)]
-    return sum(type(law).momentum(max(gap, 0.0), *law.parameters()) for law in laws)
 
 
 def ledger(run: Run) -> Ledger:
     """Where the energy of a whole run went."""
-    terms = {name: float(values[-1]) if len(values) else 0.0 for name, values in _terms(run.energies).items()}
+    terms, works = (
+        {name: float(values[-1]) if len(values) else 0.0 for name, values in some.items()}
+        for some in _terms(run)
+    )
     last = last_state(run)
-    return balance(run, terms, last, _rounding(run, last) / CLOSED)
+    return balance(run, terms, works, last, _unresolved(run, last))
 
 
-def _rounding(run: Run, last: Floats) -> float:
-    """Rounding [J] of the energies where a film acts: the engine keeps momenta less the film's, so that energies are
-    differences of those of the velocities that the film's momentum alone would make."""
+def _unresolved(run: Run, last: Floats) -> float:
+    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
+    if not run.scene.ground.acting_on("momentum"):
+        return 1.0
     system, n = run.plan.system, len(run.plan.system.mass)
-    gaps = np.min([system.rest_gap + z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
-    gaps[np.unique(run.events["foot"])] = 0.0
-    momenta = np.array([film_momentum(run, float(gap)) for gap in gaps])
-    speed = np.linalg.solve(system.mass, system.normals @ momenta) if momenta.any() else np.zeros(n)
-    energy = 0.5 * speed @ system.mass @ speed + run.end_time * speed @ system.damping @ speed
-    return float(ROUNDINGS * np.finfo(float).eps * energy)
+    ends = np.ptp([z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
+    way = float(max(run.energies.swing.max(), ends.max()))
+    return max(1.0, SETTLED / max(way / run.plan.length, LEAST))
 
 
-def balance(run: Run, terms: dict[str, float], last: Floats, least: float = 0.0) -> Ledger:
-    """The ledger of works and losses by name and of the state (2n,) at the end; least: energy [J] below which
-    terms are rounding, beside `NOTHING`."""
+def balance(
+    run: Run, terms: Mapping[str, float], works: Mapping[str, float], last: Floats, unresolved: float = 1.0
+) -> Ledger:
+    """The ledger of energies and of the laws' works by name and of the state (2n,) at the end; unresolved: how
+    many times less exactly than others it can close."""
     system = run.plan.system
     n = len(system.mass)
     first = run.plan.initial
@@ -257,12 +199,15 @@ def balance(run: Run, terms: dict[str, float], last: Floats, least: float = 0.0)
     adhesion = float(run.events["adhesion_energy"].sum())
     impacts = float(run.events["energy"].sum()) - adhesion
     change_k, change_e = kinetic[1] - kinetic[0], elastic[1] - elastic[0]
-    gained = terms["work_in"] + terms["electrostatic"] + terms["laws"]
-    spent = terms["damping"] + terms["film"] + terms["friction"] + impacts + adhesion
+    gained = terms["work_in"] + sum(works.values())
+    spent = terms["damping"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
-    sizes = [abs(x) for x in (*terms.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)]
-    largest = max(max(sizes), NOTHING * run.plan.force * run.plan.length, least)
+    sizes = [
+        abs(x)
+        for x in (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
+    ]
+    largest = max(unresolved * max(abs(x) for x in sizes), NOTHING * run.plan.force * run.plan.length)
     return Ledger(
-        **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, residual=residual,
+        **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / largest,
     )  # fmt: skip

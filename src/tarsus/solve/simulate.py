@@ -11,6 +11,7 @@ from tarsus.measure import scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
 from tarsus.solve.engine import Accuracy, execute, row_bytes
+from tarsus.solve.engines import Shared, shared_book
 from tarsus.solve.run import Run
 from tarsus.solve.walkrun import run_walker
 from tarsus.structure.walker import Walker
@@ -23,7 +24,13 @@ MEMORY = 2**30
 """Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
 
 
-def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | None = None) -> Run:
+def simulate(
+    scene: Scene,
+    duration: float | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+) -> Run:
     """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
     Parameters
@@ -34,6 +41,9 @@ def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | N
         How long [s]; the scene's own duration by default.
     accuracy
         Tolerances and the bound on steps; by default `RECORDED`, with as many steps as fit into `MEMORY`.
+    shared
+        What the engine makes for a structure, kept from one run to the next where both are given the same one; see
+        `tarsus.Session`.
 
     Raises
     ------
@@ -45,13 +55,14 @@ def simulate(scene: Scene, duration: float | None = None, accuracy: Accuracy | N
     seconds = scene.duration if duration is None else float(duration)
     check_duration(seconds)
     if isinstance(scene.robot.structure, Walker):
-        return run_walker(scene, seconds, accuracy or RECORDED)
+        return run_walker(scene, seconds, accuracy or RECORDED, shared)
     plan = lower_scene(scene)
+    book = None if shared is None else shared_book(plan, seconds, shared)
     period = scene_period(scene, seconds)
     start = time.perf_counter()
     if accuracy is None:
         accuracy = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(plan)))
-    raw = execute(plan, seconds, accuracy=accuracy, period=period, record=True)
+    raw = execute(plan, seconds, book=book, accuracy=accuracy, period=period, record=True)
     return Run(scene, plan, raw, seconds, period, time.perf_counter() - start)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from tarsus.measure import scene_period
 from tarsus.scene import Scene
 from tarsus.solve.engine import Accuracy
+from tarsus.solve.engines import Shared, shared_tables
 from tarsus.solve.march import RawWalks, walk
 from tarsus.solve.run import Ledger, Run, increasing
 from tarsus.solve.series import grid
@@ -40,7 +41,7 @@ def structured_marks(rows: np.ndarray, body: int, feet: int) -> np.ndarray:
     return np.ascontiguousarray(rows).view(kind).reshape(len(rows))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class WalkRun(Run):
     """A finished simulation of a walker. Series are taken by marching through the run again: the engine samples itself,
     so that nothing is interpolated."""
@@ -114,7 +115,9 @@ class WalkRun(Run):
         return to_walk_variables(self, self.series if times is None else self.at(times))
 
 
-def run_walker(scene: Scene, seconds: float, accuracy: Accuracy) -> WalkRun:
+def run_walker(
+    scene: Scene, seconds: float, accuracy: Accuracy, shared: Shared | None = None
+) -> WalkRun:
     """Simulate a walker for ``seconds``.
 
     Raises
@@ -125,5 +128,6 @@ def run_walker(scene: Scene, seconds: float, accuracy: Accuracy) -> WalkRun:
     plan = lower_walker(scene)
     period = scene_period(scene, seconds)
     start = time.perf_counter()
-    raw = walk(plan, seconds, accuracy=accuracy, period=period, account=True)
+    tables = None if shared is None else shared_tables(plan, seconds, shared)
+    raw = walk(plan, seconds, tables=tables, accuracy=accuracy, period=period, account=True)
     return WalkRun(scene, plan.plan, raw, seconds, period, time.perf_counter() - start, plan, accuracy)

@@ -12,6 +12,7 @@ from tarsus.core.replay import Sampled
 from tarsus.core.walk import arrays as a
 from tarsus.core.walk.states import AIR, SLIPPING, STUCK
 from tarsus.drive.pieces import evaluate
+from tarsus.solve import acting
 from tarsus.solve import series as of_any
 from tarsus.solve.run import Ledger
 from tarsus.solve.series import Series
@@ -60,59 +61,33 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     upward = onto[nb + 1 :: 2][body.leg]
     along = onto[nb::2][body.leg]
     pull = np.where(held, upward, 0.0)
-    electrostatic, film, user, smooth = _smooth(run, gap, rate, held, times)
+    laws = acting.forces(run, gap, rate, held, times)
+    smooth, resistive = (acting.total(laws, scene.ground, hook, gap) for hook in ("force", "momentum"))
     strength = of_any.strength_of(run, times, held)
-    law = scene.ground.friction
+    bounds = list(scene.ground.acting_on("friction").values())
     friction = np.where(contact == STUCK, -along, 0.0)
     sliding = contact == SLIPPING
-    if law is not None and sliding.any():
+    if bounds and sliding.any():
         margin = np.maximum(strength - pull - smooth, 0.0)  # below 0 by rounding where a foot has just let go
-        bound = np.vectorize(type(law).bound, otypes=[float])
-        friction[sliding] = -sense[sliding] * bound(margin[sliding], strength[sliding], *law.parameters())
-    state = Sampled(x, v, gap, rate, film, np.where(held, 0.0, smooth), pull, held)
+        friction[sliding] = -sense[sliding] * acting.value(bounds[0], margin[sliding], strength[sliding])
+    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
     return WalkSeries(
-        time=times, state=state, force=force, volts=of_any.drive_volts(run, times), film=film,
-        electrostatic=electrostatic, user=user, contact=np.where(held, -(pull + smooth), 0.0),
+        time=times, state=state, force=force, volts=of_any.drive_volts(run, times), laws=laws,
+        contact=np.where(held, -(pull + smooth), 0.0),
         strength=strength, kinetic=of_any.quadratic(system.mass, v), elastic=of_any.quadratic(system.stiffness, x),
-        cumulative=_terms(run, energy) | of_any.event_losses(run, times), ledger=run.ledger, body=place,
+        cumulative=_terms(energy) | of_any.event_losses(run, times), works=_works(run, energy), ledger=run.ledger,
+        body=place,
         foot_x=feet[body.leg, 1, 0], slipping=sliding, friction=friction,
     )  # fmt: skip
 
 
-def _smooth(
-    run: WalkRun, gap: Floats, rate: Floats, held: NDArray[np.bool_], times: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Electrostatic, film and user forces on the feet (m, nt), and the smooth ones together; no film on a held foot."""
-    ground = run.scene.ground.acting
-    attraction = of_any.electrostatic_force(run)
-    electrostatic = np.zeros_like(gap) if attraction is None else attraction(gap.T, rate.T, times).T
-    film = np.zeros_like(gap)
-    if ground.film is not None:
-        c, thickness = ground.film.parameters()
-        film = np.where(held, 0.0, -c * rate / (gap + thickness) ** 3)
-    user = np.zeros_like(gap)
-    volts = of_any.foot_volts(run, times)
-    above = np.maximum(
-        gap, 0.0
-    )  # a foot on the ground may be below it by rounding, where a law need not be defined
-    for law in of_any.smooth_laws(run):
-        user += np.vectorize(type(law).force, otypes=[float])(above, rate, volts, times, *law.parameters())
-    return electrostatic, film, np.where(held, 0.0, user), electrostatic + user
+def _terms(energy: Floats) -> dict[str, Floats]:
+    """Energies by name, of those that the engine has summed up (5 and as many as laws have shares, ...)."""
+    return {"work_in": energy[a.WORK], "damping": energy[a.DAMPING], "friction": energy[a.FRICTION]}
 
 
-def _terms(run: WalkRun, energy: Floats) -> dict[str, Floats]:
-    """Works and losses by name; the work of smooth forces is the electrostatics' unless only users' laws are smooth."""
-    ground = run.scene.ground.acting
-    attracted = ground.electrostatic is not None or ground.leg_electrostatic is not None
-    smooth, none = energy[a.SMOOTH], 0.0 * energy[a.SMOOTH]
-    return {
-        "work_in": energy[a.WORK],
-        "damping": energy[a.DAMPING],
-        "film": energy[a.FILM],
-        "electrostatic": smooth if attracted else none,
-        "laws": none if attracted else smooth,
-        "friction": energy[a.FRICTION],
-    }
+def _works(run: WalkRun, energy: Floats) -> dict[str, Floats]:
+    return acting.works(run.scene.ground, -energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :])
 
 
 def ledger_of(run: WalkRun) -> Ledger:
@@ -123,5 +98,8 @@ def ledger_of(run: WalkRun) -> Ledger:
     last = np.concatenate([place[0], feet[:, ::-1, 0].ravel(), place[1], feet[:, ::-1, 1].ravel()])
     for i in body.leg[contact == AIR]:
         at = n + len(body.body_mass) + 2 * i + 1
-        last[at] += of_any.film_momentum(run, feet[i, 0, 0] + body.gap[i]) / body.mass[i]
-    return of_any.balance(run, {name: float(value) for name, value in _terms(run, energy).items()}, last)
+        last[at] += acting.momentum(run.scene.ground, feet[i, 0, 0] + body.gap[i]) / body.mass[i]
+    terms, works = (
+        {name: float(value) for name, value in some.items()} for some in (_terms(energy), _works(run, energy))
+    )
+    return of_any.balance(run, terms, works, last)

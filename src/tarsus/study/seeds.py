@@ -8,20 +8,21 @@ the structure at rest displacement with random velocities, the same kinetic ener
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import RESOLUTION, Counting, by_window, histories_of, period_statistics, scene_period
+from tarsus.measure import RESOLUTION, Counting, by_window, scene_period
 from tarsus.plan import lower_scene
 from tarsus.scene import Scene
-from tarsus.solve import Accuracy, Run
+from tarsus.slots import rows_of
+from tarsus.solve import Accuracy, Batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import SharedBook, execute
+from tarsus.solve.results import Part
+from tarsus.workers import spread
 
 Floats = NDArray[np.float64]
 
@@ -91,7 +92,7 @@ def foot_statistics(
         Length [s] of the windows that the observed time is cut into, as an instrument reads it; without it a seed has
         one value, the mean over its drive periods.
     threads
-        Worker threads; all cores by default.
+        Worker threads; by default one for each processor that this process may use.
     on_done
         Called after each run.
     """
@@ -100,40 +101,49 @@ def foot_statistics(
     plan = lower_scene(scene)
     book = SharedBook(plan, whole)
     period = scene_period(scene, whole)
+    still = np.zeros(len(plan.system.mass))
 
-    def one(seed: int) -> Floats | str:
-        own = replace(
-            plan,
-            initial=np.concatenate([np.zeros(len(plan.system.mass)), random_velocities(scene, name, seed)]),
+    def some(first: int) -> tuple[list[str], Floats]:
+        numbers = range(first, min(first + _TOGETHER, seeds))
+        initial = np.array(
+            [np.concatenate([still, random_velocities(scene, name, seed)]) for seed in numbers]
         )
-        raw = execute(own, whole, book=book, accuracy=ACCURACY, period=period)
-        run = Run(scene, own, raw, whole, period, math.nan)
-        # the steps are not kept, so that there is no energy account to ask for
-        code = ResultCode.of(int(raw.codes[0]), makes_energy=scene.ground.makes_energy)
-        done = code is ResultCode.DONE
-        result = _judge(run, name, settle, resolution, window) if done else code.value
-        if on_done is not None:
-            on_done()
-        return result
+        rows = replace(rows_of(plan, len(initial), period), initial=initial)
+        raw = execute(plan, whole, rows=rows, book=book, accuracy=ACCURACY)
+        codes = [ResultCode.of(int(code), makes_energy=scene.ground.makes_energy) for code in raw.codes]
+        done = np.array([code is ResultCode.DONE for code in codes])
+        batch = Batch(
+            scene, {}, whole, np.full(len(initial), period), [Part.of(raw, np.arange(len(initial)))]
+        )
+        rows = _judge(batch, name, settle, resolution, window)[done]
+        for _ in numbers:
+            if on_done is not None:
+                on_done()
+        return [code.value for code in codes if code is not ResultCode.DONE], rows
 
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        results = [one(0), *pool.map(one, range(1, seeds))]  # the first compiles before the threads start
-    rows = [row for row in results if not isinstance(row, str)]
-    columns = np.concatenate(rows, axis=1) if rows else np.zeros((4, 0))
-    return Statistics(*columns, failed=tuple(row for row in results if isinstance(row, str)))
+    results = list(spread(some, range(0, seeds, _TOGETHER), threads))
+    columns = np.concatenate([rows for _, rows in results]).transpose(1, 0, 2).reshape(len(_MEASURES), -1)
+    return Statistics(*columns, failed=tuple(one for failed, _ in results for one in failed))
 
 
+_TOGETHER = 16
+"""Seeds that a thread runs and judges at a time."""
 _MEASURES = ("bounces_per_second", "peak", "mean_height", "mean_apex")
 
 
-def _judge(run: Run, foot: str, settle: float, resolution: float, window: float | None) -> Floats:
-    """The measures (4, nw) of a foot by window, or (4, 1) by drive period."""
+def _judge(batch: Batch, foot: str, settle: float, resolution: float, window: float | None) -> Floats:
+    """The measures (ns, 4, nw) of a foot by window, or (ns, 4, 1) by drive period."""
+    feet = list(batch.scene.robot.feet)
+    number, period = feet.index(foot), float(batch.periods[0])
     if window is None:
-        dropped = math.ceil(settle / run.period * (1.0 - 1e-9))
-        found = period_statistics(run, skip=dropped, height=resolution)
-        return np.array([[found[name].per_foot[foot]] for name in _MEASURES])
-    count = max(math.floor((run.duration - settle) / window * (1.0 + 1e-9)), 1)
+        dropped = math.ceil(settle / period * (1.0 - 1e-9))
+        found = batch.measured(_MEASURES, skip=dropped, height=resolution)
+        each = [one.per_foot[:, number] for one in found.values() if one.per_foot is not None]
+        return np.stack(each, axis=1)[:, :, None]
+    count = max(math.floor((batch.duration - settle) / window * (1.0 + 1e-9)), 1)
     edges = np.array([settle + window * k for k in range(count + 1)], dtype=np.float64)
-    history = {foot: histories_of(run)[foot]}
-    rows = by_window(history, edges, Counting.of(run.period, resolution))
-    return np.array([rows[name][0] for name in _MEASURES])
+    out = np.full((len(batch), len(_MEASURES), count), np.nan)
+    for members, histories in batch.histories([number]):
+        rows = by_window(histories, edges, Counting.of(period, resolution), _MEASURES)
+        out[members] = np.stack([rows[name] for name in _MEASURES], axis=1)
+    return out

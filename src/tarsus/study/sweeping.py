@@ -16,14 +16,15 @@ from tarsus.files.series import Variable
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
 from tarsus.plan import source_hash
-from tarsus.solve import simulate_batch
 from tarsus.solve.engines import Shared
+from tarsus.solve.labelled import measure_variables, outcome_variable
 from tarsus.spec import float_paths
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.scores import offered
 from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit
+from tarsus.workers import spread, workers
 
 __all__ = ["SweepResult", "collected_variables", "plan_digest", "run_sweep", "score_runs"]
 
@@ -73,7 +74,7 @@ def run_sweep(
     resume
         Continue the sweep that the folder holds.
     threads
-        Worker threads; all cores by default.
+        Worker threads; by default one for each processor that this process may use.
     progress
         Called as ``progress(runs done, runs)`` after each unit.
 
@@ -100,10 +101,9 @@ def run_sweep(
         return unit
 
     if pending:
-        simulate_batch(sweep.scene, {}, 1e-6 * sweep.seconds)  # compiles once, before the threads start
         if progress is not None:
             progress(done, sweep.runs)
-        pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
+        pool = ThreadPoolExecutor(workers(threads))
         try:
             for future in as_completed([pool.submit(work, unit) for unit in pending]):
                 done += size[future.result()]
@@ -135,22 +135,20 @@ def score_runs(
     sweep
         What to run.
     threads
-        Worker threads; all cores by default.
+        Worker threads; by default one for each processor that this process may use.
     progress
         Called as ``progress(runs done, runs)`` after each unit.
     """
     points, shared = sweep.points(), Shared()
-    simulate_batch(sweep.scene, {}, 1e-6 * sweep.seconds)  # compiles once, before the threads start
+    slices = [sweep.unit(unit) for unit in range(sweep.units)]
+    chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
     parts = []
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        slices = [sweep.unit(unit) for unit in range(sweep.units)]
-        chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
-        for part, arrays in zip(
-            slices, pool.map(lambda one: work_unit(sweep, one, shared), chosen), strict=True
-        ):
-            parts.append(arrays)
-            if progress is not None:
-                progress(part.stop, sweep.runs)
+    for part, arrays in zip(
+        slices, spread(lambda one: work_unit(sweep, one, shared), chosen, threads), strict=True
+    ):
+        parts.append(arrays)
+        if progress is not None:
+            progress(part.stop, sweep.runs)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
@@ -182,33 +180,11 @@ def collected_variables(
         out[name] = Variable((name,), axes[name], notes) if grid else Variable(dims, points[name], notes)
     # on a grid the axes are coordinates by their names; elsewhere the file has to say so
     where = {} if grid else {"coordinates": " ".join(sweep.vary)}
-    out["code"] = Variable(
-        dims,
-        arrays["code"].reshape(shape),
-        {
-            "long_name": "how the run ended",
-            "flag_values": np.arange(len(OUTCOMES), dtype=np.int8),
-            "flag_meanings": " ".join(OUTCOMES),
-            **OUTCOMES,
-            **where,
-        },
-    )
+    out["code"] = outcome_variable(arrays["code"].reshape(shape), OUTCOMES, dims, where)
     for j, name in enumerate(sweep.measures):
-        about = definitions[name]
-        notes = {"units": about.unit, "scope": str(about.scope), **where}
-        out[name] = Variable(
-            dims, arrays["value"][:, j].reshape(shape), {"long_name": about.definition, **notes}
-        )
-        out[f"{name}_spread"] = Variable(
-            dims,
-            arrays["spread"][:, j].reshape(shape),
-            {"long_name": f"standard deviation of {name} from period to period", **notes},
-        )
-        if len(feet) > 1:
-            out[f"{name}_per_foot"] = Variable(
-                (*dims, "foot"), arrays["per_foot"][:, j].reshape(*shape, len(feet)),
-                {"long_name": f"{name} of each foot", **notes},
-            )  # fmt: skip
+        value, deviation = (arrays[key][:, j].reshape(shape) for key in ("value", "spread"))
+        each = arrays["per_foot"][:, j].reshape(*shape, len(feet)) if len(feet) > 1 else None
+        out |= measure_variables(name, definitions[name], dims, value, deviation, each, where)
     if len(feet) > 1:
         out["foot"] = Variable(("foot",), np.array(feet), {})
     return out

@@ -11,7 +11,6 @@ from tarsus.solve import Batch, simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
 from tarsus.study.axes import Floats
-from tarsus.study.scores import scored
 from tarsus.study.sweep import Sweep
 
 __all__ = ["DONE", "OUTCOMES", "work_unit"]
@@ -55,15 +54,12 @@ def work_unit(
     value, spread = (np.full((count, len(names)), np.nan) for _ in range(2))
     per_foot = np.full((count, len(names), len(feet)), np.nan)
     for first, batch in _batches(sweep, points, count, shared or Shared()):
-        for k, outcome in enumerate(batch.codes, first):
-            code[k] = _NUMBERS[outcome.name]
-            if outcome is not ResultCode.DONE:
-                continue
-            measures = scored(batch.run(k - first), names)
-            for j, name in enumerate(names):
-                measure = measures[name]
-                value[k, j], spread[k, j] = measure.value, measure.spread
-                per_foot[k, j] = [measure.per_foot.get(foot, np.nan) for foot in feet]
+        part = slice(first, first + len(batch))
+        code[part] = [_NUMBERS[outcome.name] for outcome in batch.codes]
+        for j, measure in enumerate(batch.measured(names).values()):
+            value[part, j], spread[part, j] = measure.value, measure.spread
+            if measure.per_foot is not None:
+                per_foot[part, j] = measure.per_foot
     return {"code": code, "value": value, "spread": spread, "per_foot": per_foot}
 
 

@@ -20,7 +20,6 @@ def run(
     from tarsus.cli import console
     from tarsus_reproduce.cantilever import reproduce_cantilever
 
-    console.announce_compiling()
     with console.progress_bar("reproducing") as progress:
         reproduction = reproduce_cantilever(device, rows, progress)
     result = reproduction.to_dict()

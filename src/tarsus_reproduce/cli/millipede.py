@@ -29,10 +29,8 @@ READINGS_FILE = "readings-{seed}.jsonl"
 def run(device: str | None, output: Path | None, asked: Asked, *, json: bool, quiet: bool = False) -> int:
     """Reproduce, print and write; the exit code. Quiet: nothing is printed. A contradicted trend is no failure."""
     from tarsus.cli import console
-    from tarsus.files.library import load_scene
     from tarsus_reproduce.millipede import VARIANTS, reproduce_millipede
 
-    console.announce_compiling(load_scene(device or VARIANTS[0]))
     with console.progress_bar("reproducing", time_left=asked.readings > 0) as progress:
         reproduction = reproduce_millipede(device or VARIANTS, progress=progress)
         drawn = _readings(device or VARIANTS[0], output, asked, progress)

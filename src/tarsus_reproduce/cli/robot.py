@@ -37,7 +37,6 @@ def run(
     from tarsus_reproduce.robots import SEEDS, reproduce_robot
 
     check_device(load_scene(device or robot), device or robot)
-    console.announce_compiling()
     with console.progress_bar("reproducing") as progress:
         reproduction = reproduce_robot(robot, device, rows, seeds=seeds or SEEDS, progress=progress)
         runs = robot_runs(robot, device, progress=progress)

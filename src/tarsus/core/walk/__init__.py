@@ -1,1 +1,1 @@
-"""The engine of walkers: a rigid body on legs, each leg exact for itself, coupled through the body alone."""
+"""Legged robots: how they are described to the engine, and what a foot can be doing."""

@@ -1,0 +1,61 @@
+"""The contact modes that runs of one structure have met, with their step tables; the native engine keeps them."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core import _native, nodes
+from tarsus.core.modes import ContactMode, LinearSystem, unbiased_mode
+
+Floats = NDArray[np.float64]
+
+CLASSES = 36
+
+NODES = _native.Nodes(nodes)
+
+
+def step_lengths(horizon: float) -> Floats:
+    """Step lengths (CLASSES,) [s]: the power of two at or above ``horizon`` and its halvings."""
+    return 2.0 ** (math.ceil(math.log2(horizon)) - np.arange(CLASSES))
+
+
+class ModeBook:
+    """Contact modes of a linear structure, made when a run first meets them; safe between threads.
+
+    lengths (nk,) [s] halve from entry to entry. rates: whether a law asks for gap rates at the nodes of a step.
+    shared: the book of a structure that differs in rest gaps and gravity at most, whose tables serve this one as well.
+    """
+
+    def __init__(
+        self, system: LinearSystem, lengths: Floats, rates: bool = True, *, shared: ModeBook | None = None
+    ) -> None:
+        self.lengths = np.ascontiguousarray(lengths, dtype=float)
+        self.sources = system.sources
+        self._modes: list[ContactMode] = []
+        n, m = system.normals.shape
+        self.native: Any = shared.native if shared is not None else _native.Book(
+            self.lengths, m, system.loads.shape[1], n, rates, NODES, nodes, partial(unbiased_mode, system)
+        )  # fmt: skip
+
+    @property
+    def modes(self) -> list[ContactMode]:
+        """The contact modes in the order in which they were met, by which recorded steps number them."""
+        met = self.native.modes
+        self._modes += [mode.biased(self.sources) for mode in met[len(self._modes) :]]
+        return self._modes
+
+    def require(self, mask: int) -> int:
+        """Number of the contact mode whose feet are the bits of ``mask``; made now if no run has met it."""
+        return self.native.require(mask)
+
+    def flow(self, q: int, k: int) -> tuple[Floats, Floats]:
+        """Flow over a step of class k in contact mode q: exponential (4, nb) with rows e11, e12, e21, e22 of the blocks,
+        and the state at its end from nodal inputs (ni, 8, 2nb)."""
+        nb = len(self.modes[q].blocks)
+        exponential, response = self.native.flow(q, k, self.sources)
+        return exponential.reshape(4, nb), response.reshape(-1, nodes.N, 2 * nb)

@@ -1,0 +1,34 @@
+// The runs of a batch: what differs from run to run of one plan, a row a run.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace tarsus {
+
+// How a channel of a run differs from the one it is taken from: factor * value(t + delay) + offset.
+struct Change {
+  double factor, offset, delay;
+};
+
+// The data of one run.
+struct RunData {
+  const double* parameters;  // (feet, columns) of the laws
+  const double* initial;     // displacements and velocities (2 n)
+  const double* sources;     // rest gaps of the feet [m], gravity [m/s^2]
+  const double* scales;      // length [m] and force [N] that tolerances refer to, period of the marks [s]
+  const int64_t* channels;   // by channel: number of the one it is taken from
+  const Change* changes;     // by channel
+};
+
+// Of all runs; widths: numbers of one run.
+struct Batch {
+  RunData first;
+  size_t runs, parameters, initial, sources, channels;
+
+  RunData of(size_t run) const {
+    return {first.parameters + run * parameters, first.initial + run * initial,   first.sources + run * sources,
+            first.scales + run * 3,              first.channels + run * channels, first.changes + run * channels};
+  }
+};
+
+}  // namespace tarsus

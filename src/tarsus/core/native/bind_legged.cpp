@@ -1,0 +1,133 @@
+// Legged robots: a whole batch in one call.
+#include "convert.hpp"
+#include "legged_march.hpp"
+#include "rows.hpp"
+
+namespace tarsus {
+
+namespace {
+
+template <class To, class From>
+std::vector<To> narrowed(const std::vector<From>& from) {
+  return std::vector<To>(from.begin(), from.end());
+}
+
+void make_body(Body* out, nb::handle group) {
+  new (out) Body();
+  out->mass = field<double>(group, "body_mass");
+  out->weight = field<double>(group, "body_weight");
+  out->lever = field<double>(group, "lever");
+  out->leg = narrowed<int>(field<int64_t>(group, "leg"));
+  out->drive = narrowed<int>(field<int64_t>(group, "drive"));
+  out->gain = field<double>(group, "gain");
+  out->load = field<double>(group, "body_load");
+  const int size = out->coordinates();
+  if (size < 2 || size > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
+  out->drives = int(out->load.size()) / size;
+  const auto mass = field<double>(group, "mass"), weight = field<double>(group, "weight"),
+             gap = field<double>(group, "gap");
+  const auto stiffness = field<double>(group, "stiffness"), damping = field<double>(group, "damping");
+  const auto hip = field<double>(group, "hip");
+  const auto kind = field<int64_t>(group, "kind"), foot = field<int64_t>(group, "foot"),
+             first = field<int64_t>(group, "first");
+  for (size_t i = 0; i < mass.size(); i++) {
+    Leg leg;
+    leg.mass = mass[i];
+    leg.weight = weight[i];
+    leg.gap = gap[i];
+    leg.foot = int(foot[i]);
+    leg.first = int(first[i]);
+    leg.last = int(first[i + 1]);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      leg.stiffness[d] = stiffness[2 * i + d];
+      leg.damping[d] = damping[2 * i + d];
+      leg.kind[d] = int(kind[2 * i + d]);
+      for (int b = 0; b < size; b++) {
+        const double by = hip[(2 * i + d) * size + b];
+        if (by == 0.0) continue;
+        leg.hip[d].at[leg.hip[d].count] = b;
+        leg.hip[d].by[leg.hip[d].count++] = by;
+      }
+    }
+    out->legs.push_back(leg);
+  }
+}
+
+// One step's matrices, for tests: state (4, N), force and film (2, N, N), largest |u| under a constant one.
+nb::tuple step_of(const LegTables& tables, int k, int kind) {
+  const LegStep& step = tables.of(k, kind);
+  const auto rows = [](const double* from, size_t count) {
+    return returned(std::vector<double>(from, from + count * N), N);
+  };
+  return nb::make_tuple(rows(&step.state[0][0], 4), rows(&step.force[0][0][0], 2 * N),
+                        rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
+}
+
+struct Ends {
+  std::vector<int64_t> codes, event_end, mark_end;
+  std::vector<double> finish;
+};
+
+// Every run of a batch.
+//
+// Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
+// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end.
+nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+                     nb::handle given, const Settings& settings, const Doubles& times, bool account) {
+  const int nb = body.coordinates();
+  if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
+  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
+  const Batch& batch = rows.batch;
+  Ends out;
+  Log log;
+  Notes notes;
+  notes.times = copied(times);
+  std::vector<double> moving, legs, energies;
+  std::vector<int64_t> contacts;
+  size_t sample_width = 0;
+  {
+    nb::gil_scoped_release released;
+    const Between between(nodes);
+    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, log, notes, account, batch.channels);
+    notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
+    for (size_t run = 0; run < batch.runs; run++) {
+      system.begin(batch.of(run));
+      out.codes.push_back(march(system));
+      out.event_end.push_back(int64_t(log.events.size()));
+      out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));
+      out.finish.insert(out.finish.end(),
+                        {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+    }
+    moving.assign(system.x, system.x + nb);
+    moving.insert(moving.end(), system.v, system.v + nb);
+    for (const LeggedFoot& foot : system.feet)
+      legs.insert(legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
+    for (int i : body.leg) contacts.push_back(system.feet[i].contact);
+    energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
+    energies.insert(energies.end(), system.shares.begin(), system.shares.end());
+    sample_width = system.sample_width();
+  }
+  return nb::make_tuple(returned(std::move(out.codes)), returned_rows(std::move(log.events)),
+                        returned(std::move(out.event_end)),
+                        returned(std::move(notes.marks), 3 + nb + 2 * body.feet()),
+                        returned(std::move(out.mark_end)), returned(std::move(out.finish), 3),
+                        returned(std::move(notes.samples), sample_width), returned(std::move(moving), nb),
+                        returned(std::move(legs), 2 * DIRECTIONS), returned(std::move(contacts)),
+                        returned(std::move(energies)));
+}
+
+}  // namespace
+
+void bind_legged(nb::module_& m) {
+  nb::class_<Body>(m, "LeggedBody").def("__init__", &make_body);
+  nb::class_<LegTables>(m, "LegTables")
+      .def("__init__",
+           [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness,
+              const Doubles& damping, const Doubles& lengths) {
+             new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
+           })
+      .def("step", &step_of);
+  m.def("run_legged", &run_legged);
+}
+
+}  // namespace tarsus

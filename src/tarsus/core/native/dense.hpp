@@ -1,0 +1,39 @@
+// Small dense systems of equations.
+#pragma once
+#include <cmath>
+#include <utility>
+
+namespace tarsus {
+
+// Solve a system of equations in place by Gauss elimination with row pivots: ``matrix`` has rows of
+// ``stride`` numbers, of which the first ``size`` are coefficients and the next the right side, which becomes
+// the solution. False where the matrix is singular.
+inline bool eliminate(double* matrix, int size, int stride) {
+  for (int c = 0; c < size; c++) {
+    int best = c;
+    for (int r = c + 1; r < size; r++) {
+      if (std::fabs(matrix[r * stride + c]) > std::fabs(matrix[best * stride + c])) best = r;
+    }
+    double* pivot = matrix + c * stride;
+    if (matrix[best * stride + c] == 0.0) return false;
+    if (best != c) {
+      double* other = matrix + best * stride;
+      for (int j = c; j <= size; j++) std::swap(pivot[j], other[j]);
+    }
+    for (int r = c + 1; r < size; r++) {
+      double* row = matrix + r * stride;
+      const double factor = row[c] / pivot[c];
+      if (factor == 0.0) continue;
+      for (int j = c; j <= size; j++) row[j] -= factor * pivot[j];
+    }
+  }
+  for (int r = size - 1; r >= 0; r--) {
+    double* row = matrix + r * stride;
+    double sum = row[size];
+    for (int j = r + 1; j < size; j++) sum -= row[j] * matrix[j * stride + size];
+    row[size] = sum / row[r];
+  }
+  return true;
+}
+
+}  // namespace tarsus

@@ -1,0 +1,21 @@
+// Numbers that cross to Python: kinds of events, result codes, states of a foot. tarsus.core.kinds reads them from here.
+#pragma once
+
+namespace tarsus {
+
+enum EventKind {
+  BOUNCE = 1,            // reaches the ground and departs
+  CAPTURE = 2,           // reaches the ground and is held
+  RELEASE = 3,           // its pull outgrows what holds it
+  REST = 4,              // its remaining flights are lower than a step can tell
+  CONTACT_AT_START = 5,  // lies on the ground without an impact
+  PERIOD_MARK = 6,       // end of a drive period, in the air
+  BEGIN_SLIP = 7,
+  BEGIN_STICK = 8
+};
+
+enum Code { DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, GOING_ON };
+
+enum Contact { AIR, STUCK, SLIPPING };
+
+}  // namespace tarsus

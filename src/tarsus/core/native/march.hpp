@@ -1,0 +1,78 @@
+// The loop from event to event, the same for every system.
+#pragma once
+#include "batch.hpp"
+#include "kinds.hpp"
+#include "simd.hpp"
+
+namespace tarsus {
+
+// What relative tolerances become for one plan, and what a run is asked for. Lengths [m], forces [N], times [s].
+struct Settings {
+  double end, period;               // duration; period of the marks (infinite: none)
+  double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
+  double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero
+  double rest_height;               // lower flights are lost in the error of a step
+  double least_progress;            // of time, that is some
+  double probe;                     // gap over which a slope is taken by differences
+  int64_t most_steps, first_class;
+  bool track, record;               // find the apex of every flight; keep every step
+
+  // Of these for a length and a force of one, those of a run.
+  Settings of(const RunData& run) const {
+    Settings out = *this;
+    for (double* size : {&out.gap, &out.gap_zero, &out.speed_zero, &out.rest_height, &out.probe}) *size *= run.scales[0];
+    out.force_zero *= run.scales[1];
+    out.period = run.scales[2];
+    return out;
+  }
+};
+
+constexpr int MOST_STALLED = 4000;  // events without progress of time: a pile of feet that land at once has some hundreds
+
+struct Clock {
+  double time = 0.0, mark = INF, progress = -INF;
+  int64_t steps = 0, rejected = 0, marks = 0;
+  int stalled = 0;
+
+  // False when too many events crowd one instant.
+  bool progressed(const Settings& settings) {
+    if (time - progress > settings.least_progress) {
+      progress = time;
+      stalled = 0;
+      return true;
+    }
+    return ++stalled < MOST_STALLED;
+  }
+};
+
+// Run a system from its start to its end or to what stops it.
+//
+// A System has: settings, clock; enter() -> whether something had to be made first (a contact mode); mark(): note the
+// period's heights; resolve_contacts() -> whether a contact changed at this very moment; step() -> GOING_ON or a code,
+// having advanced to the end of a step or to the first event inside it and applied it.
+template <class System>
+Code march(System& system) {
+  Clock& clock = system.clock;
+  const Settings& settings = system.settings;
+  for (;;) {
+    system.enter();
+    if (clock.time >= settings.end) {
+      system.mark();
+      return DONE;
+    }
+    if (clock.time >= clock.mark) {
+      system.mark();
+      continue;
+    }
+    if (system.resolve_contacts()) {
+      if (!clock.progressed(settings)) return STALL;
+      continue;
+    }
+    if (++clock.steps > settings.most_steps) return STEP_LIMIT;
+    const Code code = system.step();
+    if (code != GOING_ON) return code;
+    if (!clock.progressed(settings)) return STALL;
+  }
+}
+
+}  // namespace tarsus

@@ -1,0 +1,225 @@
+// What happens at the ground: impact, capture, release, rest; and changing from one contact mode to another.
+#pragma once
+#include "modal_state.hpp"
+#include "rules.hpp"
+
+namespace tarsus {
+
+// Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
+inline void add_film_momenta(Modal& m) {
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
+  for (int i : m.mode->free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.laws.momentum(i, m.gaps[i]));
+  }
+}
+
+// And back, at the gaps as they are known.
+inline void remove_film_momenta(Modal& m) {
+  for (int i : m.mode->free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, -m.laws.momentum(i, m.gaps[i]));
+  }
+}
+
+// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
+// ground's own forces on it.
+inline double robot_pull(const Modal& m, const double* rows, const double* feeds, const double* bias, int foot, double t) {
+  const double* feed = feeds + foot * m.sizes.inputs();
+  double pull = m.along(rows, foot) + bias[foot];
+  for (int d = 0; d < m.sizes.drives; d++) {
+    const double part = feed[2 * m.sizes.feet + d];
+    if (part != 0.0) pull += part * m.player.value(d, t);
+  }
+  return pull;
+}
+
+// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included.
+inline double pull_if_held(const Modal& m, int foot, double t) {
+  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
+  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
+  for (int k : m.mode->free) {
+    const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
+    if (factor == 0.0 || k == foot) continue;
+    const double rate = m.rate_of(k);
+    if (m.laws.has(k, HAS_MOMENTUM)) pull += factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
+    if (m.laws.has(k, HAS_FORCE)) pull += factor * m.laws.force(k, m.gaps[k], rate, m.foot_volts(k, t), t);
+  }
+  return pull;
+}
+
+inline double new_strength(const Modal& m, int foot) {
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
+}
+
+// Go over to the contact mode with one foot held or let go: keep the physical state for ``enter_mode``.
+inline void leave_mode(Modal& m, int foot) {
+  const ContactMode& mode = *m.mode;
+  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(mode.to_physical, r);
+  m.next = &m.book.toggled(mode, foot);
+  m.entering = true;
+}
+
+// Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
+inline void enter_mode(Modal& m) {
+  m.mode = m.next;
+  m.entering = false;
+  const ContactMode& mode = *m.mode;
+  m.bias = &m.biases.of(mode);
+  const int n2 = 2 * m.sizes.coordinates;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
+  for (int r = 0; r < m.sizes.state(); r++) {
+    double sum = 0.0;
+    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
+    m.state()[r] = sum;
+  }
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
+  remove_film_momenta(m);
+  m.acting.clear();
+  for (int i : mode.free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) m.acting.push_back(i);
+  }
+  for (int i : mode.free) {
+    if (m.laws.has(i, HAS_FORCE)) m.acting.push_back(m.sizes.feet + i);
+  }
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
+}
+
+// A foot comes to the ground or leaves it; its flight or contact ends here.
+inline void turn_over(Modal& m, int foot, int departure, double t) {
+  m.feet[foot].departure = departure;
+  m.feet[foot].apex.restart(t);
+}
+
+// Put a foot on the ground; the state is the modal one.
+inline void hold(Modal& m, int foot, double t) {
+  m.feet[foot].since = t;
+  turn_over(m, foot, UNDER_WAY, t);
+  leave_mode(m, foot);
+}
+
+// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
+// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
+// that, see tarsus.laws.impact_map. Returns the kinetic energy [J] that this takes.
+inline double follow_impact(Modal& m, int foot, const Landing& at) {
+  const ContactMode& mode = *m.mode;
+  const double skew = mode.skew[foot];
+  if (skew == 0.0 || at.speed == 0.0) return 0.0;
+  const double e = at.after / at.speed;
+  double alpha = 1.0, beta = (1.0 + e) * skew;
+  if (!m.laws.has(foot, MAP_AS_IS)) {
+    const double theta = passive_angle(e, skew);
+    alpha = std::cos(theta);
+    beta = std::sqrt(std::max(1.0 - e * e, 0.0)) * std::sin(theta);
+  }
+  const double before = m.along(mode.side_rate, foot);
+  const double then = alpha * before + beta * at.speed / std::sqrt(at.mobility);
+  m.shift(mode.side, foot, then - before);
+  return 0.5 * (before * before - then * then);
+}
+
+// A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
+// smaller impacts from foot to foot: below the rest height all of them stay down.
+inline int torn_off(const Modal& m, int foot, const Landing& at) {
+  if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
+  for (int k : m.mode->held) {
+    if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
+  }
+  return -1;
+}
+
+// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach faster than ``least``.
+TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
+  const ContactMode& mode = *m.mode;
+  const double t = m.clock.time;
+  Apex& apex = m.feet[foot].apex;
+  add_film_momenta(m);
+  m.gaps[foot] = 0.0;
+  const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0);
+  if (speed <= least) {
+    remove_film_momenta(m);
+    return false;
+  }
+  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot]};
+  const int torn = torn_off(m, foot, at);
+  if (torn >= 0) {
+    m.log.add(t, torn, RELEASE, m.feet[torn].apex);
+    m.feet[torn].departure = FROM_REST;
+    m.feet[foot].departure = DUE;
+    leave_mode(m, torn);
+    return true;
+  }
+  at.after = m.laws.rebound(foot, speed);
+  at.strength = new_strength(m, foot);
+  if (m.laws.has(foot, PULL_AS_PRINTED)) {
+    at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
+                 mode.printed_damping[foot] * (rate + at.after);
+  }
+  const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
+  if (kind != BOUNCE) {
+    const double over = kind == REST ? rest_time(t, at) : t;
+    const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
+    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept(), taken);
+    hold(m, foot, t);
+    return true;
+  }
+  const double lost = at.lost() + follow_impact(m, foot, at);
+  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
+  m.shift(mode.jump, foot, at.after - rate);
+  remove_film_momenta(m);
+  turn_over(m, foot, at.after > 0.0 ? RISING : FROM_REST, t);
+  return true;
+}
+
+// A held foot's pull has outgrown the strength of its contact.
+TARSUS_APART inline void release(Modal& m, int foot) {
+  const double t = m.clock.time;
+  const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
+  m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
+  add_film_momenta(m);
+  turn_over(m, foot, FROM_REST, t);
+  leave_mode(m, foot);
+}
+
+// How each foot that has just left the ground departs, after impacts on the others changed its rate: rising, from rest,
+// or coming back at once (an impact is due).
+inline void reconsider_departures(Modal& m) {
+  add_film_momenta(m);
+  for (int i : m.mode->free) {
+    if (m.feet[i].departure <= UNDER_WAY) continue;
+    const double rate = m.rate_of(i), zero = m.settings.speed_zero;
+    m.feet[i].departure = rate > zero ? RISING : rate < -zero ? UNDER_WAY : FROM_REST;
+  }
+  remove_film_momenta(m);
+}
+
+// A foot at the ground that does not approach it: held where nothing pulls it off. Returns whether it is.
+inline bool rest_on_ground(Modal& m, int foot) {
+  add_film_momenta(m);
+  int& departure = m.feet[foot].departure;
+  departure = RISING;
+  if (m.rate_of(foot) <= m.settings.speed_zero) {
+    const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
+    if (pull <= strength) {
+      m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
+      hold(m, foot, t);
+      return true;
+    }
+    departure = FROM_REST;
+  }
+  remove_film_momenta(m);
+  return false;
+}
+
+// Contacts that are due at this very moment: feet on the ground that approach, or rest there and are held. Returns whether
+// one has changed.
+TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
+  if (m.sizes.feet > 1) reconsider_departures(m);
+  for (int i : m.mode->free) {
+    int& departure = m.feet[i].departure;
+    if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.settings.gap_zero)) continue;
+    departure = UNDER_WAY;
+    if (impact(m, i, m.settings.speed_zero) || rest_on_ground(m, i)) return true;
+  }
+  return false;
+}
+
+}  // namespace tarsus

@@ -1,0 +1,210 @@
+// A step of a structure with one foot, in the air under a film alone or held by a strength that grows with time: the
+// same as attempt and scan for any feet, with all that belongs to the nodes in registers.
+#pragma once
+#include "modal_collocate.hpp"
+#include "modal_scan.hpp"
+
+namespace tarsus {
+
+// A film P = half / (g + thickness)^2 and a strength initial + rate age, of the one foot.
+struct OneFoot {
+  double half = 0.0, thickness = 1.0, initial = 0.0, rate = 0.0;
+  bool in_film = false, in_line = false;  // whether the laws are such, in the air and on the ground
+
+  explicit OneFoot(const Modal& m) {
+    if (m.sizes.feet != 1) return;
+    in_film = m.laws.film_alone() && m.laws.has(0, HAS_MOMENTUM) && !m.laws.has(0, HAS_FORCE) && !m.laws.has(0, USES_RATE);
+    in_line = m.laws.linear_strength() && !m.laws.has(0, HAS_FORCE);
+  }
+
+  // Take the parameters of a run.
+  void begin(const Modal& m) {
+    if (in_film) {
+      const double* p = m.laws.of(0, m.laws.laws.terms[MOMENTUM][0]);
+      half = 0.5 * p[0];
+      thickness = p[1];
+    }
+    if (in_line && !m.laws.laws.terms[STRENGTH].empty()) {
+      const double* p = m.laws.of(0, m.laws.laws.terms[STRENGTH][0]);
+      initial = p[0];
+      rate = p[1];
+    }
+  }
+};
+
+// load(BEHIND + N - 1 - c): 1 after place c of a row, load(AHEAD + N - c): 1 before it; 0 elsewhere.
+alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+
+// Newton's method for the nodal gaps; the columns of the 8 x 8 matrix are rows of the machine, eliminated without pivots.
+// False where a pivot is small or it does not converge.
+TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap,
+                                    Row& film) {
+  gap = Row(linear[0]);
+  for (int n = 0; n < ITERATIONS; n++) {
+    Row inverse = 1.0 / (gap + foot.thickness);
+    film = foot.half * inverse * inverse;
+    const Row slope = 2.0 * film * inverse;
+    Row column[N], rest = linear - gap;
+    for (int b = 0; b < N; b++) {
+      const Row part = load(effect + N * b);
+      rest += part * film[b];
+      column[b] = part * slope[b];
+      column[b].set(b, column[b][b] + 1.0);
+    }
+    const double misfit = highest(magnitude(rest));
+    double pivots[N];
+#pragma GCC unroll 8
+    for (int c = 0; c < N; c++) {
+      if (!(std::fabs(column[c][c]) > 1e-2)) return false;
+      pivots[c] = 1.0 / column[c][c];
+      const Row factor = column[c] * (load(BEHIND + N - 1 - c) * pivots[c]);
+#pragma GCC unroll 8
+      for (int d = c + 1; d < N; d++) column[d] -= factor * column[d][c];
+      rest -= factor * rest[c];
+    }
+#pragma GCC unroll 8
+    for (int c = N - 1; c >= 0; c--) {
+      const double x = rest[c] * pivots[c];
+      rest -= column[c] * (load(AHEAD + N - c) * x);
+      rest.set(c, x);
+    }
+    const double change = highest(magnitude(rest));
+    if (any_not_below(magnitude(rest), Row(1e300))) return false;
+    const Row from = gap;
+    double damp = 1.0;
+    for (int d = 0; d < 12; d++, damp *= 0.5) {
+      gap = from + rest * damp;
+      inverse = 1.0 / (gap + foot.thickness);
+      film = foot.half * inverse * inverse;
+      if (change * damp <= tolerance) return true;
+      if (highest(magnitude(linear - gap + combine(effect, film))) < misfit) break;
+    }
+  }
+  return false;
+}
+
+// linear + sum_j rows[j] x[j] in four short chains: what a sweep waits for.
+TARSUS_INLINE Row combined(const Row& linear, const Row* rows, const Row& x) {
+  const Row a = linear + rows[0] * x[0] + rows[4] * x[4], b = rows[1] * x[1] + rows[5] * x[5];
+  const Row c = rows[2] * x[2] + rows[6] * x[6], d = rows[3] * x[3] + rows[7] * x[7];
+  return (a + c) + (b + d);
+}
+
+// Sweeps for the nodal gaps from those under the first node's film, held constant.
+TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap, Row& film) {
+  Row rows[N];
+  for (int j = 0; j < N; j++) rows[j] = load(effect + N * j) * foot.half;
+  double before = INF;
+  for (int n = 0; n < SWEEPS; n++) {
+    const Row inverse = 1.0 / (gap + foot.thickness), square = inverse * inverse;
+    const Row found = combined(linear, rows, square), change = found - gap, moved = magnitude(change);
+    gap = found;
+    if (!any_not_below(moved, Row(tolerance))) {
+      const Row x = change * inverse;  // the film of the final gaps, by its series
+      film = (foot.half * square) * (1.0 + x * (3.0 * x - 2.0));
+      return true;
+    }
+    const double most = highest(moved);
+    if (any_not_below(moved, Row(1e300))) return false;
+    if (n > 0 && most * most <= tolerance * std::max(before - most, 0.0)) {
+      const Row last = 1.0 / (gap + foot.thickness);
+      film = foot.half * last * last;
+      return true;
+    }
+    if (n > 2 && most > 0.7 * before) return false;
+    before = most;
+  }
+  return false;
+}
+
+template <class S>
+TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
+  m.drive(t, step.length);
+  const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
+  const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
+  const double first = linear[0], height = first + foot.thickness, inverse = 1.0 / height, tolerance = 0.05 * m.settings.gap;
+  const double held = foot.half * inverse * inverse;
+  m.linear[0] = linear;
+  m.room[0] = 0.0;
+  Row gap, film;
+  if (2.0 * held * std::fabs(inverse * last) > 0.5) {
+    if (!newton_one(foot, effect, linear, tolerance, gap, film)) {
+      if (!newton(m, step, t)) return UNSETTLED;
+      gap = m.outputs[0];
+      film = m.values[0];
+    }
+  } else {
+    gap = linear + constant * held;
+    if (foot.half > 0.0 && any_less(gap, Row(first - DEEP * height))) {
+      m.room[0] = height;
+      runs_deep(m, 0, gap);
+      return UNSETTLED;
+    }
+    if (!sweep_one(foot, effect, linear, tolerance, gap, film)) return UNSETTLED;
+  }
+  m.outputs[0] = gap;
+  m.values[0] = film;
+  const double reach = step.reach[0], swing = std::fabs(gap[N - 1] - gap[0]);
+  double error = m.nodes.truncation(film) * reach;
+  if (swing > 0.0) error *= swing / (swing + reach * std::fabs(film[N - 1] - film[0]));
+  const bool counts = error > 0.0;
+  m.growth_before = counts ? std::fabs(film[0]) : 1.0;
+  m.growth_after = counts ? std::fabs(film[N - 1]) : 1.0;
+  return m.steady ? error * m.per_gap : std::max(error * m.per_gap, drive_error(m));
+}
+
+template <class S>
+TARSUS_INLINE double attempt_held(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
+  m.drive(t, step.length);
+  const Row pull = flowing_output<S>(m, step, 0);
+  m.outputs[0] = pull;
+  const double age = t - m.feet[0].since;
+  m.margin[0] = (foot.initial + foot.rate * (age + m.nodes.times() * step.length)) - pull;
+  m.growth_before = m.growth_after = 1.0;
+  return drive_error(m);
+}
+
+// The bound of what the margin does between nodes, straight from the packs.
+template <class S>
+TARSUS_INLINE double bound_one(const Modal& m, const StepClass& step) {
+  const ContactMode& mode = *m.mode;
+  const int ns = S::stride(m.sizes.stride), size = 2 * ns, ni = m.sizes.inputs();
+  const double* w = m.state();
+  typename S::Pack sum = {};
+  for (int p = 0; p < S::packs(ns); p++) {
+    const int at = p * S::WIDTH;
+    typename S::Pack x, y, change = {};
+    turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
+    x += S::get(m.bias->inputs + at);
+    y += S::get(m.bias->inputs + ns + at);
+    for (int i = mode.is_held[0] ? 2 : 0; i < ni - 1; i += i == 0 ? 2 : 1) {
+      const double value = m.value(i)[0];
+      x += S::get(mode.inputs + i * size + at) * value;
+      y += S::get(mode.inputs + i * size + ns + at) * value;
+      if (!m.constant[i]) change += S::get(mode.input_norm + i * ns + at) * (highest(m.values[i]) - lowest(m.values[i]));
+    }
+    sum += S::get(step.envelope + at) * (S::length(x, y) + change);
+  }
+  return S::sum(sum);
+}
+
+template <class S>
+TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
+  const bool held = m.mode->is_held[0];
+  if (!held) m.margin[0] = m.outputs[0];
+  const double bound = bound_one<S>(m, step);
+  const double* margin = reinterpret_cast<const double*>(&m.margin[0]);
+  Scan out;
+  m.doubts[0] = Doubt();
+  const bool clear = m.feet[0].departure == UNDER_WAY && !any_not_below(Row(bound), m.margin[0]);
+  if (!clear && find_doubt(m, 0, margin, bound, limit, held ? m.settings.force_zero : m.settings.gap_zero, m.doubts[0])) {
+    out.doubt = true;
+    out.interval = m.doubts[0].first;
+    out.far = m.nodes.tau[m.doubts[0].last];
+  }
+  out.coarse = m.settings.track && !held && hides_peak(m, 0, bound, limit);
+  return out;
+}
+
+}  // namespace tarsus

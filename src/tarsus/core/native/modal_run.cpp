@@ -1,0 +1,50 @@
+#include "modal_run.hpp"
+
+#include "modal_system.hpp"
+
+namespace tarsus {
+
+namespace {
+
+template <class S>
+ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
+                    const Batch& batch) {
+  ModalSystem<S> system(book, nodes, signals, laws, settings, batch.channels);
+  ModalResult out;
+  for (size_t run = 0; run < batch.runs; run++) {
+    system.begin(batch.of(run));
+    out.codes.push_back(march(system));
+    out.event_end.push_back(int64_t(system.log.events.size()));
+    const Clock& clock = system.clock;
+    out.finish.insert(out.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
+  }
+  out.events = std::move(system.log.events);
+  out.trace = std::move(system.trace);
+  out.mode = system.mode;
+  out.pending = system.entering ? system.next : nullptr;
+  out.physical = system.physical;
+  const int nb = system.mode == nullptr ? 0 : system.mode->blocks_used;
+  out.state.assign(system.state(), system.state() + nb);
+  out.state.insert(out.state.end(), system.state() + book.sizes.stride, system.state() + book.sizes.stride + nb);
+  return out;
+}
+
+}  // namespace
+
+int modal_stride(int modes) {
+  if (modes <= 2) return 2;
+  if (modes <= 4) return 4;
+  return (modes + 7) / 8 * 8;
+}
+
+ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
+                      const Batch& batch) {
+  switch (book.sizes.stride) {
+    case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch);
+    case 4: return run_all<Shape<4, 1>>(book, nodes, signals, laws, settings, batch);
+    case 8: return run_all<Shape<WIDEST, 8 / WIDEST>>(book, nodes, signals, laws, settings, batch);
+    default: return run_all<Shape<WIDEST, 0>>(book, nodes, signals, laws, settings, batch);
+  }
+}
+
+}  // namespace tarsus

@@ -1,0 +1,28 @@
+// Runs of a modal robot, one after the other: the compiled entry.
+#pragma once
+#include "log.hpp"
+#include "march.hpp"
+#include "modal_tables.hpp"
+#include "signals.hpp"
+#include "laws.hpp"
+#include "batch.hpp"
+
+namespace tarsus {
+
+// How they ended. event_end: events of run i are those from event_end[i - 1] on; finish (runs, 3): end time [s], steps,
+// rejected steps. Of the last run: the contact mode it is in and its flowing state; and where it was about to enter
+// another one (pending), that and the physical state.
+struct ModalResult {
+  std::vector<int64_t> codes, event_end;
+  std::vector<double> finish, trace, state, physical;
+  std::vector<Event> events;
+  const ContactMode *mode = nullptr, *pending = nullptr;
+};
+
+// How many blocks a state of that many modes has room for.
+int modal_stride(int modes);
+
+ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
+                      const Batch& batch);
+
+}  // namespace tarsus

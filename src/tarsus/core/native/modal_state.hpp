@@ -1,0 +1,166 @@
+// What a run by contact modes carries from step to step, and the rows a step works on.
+#pragma once
+#include "laws.hpp"
+#include "log.hpp"
+#include "march.hpp"
+#include "modal_bias.hpp"
+#include "pack.hpp"
+#include "signals.hpp"
+
+namespace tarsus {
+
+// How a free foot begins a step. At the ground its gap starts at zero and rises with the first power of time after a
+// bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
+enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
+
+struct Foot {
+  double since = 0.0;  // [s] begin of its contact
+  int departure = UNDER_WAY;
+  Apex apex;
+};
+
+// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none.
+struct Doubt {
+  int first = N, last = 0;
+};
+
+struct Modal {
+  Book& book;
+  const Sizes sizes;
+  const Nodes& nodes;
+  const Settings units;  // tolerances for a length and a force of one
+  Settings settings;     // and those of the run
+  ActingLaws laws;
+  Player player;
+  Clock clock;
+  Log log;
+  std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, state (2 n), nodal inputs
+  std::vector<Foot> feet;
+  Bias biases;
+
+  const ContactMode *mode = nullptr, *next = nullptr;  // the one a run is in, and the one it enters
+  BiasMode* bias = nullptr;                            // what rest gaps and gravity do in it
+  const BiasStep* bias_step = nullptr;                 // and in the step being made
+  int step_class = 0;
+  int last_launch = 0;     // class that the film let pass at the last start
+  bool launching = false;  // the first step in a contact mode
+  bool check = true;       // contacts may be due at this very moment
+  bool entering = true;    // ``next`` is to be entered with the state ``physical``
+  std::vector<double> physical, from_offset;
+
+  // a step: values of the inputs at the nodes, volts at the feet; outputs without smooth forces, and with them
+  std::vector<Row> values, volts, linear, outputs, margin;
+  std::vector<uint8_t> constant;  // per input
+  std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
+  std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
+  std::vector<double> gaps;       // [m]
+  std::vector<Doubt> doubts;
+  double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
+  bool steady = true;                              // drives and volts are constant over the step
+  int64_t filled = -1;                             // state of the player for which they hold constants
+  double per_gap, per_drive;                       // one over what an error may be
+  double chord[N];  // of each node interval: its width over the widest, squared, by which bounds of chords go
+
+  // landing: Taylor coefficients of an output (zeros behind), inputs by powers of time, those times StepClass::share
+  alignas(64) double line[TERMS + 3 * N] = {};
+  alignas(64) double scaled_times[TERMS] = {};
+  std::vector<Row> powers, shares, volt_powers;
+  int degree = 1;
+
+  std::vector<double> matrix;  // of Newton's method
+
+  Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : book(b), sizes(b.sizes), nodes(n), units(s), settings(s), laws(l), player(signals, n, channels), feet(sizes.feet),
+        biases(sizes, b.classes()), physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates),
+        values(sizes.inputs(), Row(0.0)),
+        volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
+        margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
+        doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
+        volt_powers(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        chain_(numbers(2)) {
+    for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
+    values[sizes.last()] = Row(1.0);
+    constant[sizes.last()] = 1;
+  }
+
+  // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
+  TARSUS_INLINE double* state() { return state_; }
+  TARSUS_INLINE const double* state() const { return state_; }
+  TARSUS_INLINE double* ahead() { return ahead_; }
+  TARSUS_INLINE double* chain() { return chain_; }  // room for two states
+  void accept() { std::swap(state_, ahead_); }
+
+  // A step of one class in the contact mode a run is in, and what rest gaps and gravity do in it.
+  TARSUS_INLINE const StepClass& take_class(int k) {
+    const StepClass& step = book.step(*mode, k);
+    bias_step = &biases.of(*bias, step);
+    return step;
+  }
+
+  TARSUS_INLINE const double* value(int input) const { return reinterpret_cast<const double*>(&values[input]); }
+  TARSUS_INLINE double* value(int input) { return reinterpret_cast<double*>(&values[input]); }
+
+  double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
+  double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot]; }
+  double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
+  void shift(const double* rows, int row, double by) {
+    const double* r = rows + row * sizes.state();
+    double* w = state();
+    for (int i = 0; i < sizes.state(); i++) w[i] += r[i] * by;
+  }
+
+  double foot_volts(int foot, double t) const {
+    const int64_t c = laws.laws.volts[foot];
+    return c < 0 ? 0.0 : player.value(int(c), t);
+  }
+
+  // Values of drives and volts at the nodes of the step [t, t + h].
+  TARSUS_INLINE void drive(double t, double h) {
+    if (filled == player.moves && t + h <= player.flat_until) return;  // as they were
+    steady = true;
+    for (int d = 0; d < sizes.drives; d++) {
+      const int i = 2 * sizes.feet + d;
+      constant[i] = player.fill(d, t, h, value(i));
+      steady = steady && constant[i];
+    }
+    for (int i = 0; i < sizes.feet; i++) {
+      const int64_t c = laws.laws.volts[i];
+      if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
+    }
+    filled = steady ? player.moves : -1;
+  }
+
+  // Keep a step: what ``sample`` and the energy integrals of a run are made of.
+  void record(const StepClass& step, double fraction) {
+    if (!settings.record) return;
+    const int n = sizes.coordinates, nb = mode->blocks_used, width = 5 + 2 * n + N * sizes.inputs();
+    const size_t at = trace.size();
+    trace.resize(at + width, 0.0);
+    double* row = trace.data() + at;
+    row[0] = clock.time;
+    row[1] = step.length;
+    row[2] = fraction;
+    row[3] = mode->number;
+    row[4] = step.number;
+    for (int b = 0; b < nb; b++) {
+      row[5 + b] = state()[b];
+      row[5 + nb + b] = state()[sizes.stride + b];
+    }
+    for (int i : acting) store(row + 5 + 2 * n + N * i, values[i]);
+    store(row + 5 + 2 * n + N * sizes.last(), values[sizes.last()]);
+  }
+
+ private:
+  std::vector<Row> memory_;
+  double *state_, *ahead_, *chain_;
+
+  int rows() const { return (sizes.state() + N - 1) / N; }
+  double* numbers(int state) { return reinterpret_cast<double*>(memory_.data() + state * rows()); }
+  double dot(const double* a, const double* b) const {
+    double sum = 0.0;
+    for (int i = 0; i < sizes.state(); i++) sum += a[i] * b[i];
+    return sum;
+  }
+};
+
+}  // namespace tarsus

@@ -1,0 +1,154 @@
+// Robots by contact modes, as the march takes them: a structure of a few modes with exact flow from event to event.
+#pragma once
+#include "modal_contact.hpp"
+#include "modal_one.hpp"
+#include "modal_step.hpp"
+
+namespace tarsus {
+
+// Steps of any feet under any laws, or of one foot: see take_step.
+template <class S>
+struct AnyFeet {
+  const OneFoot& foot;
+  double attempt(Modal& m, const StepClass& step, double t) const { return tarsus::attempt<S>(m, step, t); }
+  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return tarsus::scan<S>(m, step, t, limit); }
+};
+
+template <class S>
+struct OneFree {
+  const OneFoot& foot;
+  TARSUS_INLINE double attempt(Modal& m, const StepClass& step, double t) const { return attempt_free<S>(m, foot, step, t); }
+  TARSUS_INLINE Scan scan(Modal& m, const StepClass& step, double, double limit) const { return scan_one<S>(m, step, limit); }
+};
+
+template <class S>
+struct OneHeld {
+  const OneFoot& foot;
+  TARSUS_INLINE double attempt(Modal& m, const StepClass& step, double t) const { return attempt_held<S>(m, foot, step, t); }
+  TARSUS_INLINE Scan scan(Modal& m, const StepClass& step, double, double limit) const { return scan_one<S>(m, step, limit); }
+};
+
+// Whether feet that are all held stay so for ``left`` at least, under drives that do not change. Each pull sways about its
+// value at rest by no more than its modal amplitudes: with y = state, c y(t) = c y - c T^-1 y' + c T^-1 exp(T t) y', where
+// ``level`` is c T^-1 and ``sway`` the largest norm of c T^-1 exp(T t) in each block.
+template <class S>
+bool stays_held(Modal& m, double left) {
+  const ContactMode& mode = *m.mode;
+  const int ns = m.sizes.stride, ni = m.sizes.inputs();
+  const double t = m.clock.time, *w = m.state();
+  double* z = m.chain();
+  for (int b = 0; b < ns; b++) {
+    z[b] = mode.blocks[b] * w[b] + mode.blocks[ns + b] * w[ns + b];
+    z[ns + b] = mode.blocks[2 * ns + b] * w[b] + mode.blocks[3 * ns + b] * w[ns + b];
+  }
+  for (int r = 0; r < 2 * ns; r++) z[r] += m.bias->inputs[r];
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) {
+    for (int r = 0; r < 2 * ns; r++) z[r] += mode.inputs[i * 2 * ns + r] * m.value(i)[0];
+  }
+  for (int i = 0; i < m.sizes.feet; i++) {
+    double most = m.along(mode.outputs, i) + m.bias->feed[i];
+    for (int r = 0; r < 2 * ns; r++) most -= mode.level[i * 2 * ns + r] * z[r];
+    for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) most += mode.feed[i * ni + f] * m.value(f)[0];
+    for (int b = 0; b < mode.blocks_used; b++) most += mode.sway[i * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
+    const Row margin = breaking_pull(m, i, t + m.nodes.times() * left, Row(m.volts[i][0])) - most;
+    if (any_not_below(Row(m.settings.force_zero), margin)) return false;
+  }
+  return true;
+}
+
+// Where nothing can happen until the drives change: the longest step that fits, by its flow alone. False where something
+// can happen or the rest is short enough to be cut from a landing step.
+template <class S>
+TARSUS_APART bool glide(Modal& m, double left) {
+  const std::vector<double>& lengths = m.book.lengths;
+  int k = 0;
+  while (k < int(lengths.size()) && m.mode->terms[k] == 0 && lengths[k] > left) k++;
+  if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
+  m.drive(m.clock.time, lengths[k]);
+  if (!m.steady || !stays_held<S>(m, left)) return false;
+  const StepClass& step = m.take_class(k);
+  m.record(step, 1.0);
+  flow<S>(m, step);
+  m.accept();
+  m.clock.time += lengths[k];
+  return true;
+}
+
+// S: how the modes lie in packs.
+template <class S>
+struct ModalSystem : Modal {
+  OneFoot one;
+
+  ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : Modal(b, n, signals, l, s, channels), one(*this) {}
+
+  // Start a run from its data.
+  void begin(const RunData& run) {
+    settings = units.of(run);
+    per_gap = 1.0 / settings.gap;
+    per_drive = 1.0 / settings.drive;
+    laws.take(run.parameters);
+    biases.take(run.sources);
+    physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
+    for (Foot& foot : feet) {
+      foot = Foot();
+      foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
+    }
+    player.restart(run.channels, run.changes);
+    clock = Clock();
+    clock.mark = settings.period;
+    step_class = int(settings.first_class);
+    last_launch = 0;
+    next = &book.require(FootSet(sizes.feet));
+    entering = check = true;
+    one.begin(*this);
+  }
+
+  void enter() {
+    if (!entering) return;
+    enter_mode(*this);
+    step_class = launch_class(*this);
+    launching = true;
+    if (sizes.feet > 1) check = true;
+  }
+
+  // End of a drive period, or of the run: note the highest gap since the last mark and start anew.
+  void mark() {
+    for (int i : mode->free) {
+      log.add(clock.time, i, PERIOD_MARK, feet[i].apex);
+      feet[i].apex.restart(clock.time);
+    }
+    clock.marks++;
+    clock.mark = (clock.marks + 1) * settings.period;
+  }
+
+  bool resolve_contacts() {
+    if (!check) return false;
+    check = false;
+    player.next_kink(clock.time);
+    if (sizes.feet > 0 && resolve_due_contacts(*this)) check = true;
+    return check;
+  }
+
+  Code step() {
+    const Ahead ahead = look_ahead(*this);
+    const bool all_held = mode->free.empty();
+    if (all_held && ahead.reach == INF && !launching && glide<S>(*this, ahead.left)) return GOING_ON;
+    const Taken taken = all_held && one.in_line    ? take_step<S>(*this, OneHeld<S>{one}, ahead)
+                        : !all_held && one.in_film ? take_step<S>(*this, OneFree<S>{one}, ahead)
+                                                   : any_step(ahead);
+    if (taken.foot < 0) return taken.code;
+    if (mode->is_held[taken.foot]) {
+      release(*this, taken.foot);
+    } else {
+      impact(*this, taken.foot, -1.0);
+    }
+    check = sizes.feet > 1;
+    return GOING_ON;
+  }
+
+ private:
+  TARSUS_APART Taken any_step(const Ahead& ahead) { return take_step<S>(*this, AnyFeet<S>{one}, ahead); }
+};
+
+}  // namespace tarsus

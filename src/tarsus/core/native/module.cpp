@@ -1,0 +1,18 @@
+#include <nanobind/nanobind.h>
+
+#include "built.hpp"
+
+namespace tarsus {
+void bind_plan(nanobind::module_&);
+void bind_program(nanobind::module_&);
+void bind_modal(nanobind::module_&);
+void bind_legged(nanobind::module_&);
+}  // namespace tarsus
+
+NB_MODULE(_native, m) {
+  m.attr("built") = tarsus::built();
+  tarsus::bind_plan(m);
+  tarsus::bind_program(m);
+  tarsus::bind_modal(m);
+  tarsus::bind_legged(m);
+}

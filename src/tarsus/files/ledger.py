@@ -1,0 +1,69 @@
+"""The energy account of a run: as plain data, as it is kept, and in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tarsus.files.store import RunLike
+
+__all__ = ["LEDGER_WORDS", "StoredLedger", "ledger_lines", "ledger_table", "read_number", "stored_ledger"]
+
+LEDGER_WORDS: dict[str, str] = {
+    "work_in": "work in by the drives",
+    "kinetic": "change of kinetic energy",
+    "elastic": "change of elastic energy",
+    "damping": "lost to structural damping",
+    "friction": "lost to friction",
+    "impacts": "lost in impacts",
+    "adhesion": "lost to adhesion",
+}
+"""Term of every energy account -> its line in reports; those of the laws follow."""
+
+
+@dataclass(frozen=True)
+class StoredLedger:
+    """Energy ledger of a stored run [J], works of laws by name; `closure` is relative to the largest term."""
+
+    work_in: float
+    kinetic: float
+    elastic: float
+    damping: float
+    friction: float
+    impacts: float
+    adhesion: float
+    laws: Mapping[str, float]
+    residual: float
+    closure: float
+
+
+def ledger_table(run: RunLike) -> dict[str, Any]:
+    """Energy ledger as plain data [J], works of laws by name under `laws`; `closure` [1]."""
+    laws = {name: float(work) for name, work in run.ledger.laws.items()}
+    terms = {f.name: float(getattr(run.ledger, f.name)) for f in fields(StoredLedger) if f.name != "laws"}
+    return {**terms, "laws": laws}
+
+
+def ledger_lines(run: RunLike) -> list[tuple[str, float]]:
+    """Lines of the energy account in words, with their energies [J]; one for every law that acted."""
+    acting = run.scene.ground.acting_laws
+    lines = [(text, float(getattr(run.ledger, name))) for name, text in LEDGER_WORDS.items()]
+    for name, work in run.ledger.laws.items():
+        law = acting[name]
+        lines.append((law.label(), -float(work) if law.loses else float(work)))
+    return lines
+
+
+def read_number(value: float | None) -> float:
+    """A number as JSON holds it: null is not a number."""
+    return math.nan if value is None else float(value)
+
+
+def stored_ledger(table: Mapping[str, Any]) -> StoredLedger:
+    """The ledger of a table that `ledger_table` made, read back from a file."""
+    laws = {name: read_number(work) for name, work in table["laws"].items()}
+    terms = {name: read_number(value) for name, value in table.items() if name != "laws"}
+    return StoredLedger(**terms, laws=laws)

@@ -1,0 +1,51 @@
+"""Arrays laid end to end, segment after segment: segment s of ``first`` (ns + 1,) is ``first[s]:first[s + 1]``.
+
+What is found for a segment depends on nothing but its own entries, to the last bit, whatever lies beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+def firsts(counts: NDArray[np.integer]) -> Rows:
+    """Where segments (ns,) of so many entries begin, and where the last one ends (ns + 1,)."""
+    first = np.zeros(len(counts) + 1, dtype=np.intp)
+    np.cumsum(counts, out=first[1:])
+    return first
+
+
+def owners(first: Rows) -> Rows:
+    """Number of the segment of every entry."""
+    return np.repeat(np.arange(len(first) - 1), np.diff(first))
+
+
+def places(first: Rows) -> Rows:
+    """Place of every entry within its segment, from 0."""
+    return np.arange(first[-1]) - np.repeat(first[:-1], np.diff(first))
+
+
+def last_at(values: Floats, first: Rows, own: Rows, when: Floats) -> Rows:
+    """Place within segment ``own`` (nq,) of the last of its increasing values at or before ``when`` (nq,), or -1."""
+    low, high = first[own], first[own + 1]
+    while (open_ := low < high).any():
+        middle = (low + high) // 2
+        before = open_ & (values[np.where(open_, middle, 0)] <= when)
+        low, high = np.where(before, middle + 1, low), np.where(open_ & ~before, middle, high)
+    return low - first[own] - 1
+
+
+def sums(own: Rows, count: int, values: Floats | None = None) -> Floats:
+    """Sum (count,) of the values of each segment in their order, or how many entries it has."""
+    return np.bincount(own, values, minlength=count).astype(float)
+
+
+def largest(own: Rows, count: int, values: Floats) -> Floats:
+    """Largest value (count,) of each segment, minus infinity where it has none."""
+    out = np.full(count, -np.inf)
+    np.maximum.at(out, own, values)
+    return out

@@ -1,0 +1,345 @@
+"""Results of many runs: one event log, measures of all runs at once, and the runs one by one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.arrays import PERIOD_MARK
+from tarsus.errors import InputError
+from tarsus.measure import (
+    EventHistories,
+    Judgement,
+    Measured,
+    Measures,
+    RunTable,
+    measured,
+    measures_of,
+    no_measure,
+)
+from tarsus.plan import initial_column, law_column
+from tarsus.scene import Scene
+from tarsus.solve import shown
+from tarsus.solve.codes import EventColumns, EventLog, ResultCode
+from tarsus.solve.engine import RawRuns
+from tarsus.solve.march import RawWalks
+from tarsus.solve.walkrun import structured_marks
+from tarsus.spec import with_values
+from tarsus.structure.walker import Walker
+
+if TYPE_CHECKING:
+    import xarray
+
+    from tarsus.files.series import Variable
+
+__all__ = ["Batch", "BatchRun", "Part"]
+
+MOST_ROWS = 1 << 16
+"""Events that measures look at together: about as many as a processor's cache holds columns of."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class BatchRun:
+    """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
+
+    base: the batch's scene; values: those that this run has instead, by path; reached [s]: where it stopped early.
+    """
+
+    all_events: np.ndarray
+    foot_names: tuple[str, ...]
+    duration: float
+    period: float
+    code: ResultCode
+    base: Scene
+    values: Mapping[str, float] = field(default_factory=dict)
+    marks: np.ndarray | None = None
+    reached: float | None = None
+
+    def __repr__(self) -> str:
+        return (
+            f"<BatchRun '{self.base.name}': {self.duration:g} s, {self.code.name}, {len(self.events)} events>"
+        )
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this run."""
+        return with_values(self.base, self.values) if self.values else self.base
+
+    @property
+    def events(self) -> np.ndarray:
+        """Events in time order, without the period marks."""
+        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+
+    @property
+    def end_time(self) -> float:
+        """Time reached [s]; the duration unless the run stopped early."""
+        return self.duration if self.reached is None else self.reached
+
+    @property
+    def ok(self) -> bool:
+        """True when the run reached its end (and its energy account closed, where the batch keeps accounts)."""
+        return self.code is ResultCode.DONE
+
+
+@dataclass(frozen=True)
+class Part:
+    """What an engine made of some runs of a batch, whose numbers there are ``members`` (k,): see `RawRuns`, and for the
+    marks of walkers `RawWalks`. Contact modes and step tables are not kept."""
+
+    members: NDArray[np.int64]
+    codes: np.ndarray
+    events: np.ndarray
+    event_end: np.ndarray
+    ends: Floats
+    marks: np.ndarray | None
+    mark_end: np.ndarray
+
+    @classmethod
+    def of(cls, raw: RawRuns | RawWalks, members: NDArray[np.int64]) -> Part:
+        """From all runs of a call of an engine."""
+        marks, end = (raw.marks, raw.mark_end) if isinstance(raw, RawWalks) else (None, np.zeros(0, np.intp))
+        return cls(members, raw.codes, raw.events, raw.event_end, raw.finish[:, 0].copy(), marks, end)
+
+    @cached_property
+    def log(self) -> EventLog:
+        """Events of the runs, one by one."""
+        return EventLog(self.events, self.event_end)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: self.__dict__[name] for name in self.__dataclass_fields__}
+
+
+@dataclass(frozen=True, repr=False)
+class Batch:
+    """Results of `simulate_batch`: nr runs in the order of the varied values.
+
+    vary: the varied values (nr,) by path; axes: of a grid, the values of each axis by path, the last one running
+    fastest; periods (nr,) [s]: drive period of the statistics; unclosed: numbers of the runs whose energy account is
+    open, None where the batch kept none.
+    """
+
+    scene: Scene
+    vary: Mapping[str, np.ndarray]
+    duration: float
+    periods: Floats
+    parts: Sequence[Part]
+    unclosed: frozenset[int] | None = None
+    axes: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.periods)
+
+    def __repr__(self) -> str:
+        over = f" over {', '.join(self.vary)}" if self.vary else ""
+        ended = ", ".join(f"{count} {code}" for code, count in self.outcomes.items())
+        return f"<Batch '{self.scene.name}': {shown.runs_of(self)}{over}; {ended}>"
+
+    def _repr_html_(self) -> str:
+        return shown.batch_table(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return shown.state_of(self, self.scene)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the results: that of the grid, or (nr,)."""
+        return tuple(map(len, self.axes.values())) if self.axes else (len(self),)
+
+    @cached_property
+    def codes(self) -> list[ResultCode]:
+        """How every run ended.
+
+        A batch keeps no steps and so no energy account: `ResultCode.DONE` says here that the end was reached, and
+        `ResultCode.LEDGER_OPEN` occurs only with ``simulate_batch(..., ledger=True)``. One run's account is that of
+        ``simulate(batch.run(i).scene, batch.duration)``.
+        """
+        numbers = np.zeros(len(self), dtype=np.intp)
+        for part in self.parts:
+            numbers[part.members] = part.codes
+        makes = self.scene.ground.makes_energy
+        meaning = {int(one): ResultCode.of(int(one), makes_energy=makes) for one in np.unique(numbers)}
+        found = [meaning[number] for number in numbers.tolist()]
+        for i in self.unclosed or ():
+            found[i] = ResultCode.LEDGER_OPEN
+        return found
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs ended how, by the name of the code, the most frequent first."""
+        return {code.name: count for code, count in Counter(self.codes).most_common()}
+
+    @cached_property
+    def done(self) -> NDArray[np.bool_]:
+        """Which runs (nr,) reached their end."""
+        return np.array([code is ResultCode.DONE for code in self.codes])
+
+    @cached_property
+    def _where(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Part and place there of every run (nr,)."""
+        part, place = np.zeros((2, len(self)), dtype=np.intp)
+        for number, one in enumerate(self.parts):
+            part[one.members], place[one.members] = number, np.arange(len(one.members))
+        return part, place
+
+    def _number(self, i: int | tuple[int, ...]) -> int:
+        return int(np.ravel_multi_index(i, self.shape)) if isinstance(i, tuple) else int(i)
+
+    def _at(self, i: int | tuple[int, ...]) -> tuple[Part, int]:
+        """Where a run is."""
+        part, place = (int(one[self._number(i)]) for one in self._where)
+        return self.parts[part], place
+
+    def run(self, i: int | tuple[int, ...]) -> BatchRun:
+        """Run number ``i``, or at an index of the grid."""
+        number = self._number(i)
+        one, place = self._at(number)
+        marks = None if one.marks is None else self._marks([_rows(one.marks, one.mark_end, place)])
+        values = {path: float(column[number]) for path, column in self.vary.items()}
+        return BatchRun(
+            one.log.all_of(place), tuple(self.scene.robot.feet), self.duration,
+            float(self.periods[number]), self.codes[number], self.scene, values, marks, float(one.ends[place]),
+        )  # fmt: skip
+
+    def events(self, i: int | tuple[int, ...]) -> np.ndarray:
+        """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
+        part, place = self._at(i)
+        return part.log.of(place)
+
+    def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
+        """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
+        return measures_of(self.run(i), **options)
+
+    def measure(self, name: str, **options: Any) -> Floats:
+        """One measure of every run, computed alone, of the batch's shape; NaN for runs that did not reach their end.
+
+        Options ``period``, ``skip``, ``height`` and ``dwell`` as for `tarsus.measure.period_statistics`.
+        Raises InputError for a name that no measure has.
+        """
+        return self.measured((name,), **options)[name].value.reshape(self.shape)
+
+    def measured(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Measured]:
+        """Measures (nr,) of all runs with spread and feet: all that there are, or those of ``names``, in their order,
+        at the cost of these alone. Runs that did not reach their end have NaN; options as for `measure`.
+
+        Raises InputError for names that no measure has.
+        """
+        joined: dict[str, Measured] = {}
+        for members, table in self.tables():
+            for name, one in measured(Judgement(table, **options), names).items():
+                if name not in joined:
+                    joined[name] = one.blank(len(self))
+                joined[name].put(members, one, self.done[members])
+        if names is not None and (wrong := [name for name in names if name not in joined]):
+            known = measured(Judgement(next(self.tables())[1], **options))
+            raise InputError([no_measure(name, known) for name in wrong])
+        return joined if names is None else {name: joined[name] for name in names}
+
+    def histories(
+        self, feet: Sequence[int] | None = None
+    ) -> Iterator[tuple[NDArray[np.int64], EventHistories]]:
+        """What feet did, all or those of these numbers, a number of runs at a time: their numbers, and histories."""
+        m = len(self.scene.robot.feet)
+        for members, table in self.tables():
+            yield (
+                members,
+                EventHistories(table.events, table.first, table.ends, range(m) if feet is None else feet, m),
+            )
+
+    def tables(self) -> Iterator[tuple[NDArray[np.int64], RunTable]]:
+        """The runs as measures see them, so many at a time that the work fits into a processor's cache: their numbers,
+        and the table."""
+        block: list[Part] = []
+        rows = 0
+        for part in self.parts:
+            if block and rows + len(part.events) > MOST_ROWS:
+                yield self._table(block)
+                block, rows = [], 0
+            block.append(part)
+            rows += len(part.events)
+        if block:
+            yield self._table(block)
+
+    def _table(self, parts: Sequence[Part]) -> tuple[NDArray[np.int64], RunTable]:
+        members = np.concatenate([part.members for part in parts])
+        marks = [part.marks for part in parts if part.marks is not None]
+        table = RunTable(
+            EventColumns([part.events for part in parts]), _joined([part.event_end for part in parts]),
+            tuple(self.scene.robot.feet), np.concatenate([part.ends for part in parts]), self.periods[members],
+            np.zeros(len(members), dtype=np.intp), lambda _: self.scene,
+        )  # fmt: skip
+        if not marks:
+            return members, table
+        first = _joined([part.mark_end for part in parts])
+        return members, replace(
+            table,
+            variant=self._variants[0][members],
+            scene=self._variant,
+            marks=self._marks(marks),
+            mark_first=first,
+        )
+
+    def _marks(self, rows: Sequence[np.ndarray]) -> np.ndarray:
+        walker = self.scene.robot.structure
+        assert isinstance(walker, Walker)
+        return structured_marks(np.concatenate(rows), walker.body_size, len(self.scene.robot.feet))
+
+    @cached_property
+    def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
+        """Number (nr,) of the description that each run has, parameters of ground laws and start aside, and what each
+        changes in the batch's scene."""
+        paths = [
+            p
+            for p in self.vary
+            if law_column(self.scene, p) is None and initial_column(self.scene, p) is None
+        ]
+        if not paths:
+            return np.zeros(len(self), dtype=np.intp), [{}]
+        rows, number = np.unique(
+            np.column_stack([self.vary[path] for path in paths]), axis=0, return_inverse=True
+        )
+        return number.ravel(), [dict(zip(paths, map(float, row), strict=True)) for row in rows]
+
+    def _variant(self, number: int) -> Scene:
+        values = self._variants[1][number]
+        return with_values(self.scene, values) if values else self.scene
+
+    def variables(self, names: Collection[str] | None = None, **options: Any) -> dict[str, Variable]:
+        """Measures, all or those of ``names``, as plain arrays by name, see `to_dataset`."""
+        from tarsus.solve.labelled import batch_variables
+
+        return batch_variables(self, self.measured(names, **options))
+
+    def to_dataset(self, names: Collection[str] | None = None, **options: Any) -> xarray.Dataset:
+        """Measures, all or those of ``names``, as an xarray Dataset with units and definitions as attributes.
+
+        Of a grid every path is a dimension; else the runs are the dimension ``run``, with the varied values as its
+        coordinates. Each measure has its spread from period to period beside it, of several feet the number of each,
+        and ``code`` tells how the run ended. Options as for `measure`.
+        """
+        from tarsus.files.series import dataset_of
+
+        attrs = {"title": self.scene.name, "duration_s": self.duration}
+        return dataset_of(self.variables(names, **options), attrs).set_coords(
+            [] if self.axes else list(self.vary)
+        )
+
+
+def _rows(rows: np.ndarray, ends: np.ndarray, place: int) -> np.ndarray:
+    """Those of one run."""
+    return rows[ends[place - 1] if place else 0 : ends[place]]
+
+
+def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:
+    """Where the rows of each run begin, and where the last ones end, of several batches one after the other."""
+    shift = np.cumsum([0, *(int(end[-1]) if len(end) else 0 for end in ends)])
+    return np.concatenate(
+        [[0], *(end + before for end, before in zip(ends, shift[:-1], strict=True))]
+    ).astype(np.intp)

@@ -1,0 +1,104 @@
+"""How results are shown where they are printed, and what of them is pickled."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tarsus.errors import InputError
+from tarsus.scene import Scene
+from tarsus.units import format_quantity
+
+if TYPE_CHECKING:
+    from tarsus.solve.results import Batch
+    from tarsus.solve.run import Run
+
+__all__ = ["batch_table", "run_line", "run_table", "runs_of", "state_of"]
+
+
+def run_line(run: Run) -> str:
+    """A run in a line; its energy account is not asked for."""
+    code = run.__dict__.get("code", run.ended)
+    return f"<Run '{run.scene.name}': {run.duration:g} s, {code.name}, {len(run.events)} events>"
+
+
+def run_table(run: Run) -> str:
+    """A run and its measures as an HTML table."""
+    code = run.__dict__.get("code", run.ended)
+    rows = [
+        (
+            name,
+            _number(one.value, one.unit),
+            "" if one.spread != one.spread else _number(one.spread, one.unit),
+        )
+        for name, one in run.measures.items()
+    ]
+    title = f"{run.scene.name}: {run.duration:g} s, {len(run.events)} events. {code.value}"
+    return _table(title, ("measure", "value", "spread"), rows)
+
+
+def runs_of(batch: Batch) -> str:
+    """How many runs a batch has, by axis of a grid, and how long each is."""
+    return f"{' x '.join(map(str, batch.shape))} run{'' if len(batch) == 1 else 's'} of {batch.duration:g} s"
+
+
+def batch_table(batch: Batch) -> str:
+    """A batch and what varies in it as an HTML table."""
+    from tarsus.spec import float_paths
+
+    known = float_paths(batch.scene)
+    rows = [
+        (
+            path,
+            str(len(np.unique(values))),
+            _number(values.min(), known[path].unit),
+            _number(values.max(), known[path].unit),
+        )
+        for path, values in batch.vary.items()
+    ]
+    ended = ", ".join(f"{count} {code}" for code, count in batch.outcomes.items())
+    title = f"{batch.scene.name}: {runs_of(batch)}; {ended}"
+    return _table(title, ("varied", "values", "least", "greatest"), rows)
+
+
+def _number(value: float, unit: str) -> str:
+    return format_quantity(float(f"{value:.4g}"), unit) if np.isfinite(value) else "none"
+
+
+def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    def line(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    body = "".join(line(row, "td") for row in rows)
+    return f"<table><caption>{escape(title)}</caption>{line(head, 'th')}{body}</table>"
+
+
+def state_of(result: Any, scene: Scene) -> dict[str, Any]:
+    """What is pickled of a run or batch: its fields, without what is found from them when asked.
+
+    Raises InputError where the scene has a law whose class another process could not import.
+    """
+    lost = [
+        f"ground.laws.{name}: the class {type(law).__name__} is in no module that another process can import, so that "
+        "this cannot be pickled; put its file where Python finds modules, and import it"
+        for name, law in scene.ground.laws.items()
+        if not _importable(type(law))
+    ]
+    if lost:
+        raise InputError(lost)
+    return {name: result.__dict__[name] for name in result.__dataclass_fields__}
+
+
+def _importable(kind: type) -> bool:
+    """Whether another process finds a class by its name: not so one of a law file that was loaded by its path."""
+    if "<locals>" in kind.__qualname__:
+        return False
+    # a script is run again by a process that it starts; what was typed is lost
+    if kind.__module__ == "__main__":
+        return hasattr(sys.modules["__main__"], "__file__")
+    top = kind.__module__.partition(".")[0]
+    return any(finder.find_spec(top, None) is not None for finder in sys.meta_path)

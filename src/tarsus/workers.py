@@ -1,0 +1,36 @@
+"""Threads for work that can be done at the same time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+__all__ = ["spread", "workers"]
+
+J = TypeVar("J")
+R = TypeVar("R")
+
+
+def workers(threads: int | None = None) -> int:
+    """Number of threads to use: as many as asked for, else one for each processor that this process may run on.
+
+    A scheduler or container that lends a process some of a machine's processors says so by its affinity; where a
+    system has none, all of its processors count.
+    """
+    if threads is not None:
+        return max(threads, 1)
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0)) or 1
+    return os.cpu_count() or 1
+
+
+def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int | None = None) -> Iterator[R]:
+    """Results of jobs in their order, done on `workers` threads."""
+    count = min(workers(threads), len(jobs))
+    if count <= 1:
+        yield from map(work, jobs)
+        return
+    with ThreadPoolExecutor(count) as pool:
+        yield from pool.map(work, jobs)

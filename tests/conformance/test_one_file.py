@@ -1,0 +1,225 @@
+"""A law or a waveform is one file: put beside those of the library it acts, and is reported, everywhere."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tarsus as ts
+from tarsus.ground import Ground
+from tarsus.laws import registry
+
+LAWS = {
+    "suction": '''
+"""A seal between foot and ground."""
+from tarsus.laws.base import ResistiveLaw
+from tarsus.spec import quantity
+
+class Suction(ResistiveLaw):
+    slot = "suction"
+    slot_note = "a seal between foot and ground"
+    title = "seal"
+
+    drag: float = quantity("N s/m", "drag at contact", ge=0)
+    height: float = quantity("m", "height over which it falls", gt=0)
+
+    @staticmethod
+    def momentum(gap, drag, height):
+        return drag * height / (1.0 + gap / height)
+''',
+    "wind": '''
+"""A breeze from below."""
+from tarsus.laws.base import SmoothLaw
+from tarsus.spec import quantity
+
+class Wind(SmoothLaw):
+    title = "breeze"
+    uses_rate = False
+    lift: float = quantity("N", "force")
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time, lift):
+        return lift
+''',
+}  # fmt: skip
+WAVE = '''
+"""A ramp up and down."""
+from typing import Literal
+import numpy as np
+from tarsus.drive.signal import Signal
+from tarsus.drive.track import linear_track
+from tarsus.spec import quantity
+
+class Tooth(Signal):
+    kind: Literal["tooth"] = "tooth"
+    top: float = quantity("V", "highest voltage")
+    half: float = quantity("s", "time up, and down", gt=0)
+
+    def volts(self, time):
+        return np.interp(np.remainder(time, 2 * self.half), [0.0, self.half, 2 * self.half], [0.0, self.top, 0.0])
+
+    def track(self):
+        times = [0.0, self.half, 2 * self.half]
+        return linear_track(times, [0.0, self.top], [self.top, 0.0], periodic=True, hold=False)
+'''
+
+
+def run_beside(folder: Path, script: str) -> dict:
+    """What a script prints in a process whose library has the files of a folder as well."""
+    head = (
+        "import importlib.util, sys, pathlib, json\n"
+        "folder = pathlib.Path(sys.argv[1])\n"
+        "import tarsus\n"
+        "home = pathlib.Path(tarsus.__file__).parent\n"
+        "class Beside:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        for package, at in (('tarsus.laws', 'laws'), ('tarsus.drive.waveforms', 'waves')):\n"
+        "            if name == package:\n"
+        "                inside = home.joinpath(*package.split('.')[1:])\n"
+        "                return importlib.util.spec_from_file_location(name, inside / '__init__.py',\n"
+        "                    submodule_search_locations=[str(inside), str(folder / at)])\n"
+        "sys.meta_path.insert(0, Beside())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", head + script, str(folder)], capture_output=True, text=True,
+        env=os.environ | {"MPLBACKEND": "agg"}, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+USE = """
+import numpy as np
+import tarsus as ts
+from tarsus.cli.summary import run_object
+from tarsus.files.store import read_run, write_run
+from tarsus.files.toml import parse_scene, scene_text
+from tarsus.laws.registry import built_in
+from tarsus.report import write_report
+
+suction, wind = built_in()["suction"], built_in()["wind"]
+wave = {"kind": "tooth", "top": "4 V", "half": "5 ms"}
+base = ts.read_scene(sys.argv[2])
+modal = {"ground.suction": suction(drag=2e-5, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
+legged = {"ground.suction": suction(drag=2e-7, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
+walker = ts.load_scene("millipede").model_copy(update={"duration": 0.006})
+modal |= {"signals.pzt": wave, "duration": 0.02}
+scenes = {"modal": ts.with_values(base, modal), "legged": ts.with_values(walker, legged)}
+out = {}
+for name, scene in scenes.items():
+    text = scene_text(scene)
+    assert parse_scene(text) == scene
+    run = ts.simulate(scene, scene.duration)
+    data = run.to_dataset()
+    write_run(run, folder / name)
+    back = read_run(folder / name)
+    page = write_report(run, folder / "report.html").read_text() if name == "legged" else None
+    path = "ground.suction.drag"
+    drag = ts.get_value(scene, path)
+    batch = ts.simulate_batch(scene, {path: [drag, 0.0]}, scene.duration, track=False)
+    held = data["contact"].values.astype(bool)
+    pushed = data["contact_force"].values[held] + data["pull"].values[held]
+    parts = [data[f"{law}_force"].values[held] for law in ("gust", "electrostatic") if f"{law}_force" in data]
+    out[name] = {
+        "ok": run.ok, "closure": run.ledger.closure, "laws": dict(run.ledger.laws), "stored": dict(back.ledger.laws),
+        "forces": {law: float(abs(data[f"{law}_force"]).max()) for law in run.ledger.laws},
+        "works": {law: float(data[f"{law}_work"][-1]) for law in run.ledger.laws},
+        "units": [data[f"gust_{what}"].attrs["units"] for what in ("force", "work")],
+        "named": data["suction_force"].attrs["long_name"],
+        "file": sorted(set(back.dataset) & {"gust_work", "suction_work"}),
+        "json": sorted(run_object(run, [])["ledger_J"]["laws"]),
+        "lines": page and ["lost to the seal" in page, "work of the breeze" in page],
+        "batch": len(batch.events(0)) and not np.array_equal(batch.events(0), batch.events(1)),
+        "alike": bool(np.isclose(batch.events(0)["time"][0], run.events["time"][0], rtol=1e-9)),
+        "held": int(held.sum()), "misfit": float(np.abs(pushed + sum(parts)).max() / np.abs(pushed).max()),
+        "volts": float(data["volts"].max()),
+    }
+print(json.dumps(out))
+"""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory) -> dict:
+    folder = tmp_path_factory.mktemp("beside")
+    for at, files in (("laws", LAWS), ("waves", {"tooth": WAVE})):
+        (folder / at).mkdir()
+        for name, text in files.items():
+            (folder / at / f"{name}.py").write_text(text)
+    scene = Path(__file__).parent.parent / "scenes" / "sticky_feet.toml"
+    return run_beside(folder, USE.replace("sys.argv[2]", repr(str(scene))))
+
+
+@pytest.mark.parametrize("system", ["modal", "legged"])
+def test_a_law_of_one_file_acts_and_is_accounted_for(found, system):
+    out = found[system]
+    assert out["ok"] and out["closure"] < 1e-8
+    assert (
+        {"suction", "gust"} <= set(out["laws"])
+        and out["laws"]["suction"] < 0.0
+        and out["laws"]["gust"] != 0.0
+    )
+    assert out["stored"] == out["laws"] and out["json"] == sorted(out["laws"])
+    assert out["forces"]["gust"] == pytest.approx(3e-8) and out["forces"]["suction"] > 0.0
+    for law, work in out["works"].items():
+        assert work == pytest.approx(out["laws"][law], rel=1e-9)
+    assert out["units"] == ["N", "J"] and out["named"].startswith("force of the seal")
+    assert out["file"] == ["gust_work", "suction_work"]
+
+
+@pytest.mark.parametrize("system", ["modal", "legged"])
+def test_its_parameters_vary_in_a_batch(found, system):
+    assert found[system]["batch"] and found[system]["alike"]
+
+
+@pytest.mark.parametrize("system", ["modal", "legged"])
+def test_the_ground_bears_every_smooth_law_on_a_held_foot(found, system):
+    assert found[system]["held"] > 0 and found[system]["misfit"] < 1e-9
+
+
+def test_the_report_has_its_lines(found):
+    assert found["legged"]["lines"] == [True, True]
+
+
+def test_a_waveform_of_one_file_drives(found):
+    assert found["modal"]["volts"] == pytest.approx(4.0, rel=1e-2)
+
+
+def test_law_files_know_no_other_law():
+    """They import the base of laws, and no law of another file."""
+    for law in registry.built_in().values():
+        tree = ast.parse(Path(str(sys.modules[law.__module__].__file__)).read_text(encoding="utf-8"))
+        imported = {
+            node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
+        }
+        assert {name for name in imported if name.startswith("tarsus.laws")} == {"tarsus.laws.base"}
+
+
+def test_every_slot_that_type_checkers_see_is_one():
+    hinted = Path(str(sys.modules[Ground.__module__].__file__)).read_text(encoding="utf-8")
+    block = hinted.partition("if TYPE_CHECKING:")[2].partition("\n\n")[0]
+    names = [line.split(":")[0].strip() for line in block.splitlines() if ": " in line and "=" in line]
+    assert names and set(names) <= set(registry.slots())
+
+
+def test_two_laws_of_one_name_are_refused():
+    class Film(ts.SmoothLaw):
+        pull: float = ts.quantity("N", "force")
+
+        @staticmethod
+        def force(gap, gap_rate, volts, time, pull):
+            return -pull
+
+    built_in = ts.Film(coefficient=1e-21, thickness=1e-6)
+    with pytest.raises(ts.InputError, match="the name 'film' is taken"):
+        ts.with_values(
+            ts.load_scene("cantilever"), {"ground.film": built_in, "ground.laws.film": Film(pull=1e-9)}
+        )
+    alone = {"ground.film": None, "ground.laws.film": Film(pull=0.0)}
+    run = ts.simulate(ts.with_values(ts.load_scene("cantilever"), alone), 0.001)
+    assert run.ledger.laws["film"] == 0.0 and registry.built_in()["film"] is ts.Film

@@ -1,0 +1,234 @@
+"""A batch as a whole: grids, measures of all runs, labels, pickles, and what is printed."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import math
+import multiprocessing
+import os
+import pickle
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.errors import InputError
+from tarsus.solve import Batch, ResultCode
+from tarsus.workers import spread, workers
+from walking_devices import creeping_millipede
+
+SCENES = Path(__file__).parent.parent / "scenes"
+FILM, VOLTS, HERTZ = "ground.film.coefficient", "signals.pzt.amplitude", "signals.pzt.frequency"
+DURATION = 0.03
+
+
+@pytest.fixture(scope="module")
+def scene() -> ts.Scene:
+    return ts.load_scene("cantilever")
+
+
+@pytest.fixture(scope="module")
+def grid(scene) -> Batch:
+    return ts.simulate_batch(scene, {FILM: [4e-21, 6e-21, 8e-21], VOLTS: [8.0, 10.0]}, DURATION, grid=True)
+
+
+def test_a_grid_runs_every_combination_and_its_results_have_its_shape(scene, grid):
+    assert len(grid) == 6 and grid.shape == (3, 2)
+    assert grid.vary[FILM].tolist() == [4e-21, 4e-21, 6e-21, 6e-21, 8e-21, 8e-21]
+    peak = grid.measure("peak")
+    assert peak.shape == (3, 2)
+    rows = ts.simulate_batch(scene, {FILM: [8e-21, 6e-21], VOLTS: [8.0, 10.0]}, DURATION).measure("peak")
+    assert [peak[2, 0], peak[1, 1]] == rows.tolist() and len(np.unique(peak)) == 6
+    assert grid.run((2, 0)).values == {FILM: 8e-21, VOLTS: 8.0}
+    assert grid.measures((1, 1))["peak"].value == peak[1, 1]
+
+
+def test_axes_of_a_grid_may_differ_in_length_and_rows_may_not(scene):
+    vary = {FILM: [4e-21, 6e-21, 8e-21], VOLTS: [8.0, 10.0]}
+    with pytest.raises(
+        InputError, match=r"has 3, signals.pzt.amplitude has 2 \(grid=True runs every combination\)"
+    ):
+        ts.simulate_batch(scene, vary, DURATION)
+    with pytest.raises(InputError, match="expected at least one run, got none"):
+        ts.simulate_batch(scene, {FILM: [4e-21], VOLTS: []}, DURATION, grid=True)
+
+
+def test_a_grid_as_a_dataset_has_a_dimension_for_each_path(grid):
+    data = grid.to_dataset(["peak", "bounces"])
+    assert dict(data.sizes) == {FILM: 3, VOLTS: 2}
+    assert data[VOLTS].attrs["units"] == "V" and data[FILM].values.tolist() == [4e-21, 6e-21, 8e-21]
+    assert (
+        data["peak"].attrs["units"] == "m"
+        and "highest point in a drive period" in data["peak"].attrs["long_name"]
+    )
+    assert float(data["peak"].sel({FILM: 6e-21, VOLTS: 10.0})) == grid.measure("peak")[1, 1]
+    assert data["peak_spread"].shape == (3, 2) and "mean_apex" not in data
+    assert data["code"].values.tolist() == [[0, 0]] * 3 and data["code"].attrs["flag_meanings"].startswith(
+        "DONE "
+    )
+
+
+def test_rows_as_a_dataset_have_the_varied_values_as_coordinates():
+    chain = ts.read_scene(SCENES / "three_feet.toml")
+    path = "ground.restitution.coefficient"
+    batch = ts.simulate_batch(chain, {path: [0.2, 0.4]}, 0.02)
+    data = batch.to_dataset()
+    assert set(batch.measures(0)) <= set(data.data_vars)
+    assert data["peak"].dims == ("run",) and path in data.coords and data[path].dims == ("run",)
+    assert data["peak_per_foot"].dims == ("run", "foot") and list(data["foot"].values) == list(
+        chain.robot.feet
+    )
+    assert data["peak_per_foot"].values[1].tolist() == list(batch.measures(1)["peak"].per_foot.values())
+
+
+@pytest.mark.parametrize("name", ["cantilever", "millipede"])
+def test_measures_of_all_runs_are_those_of_each_to_the_last_bit(name):
+    """Runs of different drive periods and plans."""
+    base = creeping_millipede() if name == "millipede" else ts.load_scene(name)
+    vary = {"gait.frequency" if name == "millipede" else HERTZ: [50.0, 100.0, 61.0, 50.0]}
+    vary |= {"robot.structure.body.mass": [2e-7, 2e-7, 3e-7, 2e-7]} if name == "millipede" else {}
+    batch = ts.simulate_batch(base, vary, 0.06, threads=1)
+    every = batch.measured()
+    for i in range(4):
+        alone = batch.measures(i)
+        assert list(alone) == list(every)
+        for key, one in alone.items():
+            assert repr(every[key].of(i)) == repr(one), key
+    assert np.isfinite(every["stride" if name == "millipede" else "peak"].value).all()
+
+
+@pytest.mark.parametrize("name", ["cantilever", "millipede", "hexapod"])
+@pytest.mark.parametrize("steps", [0, 1, 7, 60])
+def test_a_run_that_stopped_early_has_measures_all_the_same(name, steps):
+    base = ts.load_scene(name)
+    accuracy = ts.Accuracy(steps=steps)
+    run = ts.simulate(base, 0.05, accuracy)
+    assert run.ended is ResultCode.STEP_LIMIT and run.end_time < 0.05
+    assert all(one.n == 0 or np.isfinite(one.value) for one in run.measures.values())
+    batch = ts.simulate_batch(base, {}, 0.05, accuracy=accuracy)
+    assert set(batch.measures(0)) == set(run.measures)
+    assert all(np.isnan(one.value).all() and (one.n == 0).all() for one in batch.measured().values())
+    assert len(batch.to_dataset(["peak"]).attrs) and "STEP_LIMIT" in repr(batch)
+    assert run._repr_html_() and batch._repr_html_()
+
+
+class Ends(ts.SmoothLaw):
+    """A force that is no number after 4 ms."""
+
+    strength: float = ts.quantity("N", "strength", ge=0.0)
+
+    @staticmethod
+    def force(gap: float, gap_rate: float, volts: float, time: float, strength: float) -> float:
+        return -strength * math.sqrt(4e-3 - time)
+
+
+@pytest.mark.parametrize("name", ["millipede", "hexapod"])
+def test_a_run_that_a_law_broke_has_measures_all_the_same(name):
+    base = ts.load_scene(name)
+    ground = base.ground.model_copy(update={"laws": {"ends": Ends(strength=1e-3)}})
+    run = ts.simulate(base.model_copy(update={"ground": ground}), 0.02)
+    assert run.ended not in (ResultCode.DONE, ResultCode.STEP_LIMIT) and run.end_time <= 4e-3
+    assert all(one.n == 0 or np.isfinite(one.value) for one in run.measures.values())
+    batch = ts.simulate_batch(run.scene, {}, 0.02)
+    assert np.isnan(batch.measure("peak")).all() and batch.measures(0).keys() == run.measures.keys()
+
+
+def test_what_is_printed_is_short(scene, grid):
+    run = ts.simulate(scene, DURATION)
+    assert repr(run) == f"<Run 'cantilever': 0.03 s, DONE, {len(run.events)} events>"
+    assert "ledger" not in run.__dict__, "nothing was computed for it"
+    assert repr(grid) == f"<Batch 'cantilever': 3 x 2 runs of 0.03 s over {FILM}, {VOLTS}; 6 DONE>"
+    many = ts.simulate_batch(scene, {FILM: np.linspace(4e-21, 5e-21, 40)}, 1e-3)
+    assert len(repr(many)) < 200 and len(many._repr_html_()) < 1000
+    page = run._repr_html_()
+    assert page.startswith("<table>") and "contact_duration" in page and len(page) < 5000
+    assert f"<td>{FILM}</td><td>3</td>" in grid._repr_html_()
+
+
+def peak_and_closure(run: ts.Run) -> tuple[float, float]:
+    return run.measures["peak"].value, run.ledger.closure
+
+
+def peaks(batch: Batch) -> np.ndarray:
+    return batch.measure("peak")
+
+
+def ran(name: str) -> ts.Run:
+    return ts.simulate(ts.load_scene(name), DURATION)
+
+
+@pytest.mark.parametrize("name", ["cantilever", "millipede"])
+def test_a_run_comes_back_from_its_pickle_with_everything(name):
+    run = ran(name)
+    _ = run.measures, run.series, run.plan.signals, run.code
+    back = pickle.loads(pickle.dumps(run))
+    np.testing.assert_array_equal(back.events, run.events)
+    assert repr(back) == repr(run)
+    assert back.ledger == run.ledger
+    assert np.array_equal(back.series.state.x, run.series.state.x)
+    assert repr(dict(back.measures)) == repr(dict(run.measures))
+
+
+def test_a_batch_comes_back_from_its_pickle(grid):
+    _ = grid.codes
+    back = pickle.loads(pickle.dumps(grid))
+    assert repr(back) == repr(grid) and np.array_equal(
+        back.measure("mean_height"), grid.measure("mean_height")
+    )
+    np.testing.assert_array_equal(back.events(3), grid.events(3))
+
+
+def test_runs_and_batches_go_to_other_processes_and_come_back(grid):
+    run = ran("cantilever")
+    context = multiprocessing.get_context("spawn")
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=context) as pool:
+        assert pool.submit(peak_and_closure, run).result() == peak_and_closure(run)
+        assert np.array_equal(pool.submit(peaks, grid).result(), peaks(grid))
+        np.testing.assert_array_equal(pool.submit(ran, "cantilever").result().events, run.events)
+
+
+LAW = """
+import tarsus as ts
+
+class Pad(ts.SmoothLaw):
+    stiffness: float = ts.quantity("N/m", "stiffness of a pad", ge=0.0)
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time, stiffness):
+        return -stiffness * gap
+"""
+
+
+def test_a_users_law_pickles_where_another_process_can_import_it(scene, tmp_path, monkeypatch):
+    file = tmp_path / "soft_pad.py"
+    file.write_text(LAW)
+    monkeypatch.syspath_prepend(tmp_path)
+    import soft_pad  # type: ignore[import-not-found]
+
+    def run_with(law: type[ts.SmoothLaw]) -> ts.Run:
+        ground = scene.ground.model_copy(update={"laws": {"pad": law(stiffness=1e-3)}})
+        return ts.simulate(scene.model_copy(update={"ground": ground}), 5e-3)
+
+    run = run_with(soft_pad.Pad)
+    assert pickle.loads(pickle.dumps(run)).ledger == run.ledger
+    monkeypatch.delitem(sys.modules, "soft_pad")
+    loaded = run_with(ts.load_laws(file)["pad"])
+    with pytest.raises(
+        InputError, match=r"ground.laws.pad: the class Pad is in no module that another process"
+    ):
+        pickle.dumps(loaded)
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="the system has no affinity")
+def test_threads_are_as_many_as_the_process_may_use():
+    allowed = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        assert workers() == 1 and workers(3) == 3
+    finally:
+        os.sched_setaffinity(0, allowed)
+    assert workers() == len(allowed)
+    assert list(spread(lambda x: x * x, range(20), 4)) == [x * x for x in range(20)]
+    assert list(spread(str, [])) == []

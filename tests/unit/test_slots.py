@@ -1,0 +1,221 @@
+"""Numbers that are data of a plan: runs that differ in them are the changed scenes', with one set of tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.drive.signal import Signal
+from tarsus.scene import Scene
+from tarsus.slots import Kind, slot, slots
+from tarsus.solve import Accuracy
+from tarsus.solve.engines import Shared
+from tarsus.study import bench
+
+VOLTS = 8.0
+
+
+def chain(wave=None, **ground) -> Scene:
+    made = bench.chain(2)
+    if wave is not None:
+        made = ts.with_values(made, {"signals": {"pull": wave}})
+    return ts.with_values(made, {f"ground.{name}": law for name, law in ground.items()})
+
+
+def heavy() -> Scene:
+    upward = {"structure.upward": (1.0, 1.0)}
+    robot = ts.with_values(bench.chain(2).robot, upward)
+    return ts.with_values(chain(gravity=ts.Gravity(acceleration=0.5)), {"robot": robot})
+
+
+def moved() -> Scene:
+    return ts.with_values(chain(), {"initial": ts.Initial(displacement=(0.0, 0.0), velocity=(0.0, 0.0))})
+
+
+def sine(**more) -> ts.Sine:
+    return ts.Sine(amplitude=VOLTS, frequency=50.0, **more)
+
+
+def amplified() -> Scene:
+    return ts.with_values(chain(), {"robot.drives.pull.amplifier": ts.Amplifier(rise_time=2e-4)})
+
+
+def bouncing() -> Scene:
+    made = ts.load_scene("hexapod")
+    return ts.with_values(made, {"ground.adhesion": ts.Adhesion(initial=2e-4, rate=1e-3)})
+
+
+def walking() -> Scene:
+    return ts.load_scene("millipede")
+
+
+ONOFF = {"levels": (8.0, -8.0, 4.0), "durations": (0.01, 0.02, 0.013)}
+TURNING = np.array([0.0, 0.5, 3.0, -2.0])
+CASES = {
+    "gap": (chain, {"robot.feet.tip.gap": [0.0, 3e-5, 7e-5, 8e-5]}, 0.08),
+    "gap, pull as printed": (
+        lambda: chain(landing=ts.PullAsPrinted()), {"robot.feet.tip.gap": [3e-5, 7e-5, 8e-5]}, 0.08,
+    ),
+    "gravity": (heavy, {"ground.gravity.acceleration": [0.0, 0.5, 9.81]}, 0.08),
+    "displacement": (
+        moved, {"initial.displacement.0": [0.0, 1e-6, 1e-5], "initial.velocity.1": [0.0, 1e-3, 2e-3]}, 0.05
+    ),
+    "amplitude": (chain, {"signals.pull.amplitude": [0.0, 5.0, 8.0, 9.0]}, 0.08),
+    "offset and phase": (chain, {"signals.pull.offset": [0.0, 1.0, -1.0, 2.0], "signals.pull.phase": TURNING}, 0.08),
+    "duty": (chain, {"signals.pull.duty": [0.0, 0.3, 0.5, 1.0]}, 0.08),
+    "gain": (chain, {"robot.drives.pull.law.gain": [-8e-4, -9e-4, 0.0]}, 0.08),
+    "force at no volts": (chain, {"robot.drives.pull.law.offset": [-1e-4, 0.0, 1e-4]}, 0.08),
+    "sine": (
+        lambda: chain(sine()), {"signals.pull.amplitude": [7.0, 8.0, 9.0], "signals.pull.phase": TURNING[:3]}, 0.08
+    ),
+    "frequency of a sine": (lambda: chain(sine()), {"signals.pull.frequency": [40.0, 50.0, 61.0]}, 0.08),
+    "ramped": (
+        lambda: chain(ts.RampedSquare(amplitude=VOLTS, frequency=50.0, duty=0.3)),
+        {"signals.pull.duty": [0.0, 0.3, 0.6, 1.0], "signals.pull.phase": TURNING}, 0.08,
+    ),
+    "switching times": (lambda: chain(ts.OnOff(**ONOFF)), {"signals.pull.durations.1": [0.01, 0.02, 0.03]}, 0.08),
+    "levels, repeated": (
+        lambda: chain(ts.OnOff(repeat=True, **ONOFF)),
+        {"signals.pull.levels.1": [8.0, -8.0, 0.0], "signals.pull.durations.0": [0.01, 0.012, 0.02]}, 0.08,
+    ),
+    "poling": (
+        lambda: chain(ts.Poling(level=VOLTS, hold=0.01, fall=0.02)),
+        {"signals.pull.hold": [0.01, 0.02, 0.03], "signals.pull.fall": [0.0, 0.01, 0.02]}, 0.08,
+    ),
+    "ramp": (
+        lambda: chain(ts.Ramp(start=-VOLTS, stop=VOLTS, duration=0.03)),
+        {"signals.pull.start": [-8.0, 0.0], "signals.pull.duration": [0.03, 0.05]}, 0.08,
+    ),
+    "behind an amplifier": (amplified, {"signals.pull.amplitude": [7.0, 8.0], "signals.pull.phase": TURNING[:2]}, 0.05),
+    "cantilever": (
+        lambda: ts.load_scene("cantilever"),
+        {
+            "robot.feet.tip.gap": [6e-5, 7e-5], "signals.pzt.amplitude": [8.0, 9.0],
+            "ground.film.thickness": [5e-6, 6e-6],
+        },
+        0.05,
+    ),
+    "hexapod": (
+        bouncing,
+        {
+            "robot.feet.foot1.gap": [0.0, 1e-7, 1e-6], "signals.pzt.phase": TURNING[:3],
+            "signals.pzt.amplitude": [8.0, 9.0, 10.0], "ground.adhesion.initial": [1e-4, 2e-4, 3e-4],
+            "robot.drives.pzt.capacitance": [1e-9, 2e-9, 3e-9],
+        },
+        0.01,
+    ),
+    "walker": (
+        walking,
+        {
+            "ground.gravity.acceleration": [9.0, 9.81, 10.0], "gait.high": [12.0, 14.0, 15.0],
+            "gait.low": [0.0, 1.0, 5.0],
+            "ground.friction.coefficient": [0.3, 0.432, 0.5], "ground.film.coefficient": [1.6e-24, 1.7e-24, 2e-24],
+        },
+        0.05,
+    ),
+    "gaps of a walker": (
+        lambda: ts.with_values(walking(), {"initial.standing": None, "ground.gravity": None}),
+        {"robot.feet.L1.gap": [1e-6, 2e-6], "robot.feet.R1.gap": [0.0, 1e-6], "gait.frequency": [102.0, 110.0]}, 0.05,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_runs_are_those_of_the_changed_scenes(case):
+    make, vary, duration = CASES[case]
+    made, shared = make(), Shared()
+    known = {path for path in vary if slot(made, path) is not None or path.endswith("capacitance")}
+    assert known == set(vary)
+    batch = ts.simulate_batch(made, vary, duration, threads=1, shared=shared)
+    assert len([key for key in shared.keys if not isinstance(key[0], Signal)]) == 1  # one set of tables
+    events = 0
+    for i in range(len(batch)):
+        run = batch.run(i)
+        alone = ts.simulate(run.scene, duration, Accuracy())
+        ours, theirs = run.all_events, alone.all_events
+        np.testing.assert_array_equal(ours["kind"], theirs["kind"])
+        np.testing.assert_array_equal(ours["foot"], theirs["foot"])
+        np.testing.assert_allclose(ours["time"], theirs["time"], rtol=0.0, atol=1e-10 * duration)
+        assert run.period == pytest.approx(alone.period, rel=1e-12)
+        events += len(run.events)
+    assert events > 0
+
+
+def test_bits_do_not_depend_on_neighbours_order_or_threads():
+    rng = np.random.default_rng(3)
+    count = 24
+    vary = {
+        "robot.feet.tip.gap": rng.uniform(3e-5, 8e-5, count), "signals.pull.phase": rng.uniform(0.0, 6.0, count),
+        "signals.pull.amplitude": rng.uniform(7.0, 9.0, count), "signals.pull.duty": rng.choice([0.4, 0.5, 1.0], count),
+        "ground.restitution.coefficient": rng.uniform(0.2, 0.5, count),
+        "robot.structure.stiffness.1.1": np.repeat([420.0, 425.0], count // 2),
+    }  # fmt: skip
+    whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
+    order = rng.permutation(count)
+    mixed = ts.simulate_batch(chain(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
+    for k, i in enumerate(order):
+        np.testing.assert_array_equal(mixed.run(k).all_events, whole.run(int(i)).all_events)
+    for i in (0, 7, 23):
+        alone = ts.simulate_batch(chain(), {path: v[i : i + 1] for path, v in vary.items()}, 0.04)
+        np.testing.assert_array_equal(alone.run(0).all_events, whole.run(i).all_events)
+
+
+def test_what_is_data_and_what_enters_tables():
+    found = slots(heavy())
+    assert found["robot.feet.tip.gap"].kind is Kind.GAP
+    assert found["ground.gravity.acceleration"].kind is Kind.GRAVITY
+    assert found["ground.film.thickness"].kind is Kind.LAW
+    assert found["signals.pull.phase"].kind is Kind.DRIVE
+    assert not [path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))]
+    walker = slots(walking())
+    assert walker["gait.high"].kind is Kind.GAIT and walker["robot.feet.L1.gap"].at == 0
+
+
+@pytest.mark.parametrize(
+    ("make", "vary", "said"),
+    [
+        (
+            chain, {"signals.pull.amplitude": [8.0, -1.0]},
+            "signals.pull.amplitude: expected a voltage (V) of at least 0",
+        ),
+        (chain, {"signals.pull.frequency": [50.0, 0.0]}, "signals.pull.frequency"),
+        (chain, {"robot.feet.tip.gap": [1e-5, -1e-6]}, "robot.feet.tip.gap: foot below ground at rest"),
+        (chain, {"ground.film.thickness": [1e-6, -1.0]}, "ground.film.thickness"),
+        (moved, {"robot.feet.tip.gap": [1e-5, 0.0], "initial.displacement.0": [0.0, -1e-6]}, "in run 1 foot 'tip'"),
+        (walking, {"gait.low": [0.0, 20.0]}, "gait.high: the upper voltage 14 V is below the lower one"),
+        (chain, {"signals.pull.height": [1.0]}, "signals.pull.height: unknown path"),
+        (amplified, {"robot.drives.pull.amplifier.rise_time": [1e-4, -1.0]}, "robot.drives.pull.amplifier.rise_time"),
+    ],
+)  # fmt: skip
+def test_values_out_of_bounds_are_refused(make, vary, said):
+    with pytest.raises(ts.InputError) as caught:
+        ts.simulate_batch(make(), vary, 0.01)
+    assert said in str(caught.value)
+
+
+def test_a_session_keeps_its_tables():
+    session = ts.Session(chain())
+    first = session.run(duration=0.05)
+    second = session.run({"robot.feet.tip.gap": 5e-5, "signals.pull.amplitude": 9.0}, 0.05)
+    assert second.raw.book.book.native is first.raw.book.book.native
+    alone = ts.simulate(second.scene, 0.05)
+    assert second.ok and alone.ok
+    np.testing.assert_array_equal(second.all_events, alone.all_events)
+    times = np.linspace(0.0, 0.05, 40)
+    np.testing.assert_allclose(second.at(times).state.gap, alone.at(times).state.gap, rtol=0.0, atol=1e-15)
+    assert second.at(times).state.gap[0, 0] == pytest.approx(5e-5)
+    assert second.ledger.closure < 1e-8
+    other = session.run({"robot.structure.stiffness.1.1": 425.0}, 0.05)
+    assert other.raw.book.book.native is not first.raw.book.book.native
+    batch = session.batch({"signals.pull.phase": [0.0, 1.0]}, 0.05, threads=1)
+    np.testing.assert_array_equal(batch.run(0).events, ts.simulate(chain(), 0.05, Accuracy()).events)
+    assert repr(session) == f"Session({chain().name!r})" and "robot.feet.tip.gap" in session.slots
+
+
+def test_a_session_of_a_walker():
+    session = ts.Session(walking())
+    changed = {"ground.gravity.acceleration": 9.0, "gait.high": 13.0}
+    run = session.run(changed, 0.02)
+    np.testing.assert_array_equal(run.events, ts.simulate(ts.with_values(walking(), changed), 0.02).events)
+    assert run.ok
