@@ -6,26 +6,11 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from scene_files import SCENES, scene
+from example_laws import EXAMPLES, OWN
+from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 
-OWN = ts.load_laws(SCENES / "squeeze.py")
-EXAMPLES: list[Law] = [
-    ts.Film(coefficient=1.7e-21, thickness=5e-6),
-    ts.Electrostatic(coefficient=2e-20, offset=1e-6),
-    ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
-    ts.Adhesion(initial=1e-6, rate=1e-3),
-    ts.Restitution(coefficient=0.378),
-    ts.Friction(coefficient=0.35),
-    ts.AdhesiveFriction(coefficient=0.35),
-    OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
-    OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
-    OWN["own_rebound"](coefficient=0.5),
-    OWN["own_latch"](initial=1e-6, rate=1e-3),
-    OWN["drag"](coefficient=1e-4, height=1e-6),
-    OWN["magnet"](strength=1e-26, depth=1e-6),
-]
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)
 FRICTION = (ts.Friction, ts.AdhesiveFriction)

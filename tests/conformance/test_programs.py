@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tarsus as ts
-from scene_files import SCENES
+from example_laws import EXAMPLES, OWN
 from tarsus.core import _native
 from tarsus.errors import InputError
 from tarsus.laws import Law, LegElectrostatic, RestituteFirst
@@ -21,24 +21,8 @@ from tarsus.laws.program import Builder, Op, Program, add_programs
 from tarsus.laws.translate import translate
 
 ROOT = Path(__file__).parents[2]
-OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLE = ts.load_laws(ROOT / "examples" / "laws" / "magnet.py")["magnet"]
-LAWS: list[Law] = [
-    ts.Film(coefficient=1.7e-21, thickness=5e-6),
-    ts.Electrostatic(coefficient=2e-20, offset=1e-6),
-    ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
-    ts.Adhesion(initial=1e-6, rate=1e-3),
-    ts.Restitution(coefficient=0.378),
-    ts.Friction(coefficient=0.35),
-    ts.AdhesiveFriction(coefficient=0.35),
-    OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
-    OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
-    OWN["own_rebound"](coefficient=0.5),
-    OWN["own_latch"](initial=1e-6, rate=1e-3),
-    OWN["drag"](coefficient=1e-4, height=1e-6),
-    OWN["magnet"](strength=1e-26, depth=1e-6),
-    EXAMPLE(),
-]
+LAWS: list[Law] = [*EXAMPLES, EXAMPLE()]
 SCALE = {"gap": 1e-5, "gap_rate": 0.1, "volts": 10.0, "time": 1.0, "speed": 0.1, "age": 1e-2}
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from tarsus.files.store import RunLike
 
-__all__ = ["LEDGER_WORDS", "StoredLedger", "ledger_lines", "ledger_table", "read_number", "stored_ledger"]
+__all__ = ["LEDGER_WORDS", "Ledger", "ledger_lines", "ledger_table", "read_number", "stored_ledger"]
 
 LEDGER_WORDS: dict[str, str] = {
     "work_in": "work in by the drives",
@@ -25,8 +25,17 @@ LEDGER_WORDS: dict[str, str] = {
 
 
 @dataclass(frozen=True)
-class StoredLedger:
-    """Energy ledger of a stored run [J], works of laws by name; `closure` is relative to the largest term."""
+class Ledger:
+    """Where the energy of a run went [J]: work_in + the sum of laws = kinetic + elastic + damping + friction + impacts
+    + adhesion + residual.
+
+    work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
+    air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
+    impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
+    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-24 of the plan's force
+    times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
+    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
+    """
 
     work_in: float
     kinetic: float
@@ -43,7 +52,7 @@ class StoredLedger:
 def ledger_table(run: RunLike) -> dict[str, Any]:
     """Energy ledger as plain data [J], works of laws by name under `laws`; `closure` [1]."""
     laws = {name: float(work) for name, work in run.ledger.laws.items()}
-    terms = {f.name: float(getattr(run.ledger, f.name)) for f in fields(StoredLedger) if f.name != "laws"}
+    terms = {f.name: float(getattr(run.ledger, f.name)) for f in fields(Ledger) if f.name != "laws"}
     return {**terms, "laws": laws}
 
 
@@ -62,8 +71,8 @@ def read_number(value: float | None) -> float:
     return math.nan if value is None else float(value)
 
 
-def stored_ledger(table: Mapping[str, Any]) -> StoredLedger:
+def stored_ledger(table: Mapping[str, Any]) -> Ledger:
     """The ledger of a table that `ledger_table` made, read back from a file."""
     laws = {name: read_number(work) for name, work in table["laws"].items()}
     terms = {name: read_number(value) for name, value in table.items() if name != "laws"}
-    return StoredLedger(**terms, laws=laws)
+    return Ledger(**terms, laws=laws)

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from tarsus.errors import InputError
-from tarsus.files.ledger import StoredLedger, ledger_table, read_number, stored_ledger
+from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ class StoredRun:
     foot_names: tuple[str, ...]
     code: StoredCode
     ok: bool
-    ledger: StoredLedger
+    ledger: Ledger
     measures: StoredMeasures
     duration: float
     version: str

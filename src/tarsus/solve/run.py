@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from tarsus.core.arrays import PERIOD_MARK
 from tarsus.errors import InputError
+from tarsus.files.ledger import Ledger
 from tarsus.measure import Measures, measures_of
 from tarsus.plan import Plan
 from tarsus.scene import Scene
@@ -35,31 +35,6 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
     if np.any(np.diff(when) < 0.0):
         raise InputError("times: expected times in order, each at or after the one before; sort them first")
     return when
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """Where the energy of a run went [J]: work_in + the sum of laws = kinetic + elastic + damping + friction + impacts
-    + adhesion + residual.
-
-    work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
-    air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
-    impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
-    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-24 of the plan's force
-    times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
-    plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
-    """
-
-    work_in: float
-    kinetic: float
-    elastic: float
-    damping: float
-    friction: float
-    impacts: float
-    adhesion: float
-    laws: Mapping[str, float]
-    residual: float
-    closure: float
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,0 +1,24 @@
+"""A law of every kind with plausible numbers: the library's own, and a user's from a file."""
+
+from __future__ import annotations
+
+import tarsus as ts
+from scene_files import SCENES
+from tarsus.laws import Law
+
+OWN = ts.load_laws(SCENES / "squeeze.py")
+EXAMPLES: list[Law] = [
+    ts.Film(coefficient=1.7e-21, thickness=5e-6),
+    ts.Electrostatic(coefficient=2e-20, offset=1e-6),
+    ts.LegElectrostatic(coefficient=2e-20, offset=1e-6, rest=1e-5),
+    ts.Adhesion(initial=1e-6, rate=1e-3),
+    ts.Restitution(coefficient=0.378),
+    ts.Friction(coefficient=0.35),
+    ts.AdhesiveFriction(coefficient=0.35),
+    OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
+    OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
+    OWN["own_rebound"](coefficient=0.5),
+    OWN["own_latch"](initial=1e-6, rate=1e-3),
+    OWN["drag"](coefficient=1e-4, height=1e-6),
+    OWN["magnet"](strength=1e-26, depth=1e-6),
+]
