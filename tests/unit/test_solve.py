@@ -157,7 +157,13 @@ def _row(time: float, foot: int, kind: int) -> np.ndarray:
 
 def test_events_are_in_time_order_and_keep_the_order_of_a_foot():
     rows = np.array(
-        [_row(1.0, 0, 1), _row(3.0, 0, EventKind.REST), _row(2.0, 1, 1), _row(2.5, 0, EventKind.RELEASE), _row(2.5, 1, 1)]
+        [
+            _row(1.0, 0, 1),
+            _row(3.0, 0, EventKind.REST),
+            _row(2.0, 1, 1),
+            _row(2.5, 0, EventKind.RELEASE),
+            _row(2.5, 1, 1),
+        ]
     )
     events = structured_events(rows)
     assert events["time"].tolist() == [1.0, 2.0, 2.5, 2.5, 2.5]
