@@ -145,7 +145,7 @@ class Run:
         """States and contact forces alone at the given times [s], increasing: a fraction of the cost of `at`."""
         from tarsus.core.replay import sample
 
-        return sample(self.plan.system, self.raw.book.book, self.raw.trace, increasing(times))
+        return sample(self.plan.system.sources, self.raw.book.book, self.raw.trace, increasing(times))
 
     def variables(self, times: np.ndarray | None = None) -> dict[str, Variable]:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""

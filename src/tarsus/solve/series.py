@@ -73,7 +73,7 @@ def sample(run: Run, times: Floats | None = None) -> Series:
     """Replay the recorded steps of a run at ``times`` [s], increasing (an even grid by default)."""
     time = grid(run) if times is None else times
     plan, scene = run.plan, run.scene
-    state = sample_states(plan.system, run.raw.book.book, run.raw.trace, time)
+    state = sample_states(plan.system.sources, run.raw.book.book, run.raw.trace, time)
     force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, len(time))
     laws = acting.forces(run, state.gap, state.rate, state.held, time)
