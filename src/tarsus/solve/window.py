@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.core import _native
-from tarsus.core.arrays import PERIOD_MARK
+from tarsus.base.events import EventKind
 from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
-from tarsus.errors import InputError
-from tarsus.plan import Plan
-from tarsus.slots import Rows, rows_of
+from tarsus.base.errors import InputError
+from tarsus.plan.lowering import Plan
+from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
 
@@ -122,7 +122,7 @@ class Window:
     def events(self) -> npt.NDArray[np.void]:
         """Events in time order, fields as those of a run."""
         found = structured_events(self.raw.events)
-        return found[found["kind"] != PERIOD_MARK]
+        return found[found["kind"] != EventKind.PERIOD_MARK]
 
     @cached_property
     def states(self) -> Sampled:

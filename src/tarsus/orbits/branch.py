@@ -1,0 +1,196 @@
+"""Branches of orbits along a parameter, with the points at which their character changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.model.scene import Scene
+from tarsus.orbits.follow import Follower, Point
+from tarsus.orbits.orbit import Orbit, periodic
+from tarsus.orbits.special import specials, why_lost
+
+__all__ = ["Branch", "BranchPoint", "branch"]
+
+Floats = NDArray[np.float64]
+
+FIRST, MOST, LEAST = 0.01, 0.04, 1e-12
+"""First, longest and shortest step along a branch, in units of the range and of the motion's size: a figure needs some
+thirty points; below the last a branch ends."""
+MOST_POINTS = 2000
+"""Points after which a branch is left: it turns in circles or creeps."""
+BEYOND = (1e-4, 1e-3, 1e-2, 3e-2)
+"""Shares of the range by which the parameter goes on after a grazing that no orbit passes, to settle to a new motion."""
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """A point of a branch. at: the parameter [SI]; kind: "orbit", or what happens there; note: in words."""
+
+    at: float
+    kind: str
+    orbit: Orbit
+    note: str = ""
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data as `tarsus branch --json` prints of it."""
+        return {"at": self.at, "kind": self.kind, "note": self.note, **self.orbit.to_dict()}
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Orbits of a scene along a path, in the order in which they were found; ended: why it ends, in words."""
+
+    scene: Scene
+    path: str
+    unit: str
+    points: tuple[BranchPoint, ...]
+    ended: str
+
+    @property
+    def special(self) -> tuple[BranchPoint, ...]:
+        """The points at which something happens."""
+        return tuple(point for point in self.points if point.kind != "orbit")
+
+    def __repr__(self) -> str:
+        kinds = [point.kind for point in self.special]
+        found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)) or "nothing special"
+        return f"<Branch of {self.scene.name!r} along {self.path}: {len(self.points)} points, {found}>"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, SI units."""
+        return {
+            "scene": self.scene.name, "along": self.path, "unit": self.unit, "ended": self.ended,
+            "points": [point.to_dict() for point in self.points],
+        }  # fmt: skip
+
+
+def branch(
+    scene: Scene,
+    path: str,
+    start: float,
+    end: float,
+    *,
+    multiple: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Branch:
+    """Follow the motion that a scene settles to at one value of a number, up to another value.
+
+    Parameters
+    ----------
+    scene, path
+        The scene, and the path of the number.
+    start, end
+        Its values [SI] at which the branch begins and leaves the range.
+    multiple
+        Period of the motion in drive periods; the smallest by default.
+    progress
+        Called with the parameter's value of every point found.
+
+    Raises
+    ------
+    InputError
+        For a path that is none of the scene's numbers, an empty range, values that the scene does not take, and where
+        no periodic motion is found at the start.
+    """
+    known = float_paths(scene)
+    get_value(scene, path)
+    if path not in known:
+        raise InputError([f"{path}: is no number of the scene"])
+    if not (np.isfinite([start, end]).all() and start != end):
+        raise InputError([f"{path}: the range from {start:g} to {end:g} is empty"])
+    for edge in (start, end):
+        with_values(scene, {path: edge})
+    found = list(_followed(scene, path, start, end, multiple, progress))
+    ended = found.pop().note
+    return Branch(scene, path, known[path].unit, tuple(found), ended)
+
+
+def _followed(
+    scene: Scene, path: str, start: float, end: float, multiple: int | None,
+    progress: Callable[[float], None] | None,
+) -> Iterator[BranchPoint]:  # fmt: skip
+    """Points of the branch, and last one whose note says why it ends."""
+    low, high, span = min(start, end), max(start, end), abs(end - start)
+    sense, first = np.sign(end - start), periodic(scene, values={path: start}, multiple=multiple)
+    count = 0
+    while True:
+        follower = Follower.of(replace(first, scene=scene), path, span)
+        now = _first_point(follower, first, start, float(sense))
+        if now is None:
+            yield BranchPoint(start, "end", first, "the branch cannot be followed from its first orbit")
+            return
+        yield BranchPoint(now.at, "orbit", now.orbit)
+        step, lost = FIRST, ""
+        while low <= now.at <= high:
+            if follower.crowded(now):
+                follower, now = follower.moved(now)
+            ahead = follower.solve(
+                now.place + step * now.tangent,
+                now.tangent,
+                float(now.tangent @ now.place) + step,
+                now.tangent,
+            )
+            far = ahead is not None and float(now.tangent @ ahead.tangent) < TURN
+            if ahead is None or (far and step > SHARP):
+                step *= 0.5
+                if step < LEAST:
+                    lost = "no orbit was found any further"
+                    break
+                continue
+            for kind, at, note in specials(follower, now, ahead):
+                yield BranchPoint(at.at, kind, at.orbit, note)
+            count += 1
+            if progress is not None:
+                progress(ahead.at)
+            if count > MOST_POINTS:
+                yield BranchPoint(ahead.at, "end", ahead.orbit, f"more than {MOST_POINTS} points")
+                return
+            now, step = ahead, min(1.3 * step, MOST)
+            if low <= now.at <= high:
+                yield BranchPoint(now.at, "orbit", now.orbit)
+        if not lost:
+            yield BranchPoint(now.at, "end", now.orbit, "it leaves the range")
+            return
+        if (reason := why_lost(now)) is not None:
+            yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
+        again = _beyond(scene, path, now.at, float(np.sign(now.tangent[-1])), span, (low, high))
+        if again is None:
+            yield BranchPoint(now.at, "end", now.orbit, lost)
+            return
+        start, first = again
+
+
+TURN = 0.9
+"""Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
+SHARP = 1e-6
+"""Step below which a sharp turn is taken as it is: the branch has a corner, as where its events change."""
+
+
+def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> Point | None:
+    """The first orbit as a point, its tangent towards the range."""
+    returns = follower.map(at)
+    place = follower.place(at, orbit.state, returns)
+    along = np.zeros_like(place)
+    along[-1] = sense
+    return follower.solve(place, along, float(along @ place), along)
+
+
+def _beyond(
+    scene: Scene, path: str, at: float, sense: float, span: float, bounds: tuple[float, float]
+) -> tuple[float, Orbit] | None:
+    """Value and orbit of the motion that a scene settles to a little further along; None where it settles to none."""
+    for share in BEYOND:
+        further = at + sense * share * span
+        if not bounds[0] <= further <= bounds[1]:
+            return None
+        try:
+            return further, periodic(scene, values={path: further})
+        except InputError:
+            continue
+    return None

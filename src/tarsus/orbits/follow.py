@@ -1,0 +1,197 @@
+"""Orbits along a parameter: the next point of a branch from the last ones, by pseudo-arclength.
+
+Unknowns are u = (state at the section along its free directions, parameter), each in units of its size; beside
+P(s, p) - s = 0 a point satisfies t . (u - u_predicted) = 0, t the tangent of the branch, so that folds are passed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import CONTACT_BEGINS, IMPACTS, EventKind
+from tarsus.base.spec import with_values
+from tarsus.model.scene import Scene
+from tarsus.orbits.orbit import CLOSED, Orbit
+from tarsus.orbits.returns import ReturnMap, return_map
+from tarsus.solve.engines import Shared
+from tarsus.solve.window import Contacts
+
+__all__ = ["Follower", "Point", "middle_of_flight", "sequence", "slowest"]
+
+Floats = NDArray[np.float64]
+
+CORRECTIONS = 8
+"""Steps of Newton's method for a point; a step along the branch that needs more is halved."""
+DIFFERENCE = 1e-5
+"""Share of the parameter's range by which it is moved to see the return move: its slope only points the way, for a point
+satisfies its equations whatever the slope was."""
+MARGIN = 0.1
+"""Part of the flight around the section that must stay free of events on either side, or the section is moved."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a branch: parameter [SI], orbit, place and tangent (r + 1,) in scaled unknowns."""
+
+    at: float
+    orbit: Orbit
+    place: Floats
+    tangent: Floats
+
+    @cached_property
+    def sequence(self) -> tuple[tuple[int, int], ...]:
+        return sequence(self.orbit)
+
+
+@dataclass(frozen=True)
+class Follower:
+    """Finds points of a branch of a scene along a path.
+
+    phase: the section, in drive periods; span: range of the parameter [SI]; scale (2n,): sizes of the state's entries.
+    """
+
+    scene: Scene
+    path: str
+    multiple: int
+    phase: float
+    contacts: Contacts
+    span: float
+    scale: Floats
+    shared: Shared = field(default_factory=Shared, compare=False, repr=False)
+
+    @staticmethod
+    def of(orbit: Orbit, path: str, span: float) -> Follower:
+        """From an orbit, with its section."""
+        phase = orbit.start / orbit.map.period
+        return Follower(
+            orbit.scene, path, orbit.multiple, phase, orbit.map.contacts, span, orbit.map.scales(orbit.state)
+        )
+
+    def map(self, at: float) -> ReturnMap:
+        """The return map at a value of the parameter [SI]."""
+        return return_map(self.scene, self.phase, self.contacts, {self.path: at}, self.shared)
+
+    def place(self, at: float, state: Floats, returns: ReturnMap) -> Floats:
+        """Scaled unknowns (r + 1,) of a state and a parameter."""
+        return np.append(returns.free.T @ (state / self.scale), at / self.span)
+
+    def solve(self, first: Floats, normal: Floats, level: float, known: Floats | None = None) -> Point | None:
+        """The point of the branch with ``normal . u = level`` near scaled unknowns; None where there is none nearby.
+
+        known: tangent that the point's own is to agree with in direction.
+        """
+        u, best = first.copy(), np.inf
+        for _ in range(CORRECTIONS):
+            at = float(u[-1] * self.span)
+            try:
+                returns = self.map(at)
+            except InputError:
+                return None
+            free = returns.free
+            state = (free @ u[:-1]) * self.scale
+            back = returns(state, self.multiple)
+            if back.code.name != "DONE" or list(back.contacts.held) != list(self.contacts.held):
+                return None
+            miss = free.T @ ((back.state - state) / self.scale)
+            size = float(np.abs(miss).max(initial=0.0))
+            off = float(normal @ u - level)
+            derivative = returns.derivative(state, self.multiple)
+            flow = free.T @ (derivative / self.scale[:, None]) @ (free.T @ (self.scale[:, None] * free))
+            moved = free.T @ (self._moved(state, at) / self.scale)
+            jacobian = np.column_stack([flow - np.eye(len(flow)), moved])
+            if size <= CLOSED or (size <= 100.0 * CLOSED and size >= 0.5 * best):
+                tangent = _null(jacobian, known if known is not None else normal)
+                orbit = Orbit(self._scene(at), returns, self.multiple, state, size, derivative, back)
+                return Point(at, orbit, u, tangent)
+            if not np.isfinite(size) or size > 1e3 * best:
+                return None
+            best = min(best, size)
+            u = u - np.linalg.lstsq(np.vstack([jacobian, normal]), np.append(miss, off), rcond=None)[0]
+        return None
+
+    def _moved(self, state: Floats, at: float) -> Floats:
+        """By how much the return moves (2n,) with the parameter in units of its span."""
+        h = DIFFERENCE * self.span
+        ends = [self.map(at + step)(state, self.multiple).state for step in (h, -h)]
+        return (ends[0] - ends[1]) / (2.0 * DIFFERENCE)
+
+    def _scene(self, at: float) -> Scene:
+        return with_values(self.scene, {self.path: at})
+
+    def crowded(self, point: Point) -> bool:
+        """Whether an event of the orbit has come close to the section."""
+        if self.contacts.held:
+            return False
+        times = point.orbit.events["time"]
+        if not len(times):
+            return False
+        before, after = float(times[0]), point.orbit.period - float(times[-1])
+        return min(before, after) < MARGIN * (before + after)
+
+    def moved(self, point: Point) -> tuple[Follower, Point]:
+        """The same with its section in the middle of the longest time in which no foot is on the ground."""
+        orbit = point.orbit
+        later = middle_of_flight(orbit)
+        shift = later / orbit.map.period
+        found = orbit.returned.window.at([orbit.start + later])
+        state = np.concatenate([found.x[:, 0], found.v[:, 0]])
+        follower = replace(self, phase=(self.phase + shift), scale=orbit.map.scales(state))
+        place = follower.place(point.at, state, follower.map(point.at))
+        upward = np.zeros_like(place)
+        upward[-1] = np.sign(point.tangent[-1]) or 1.0
+        again = follower.solve(place, upward, float(upward @ place))
+        return (follower, again) if again is not None else (self, point)
+
+
+def middle_of_flight(orbit: Orbit) -> float:
+    """Time [s] after the section in the middle of the longest time in which no foot is on the ground; 0 if there is none."""
+    held: set[int] = set(orbit.map.contacts.held)
+    best, since, where = 0.0, 0.0, 0.0
+    for event in orbit.events:
+        foot, kind, time = int(event["foot"]), event["kind"], float(event["time"])
+        if not held and time - since > best:
+            best, where = time - since, 0.5 * (time + since)
+        if kind in CONTACT_BEGINS:
+            held.add(foot)
+        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+            held.discard(foot)
+        since = time
+    if not held and orbit.period - since > best:
+        where = 0.5 * (orbit.period + since)
+    return where
+
+
+def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
+    """(foot, kind) of the events of a period that tell one motion from another, in order.
+
+    Bounces that accumulate to a rest are none of their own: how many of infinitely many are resolved says nothing.
+    """
+    out: list[tuple[int, int]] = []
+    for event in orbit.events:
+        foot, kind = int(event["foot"]), int(event["kind"])
+        if kind == EventKind.REST:
+            while any(one == (foot, EventKind.BOUNCE) for one in out):
+                last = max(i for i, one in enumerate(out) if one[0] == foot)
+                if out[last][1] != EventKind.BOUNCE:
+                    break
+                del out[last]
+        out.append((foot, kind))
+    return tuple(out)
+
+
+def slowest(point: Point) -> float:
+    """Least approach speed of an impact [m/s]; infinite without one."""
+    events = point.orbit.events
+    speeds = events["speed_before"][np.isin(events["kind"], IMPACTS)]
+    return float(speeds.min(initial=np.inf))
+
+
+def _null(jacobian: Floats, like: Floats) -> Floats:
+    """Unit vector that a matrix (r, r + 1) takes to zero, in the direction of another."""
+    found = np.linalg.svd(jacobian)[2][-1]
+    return found if found @ like >= 0.0 else -found

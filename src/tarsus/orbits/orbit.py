@@ -1,0 +1,272 @@
+"""A periodic motion: found by Newton's method on the return map, with its multipliers and what they say of it.
+
+    F(s) = P(s) - s = 0,   s <- s - (dP/ds - 1)^-1 F(s)
+
+The multipliers are the eigenvalues of dP/ds at the orbit: all below 1 in magnitude, and it is stable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS, EventKind
+from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.orbits.returns import FINE, Returned, ReturnMap, drive_period, return_map
+from tarsus.solve import Run, simulate
+from tarsus.solve.window import Contacts
+
+__all__ = ["Orbit", "converge", "periodic"]
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+SETTLE = (40, 160, 640)
+"""Drive periods that are simulated before an orbit is looked for, one after the other until it is found: what damping of
+a tenth a period leaves of a transient is 1e-4 after the first."""
+MOST_MULTIPLE = 8
+"""Largest multiple of the drive period that is tried: a cascade of doublings beyond period 8 spans less than a percent of
+a parameter."""
+NEAR = 0.05
+"""Mismatch, of the size of the motion, at which a return is taken for the start of Newton's method; the smallest multiple
+with one is tried first."""
+CLOSED = 1e-10
+"""Mismatch, of the size of the motion, at which an orbit has closed: ten times what windows' steps leave."""
+NEWTON = 12
+"""Steps of Newton's method: from `NEAR` it doubles its digits every time, or does not converge at all."""
+ON_CIRCLE = 1e-7
+"""Distance from 1 within which a multiplier's magnitude says nothing of stability."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic motion.
+
+    scene; map: the return map; multiple: its period in drive periods; state (2n,): displacements and velocities at the
+    section; mismatch: of its return, as part of the motion's size; derivative (2n, r): of the return.
+    """
+
+    scene: Scene
+    map: ReturnMap
+    multiple: int
+    state: Floats
+    mismatch: float
+    derivative: Floats
+    returned: Returned
+
+    @property
+    def period(self) -> float:
+        """Period of the motion [s]."""
+        return self.multiple * self.map.period
+
+    @property
+    def start(self) -> float:
+        """When the section is [s], at a phase of the drive."""
+        return self.map.start
+
+    @cached_property
+    def multipliers(self) -> Complexes:
+        """Multipliers (r,), largest magnitude first: the factors by which small deviations grow in a period."""
+        values = np.linalg.eigvals(self.map.free.T @ self.derivative).astype(complex)
+        return values[np.lexsort((-values.imag, -np.abs(values)))]
+
+    @property
+    def determinant(self) -> float:
+        """Product of the multipliers: the factor by which volumes of states shrink in a period."""
+        return float(np.prod(self.multipliers).real)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small deviations die out."""
+        return not len(self.multipliers) or float(np.abs(self.multipliers[0])) < 1.0 - ON_CIRCLE
+
+    @property
+    def events(self) -> NDArray[np.void]:
+        """Events of one period, times [s] from the section on; fields as those of a run."""
+        found = self.returned.events.copy()
+        found["time"] -= self.start
+        return found
+
+    @property
+    def impacts(self) -> int:
+        """Number of impacts in a period."""
+        return int(np.isin(self.returned.events["kind"], IMPACTS).sum())
+
+    @property
+    def sequence(self) -> tuple[tuple[int, int], ...]:
+        """(foot, kind) of the events of a period, in order."""
+        events = self.returned.events
+        return tuple(zip(events["foot"].tolist(), events["kind"].tolist(), strict=True))
+
+    @property
+    def kind(self) -> str:
+        """Stability, period and events in words, as "stable, period 2, 3 impacts"."""
+        if self.stable:
+            stability = "stable"
+        elif abs(abs(self.multipliers[0]) - 1.0) <= ON_CIRCLE:
+            stability = "marginal"
+        else:
+            stability = "unstable"
+        parts = [stability, f"period {self.multiple}", _counted(self.impacts, "impact")]
+        held = int(np.isin(self.returned.events["kind"], CONTACT_BEGINS).sum())
+        if held:
+            parts.append(f"{held} of them held")
+        return ", ".join(parts)
+
+    def __str__(self) -> str:
+        return self.kind
+
+    def __repr__(self) -> str:
+        return f"<Orbit of {self.scene.name!r}: {self.kind}>"
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain data, SI units, as `tarsus branch --json` prints of each point."""
+        return {
+            "motion": self.kind,
+            "stable": self.stable,
+            "period": self.period,
+            "multiple": self.multiple,
+            "impacts": self.impacts,
+            "events": [
+                {"time": float(e["time"]), "foot": int(e["foot"]), "event": EVENT_WORDS[int(e["kind"])]}
+                for e in self.events
+            ],
+            "state": self.state.tolist(),
+            "phase": self.start / self.map.period % 1.0,
+            "multipliers": [[one.real, one.imag] for one in self.multipliers.tolist()],
+            "mismatch": self.mismatch,
+        }
+
+
+def periodic(
+    scene: Scene, *, multiple: int | None = None, values: Mapping[str, float] | None = None
+) -> Orbit:
+    """The periodic motion that a scene settles to.
+
+    Parameters
+    ----------
+    scene
+        A scene whose drives are periodic.
+    multiple
+        Period of the motion in drive periods; by default the smallest up to `MOST_MULTIPLE` at which it returns.
+    values
+        Numbers in place of the scene's own, by path [SI].
+
+    Raises
+    ------
+    InputError
+        For drives without a common period, for a robot with legs of its own (`Walker`), and where the motion after
+        `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
+    """
+    from tarsus.base.spec import with_values
+
+    scene = with_values(scene, dict(values)) if values else scene
+    if isinstance(scene.robot.structure, Walker):
+        raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])
+    period = drive_period(scene)
+    wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))
+    ended = ""
+    for count in SETTLE:
+        seconds = (count + MOST_MULTIPLE + 2) * period
+        run = simulate(scene, seconds, replace(FINE, gap=1e-10))
+        if not run.ok:
+            raise InputError([f"{scene.name}: {run.code}"])
+        start, contacts = _section(run, period, count)
+        returns = return_map(scene, start / period, contacts)
+        first, mismatches = _mismatches(run, returns, wanted)
+        for k in sorted(wanted, key=lambda one: (mismatches[one] > NEAR, one)):
+            if mismatches[k] > 10.0 * NEAR and multiple is None:
+                continue
+            found = converge(scene, returns, first, k)
+            if found is not None and (found.stable or multiple is not None):
+                return _smallest(found)
+        ended = f"its return after {count} periods misses by {min(mismatches.values()):.2g} of its size"
+    raise InputError(
+        [f"{scene.name}: no motion of period up to {max(wanted)} of the drive was found ({ended}); "
+         "it is chaotic, quasi-periodic or has a longer period"]
+    )  # fmt: skip
+
+
+def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> Orbit | None:
+    """The orbit of this period near a state by Newton's method; None where it does not converge."""
+    state, scale = start, returns.scales(start)
+    best = np.inf
+    for _ in range(NEWTON):
+        back = returns(state, multiple)
+        miss = back.state - state
+        size = float(np.abs(miss / scale).max(initial=0.0))
+        if (
+            not np.isfinite(size)
+            or not back.code.name == "DONE"
+            or list(back.contacts.held) != list(returns.contacts.held)
+        ):
+            return None
+        derivative = returns.derivative(state, multiple)
+        if size <= CLOSED or (size <= 100.0 * CLOSED and size >= 0.5 * best):
+            return Orbit(scene, returns, multiple, state, size, derivative, back)
+        best = min(best, size)
+        free = returns.free
+        step = np.linalg.lstsq(free.T @ derivative - np.eye(free.shape[1]), -free.T @ miss, rcond=None)[0]
+        state = state + free @ step
+    return None
+
+
+def _smallest(found: Orbit) -> Orbit:
+    """The same motion by its smallest period."""
+    scale = found.map.scales(found.state)
+    for k in range(1, found.multiple):
+        if found.multiple % k == 0:
+            miss = np.abs((found.map(found.state, k).state - found.state) / scale).max()
+            if miss <= 1e3 * CLOSED:
+                return converge(found.scene, found.map, found.state, k) or found
+    return found
+
+
+def _section(run: Run, period: float, count: int) -> tuple[float, Contacts]:
+    """A time [s] after ``count`` periods in the middle of the longest time in which no foot is on the ground, and the
+    feet held then; the drives' own phase 0 where some foot is always held."""
+    begin, end = count * period, (count + 1) * period
+    events = run.events[run.events["time"] < end]
+    held: dict[int, float] = {}
+    free, moments = [], [begin]
+    state_before: dict[int, float] = {}
+    for event in events:
+        foot, kind, time = int(event["foot"]), event["kind"], float(event["time"])
+        if time >= begin:
+            if not held:
+                free.append((moments[-1], time))
+            moments.append(time)
+        if kind in CONTACT_BEGINS:
+            held[foot] = time
+        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+            held.pop(foot, None)
+        if time < begin:
+            state_before = dict(held)
+    if not held:
+        free.append((moments[-1], end))
+    if free:
+        first, last = max(free, key=lambda one: one[1] - one[0])
+        return 0.5 * (first + last), Contacts()
+    feet = sorted(state_before)
+    return begin, Contacts(feet, [state_before[foot] for foot in feet])
+
+
+def _mismatches(run: Run, returns: ReturnMap, wanted: tuple[int, ...]) -> tuple[Floats, dict[int, float]]:
+    """State at the section, and by multiple by how much the run's own return misses it."""
+    times = returns.start + returns.period * np.array([0, *wanted])
+    order = np.argsort(times)
+    found = run.states(times[order])
+    states = np.concatenate([found.x, found.v])[:, np.argsort(order)].T
+    scale = returns.scales(states[0])
+    miss = np.abs((states[1:] - states[0]) / scale).max(axis=1)
+    return states[0], dict(zip(wanted, miss.tolist(), strict=True))
+
+
+def _counted(count: int, word: str) -> str:
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"

@@ -1,0 +1,186 @@
+"""The return map: a state at a phase of the drive to the state k drive periods later, with its derivative.
+
+    P: s -> s + k periods,   s = (x, v) at the phase t0,   dP/ds = product of flows and saltation matrices.
+
+The phase is one at which every foot is in the air, if the motion has one: then s is free, and what feet remember of
+their contacts is none of it. Else s lies in the subspace in which held feet stay where they are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import CONTACT_BEGINS, EventKind
+from tarsus.base.spec import with_values
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.slots import Rows, rows_for, rows_of, slot
+from tarsus.solve.codes import ResultCode
+from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.engines import Shared, shared_book
+from tarsus.solve.window import Contacts, Window, simulate_window
+
+__all__ = ["ReturnMap", "Returned", "drive_period", "return_map"]
+
+Floats = NDArray[np.float64]
+
+FINE = Accuracy(gap=1e-12)
+"""Accuracy of windows whose ends are compared with their starts: a multiplier is then known to about 1e-10."""
+
+
+def drive_period(scene: Scene) -> float:
+    """Period [s] after which all drives of a scene repeat.
+
+    Raises InputError where a drive has no period, where none is driven, and where periods have no common multiple below
+    a hundred of the longest.
+    """
+    waves = scene.waveforms
+    problems = [
+        f"signals.{name}: has no period; a periodic motion needs periodic drives"
+        for name, wave in waves.items()
+        if wave.period is None and wave.kind != "constant"
+    ]
+    periods = sorted({wave.period for wave in waves.values() if wave.period is not None})
+    if not problems and not periods:
+        problems = [f"{scene.name}: no drive is periodic; a periodic motion needs one"]
+    if problems:
+        raise InputError(problems)
+    longest = periods[-1]
+    for multiple in range(1, MOST_COMMON + 1):
+        shares = [multiple * longest / one for one in periods]
+        if all(abs(share - round(share)) <= ALIKE * share for share in shares):
+            return multiple * longest
+    raise InputError(
+        [f"signals: the drives' periods {', '.join(f'{one:g} s' for one in periods)} have no common multiple "
+         f"below {MOST_COMMON} of the longest"]
+    )  # fmt: skip
+
+
+MOST_COMMON = 100
+"""Multiples of the longest period that are tried as the drives' common one: beyond, a motion is none anyone can see."""
+HORIZON = 32
+"""Drive periods that step tables are made for: four times the longest motion that is looked for."""
+ALIKE = 1e-9
+"""Relative difference below which a ratio of periods is a whole number: what is left of decimals in a file."""
+
+
+@dataclass(frozen=True)
+class Returned:
+    """Where a state returns to: state (2n,), feet held there, how the window ended, its events, and the window."""
+
+    state: Floats
+    contacts: Contacts
+    window: Window
+
+    @property
+    def code(self) -> ResultCode:
+        return self.window.code
+
+    @property
+    def events(self) -> NDArray[np.void]:
+        return self.window.events
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """Returns of a plan after k drive periods.
+
+    period [s] of the drives; start [s]: a time at the phase of the section, when transients of the drives are over;
+    contacts: what the feet do there.
+    """
+
+    plan: Plan
+    book: SharedBook
+    rows: Rows
+    period: float
+    start: float
+    contacts: Contacts
+    accuracy: Accuracy = FINE
+
+    @cached_property
+    def free(self) -> Floats:
+        """Basis (2n, r) of the states that a section can be in, orthonormal in the metrics of `scales`."""
+        n = len(self.plan.system.mass)
+        held = self.plan.system.normals[:, list(self.contacts.held)].T
+        if not len(held):
+            return np.eye(2 * n)
+        _, values, rows = np.linalg.svd(held)
+        null = rows[int((values > 1e-12 * values[0]).sum()) :].T
+        return np.block([[null, np.zeros_like(null)], [np.zeros_like(null), null]])
+
+    def __call__(self, state: Floats, multiple: int = 1) -> Returned:
+        """The state after ``multiple`` periods."""
+        end = self.start + multiple * self.period
+        window = simulate_window(
+            self.plan, state, self.start, [end], self.contacts,
+            rows=self.rows, book=self.book, accuracy=self.accuracy,
+        )  # fmt: skip
+        found = window.states
+        contacts = _contacts_at_end(self.contacts, self.start, window)
+        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window)
+
+    def derivative(self, state: Floats, multiple: int = 1) -> Floats:
+        """dP/ds (2n, r) along the free directions."""
+        scale = self.scales(state)
+        columns = []
+        for direction in self.free.T:
+            h = 1e-5 * float(np.abs(direction * scale).max())
+            ends = [self(state + step * h * direction, multiple).state for step in (1.0, -1.0, 2.0, -2.0)]
+            columns.append((8.0 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12.0 * h))
+        return np.array(columns).T
+
+    def scales(self, state: Floats) -> Floats:
+        """Sizes (2n,) of displacements [m] and velocities [m/s] that mismatches are compared with."""
+        n = len(self.plan.system.mass)
+        place = max(self.plan.length, float(np.abs(state[:n]).max(initial=0.0)))
+        speed = max(place / self.period, float(np.abs(state[n:]).max(initial=0.0)))
+        return np.repeat([place, speed], n)
+
+
+def return_map(
+    scene: Scene, start: float, contacts: Contacts, values: Mapping[str, float] | None = None, shared: Shared | None = None
+) -> ReturnMap:
+    """The return map of a scene, with values in place of some of its own.
+
+    start: when the section is, in drive periods; shared: what maps of the same structure share. Raises InputError as
+    `lower_scene` does.
+    """
+    values = values or {}
+    changed = with_values(scene, dict(values)) if values else scene
+    period, shared = drive_period(changed), shared or Shared()
+    data = all(slot(scene, path) is not None for path in values)
+    base = scene if data else changed
+    plan = shared.get(("plan", base), lambda: lower_scene(base))
+    book = shared_book(plan, HORIZON * drive_period(base), shared)
+    if data and values:
+        rows = rows_for(scene, plan, {path: np.array([value]) for path, value in values.items()}, np.inf)
+    else:
+        rows = rows_of(plan)
+    return ReturnMap(plan, book, rows, period, start * period, contacts)
+
+
+def _contacts_at_end(first: Contacts, start: float, window: Window) -> Contacts:
+    """Feet on the ground at the end of a window, and since when."""
+    since = first.since if first.since is not None else [start] * len(first.held)
+    held = dict(zip(first.held, since, strict=True))
+    for event in window.events:
+        foot, kind = int(event["foot"]), event["kind"]
+        if kind in CONTACT_BEGINS:
+            if not (kind == EventKind.CONTACT_AT_START and foot in held):
+                held[foot] = float(event["time"])
+        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+            held.pop(foot, None)
+    feet = sorted(held)
+    return Contacts(feet, [held[foot] for foot in feet])
+
+
+def phase_of(time: float, period: float) -> float:
+    """Part of a period, 0 to below 1, at a time."""
+    return math.fmod(time / period, 1.0)

@@ -1,0 +1,179 @@
+"""Where a branch changes its character: folds, period doublings, tori, grazing, the onset of sticking.
+
+Between two neighbouring points a test function of the orbit changes its sign, or the sequence of events changes:
+
+    fold            the branch turns back: the parameter's share of the tangent is 0, a multiplier is +1
+    flip            det(dP/ds + 1) = 0: a multiplier is -1, the period doubles
+    neimark-sacker  a complex pair of multipliers has magnitude 1
+    grazing         an impact appears or goes: its approach speed is 0
+    sticking        a contact is held that was not, or bounces that accumulate to rest begin to
+    simultaneous    events of different feet change their order
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from tarsus.base.events import CONTACT_BEGINS, IMPACTS
+from tarsus.orbits.follow import Follower, Point
+
+__all__ = ["Special", "specials", "why_lost"]
+
+Floats = NDArray[np.float64]
+Special = tuple[str, Point, str]
+"""Kind, where, and what happens in words."""
+
+FINEST = 1e-13
+"""Part of a step along the branch to which a change is located: a bisection ends where rounding decides."""
+
+
+def specials(follower: Follower, now: Point, ahead: Point) -> list[Special]:
+    """What happens on the way from a point to the next one, in order."""
+    level = float(now.tangent @ now.place)
+    step = float(now.tangent @ ahead.place) - level
+
+    def at(part: float) -> Point | None:
+        if part in (0.0, 1.0):
+            return ahead if part else now
+        guess = now.place + part * (ahead.place - now.place)
+        return follower.solve(guess, now.tangent, level + part * step, now.tangent)
+
+    if now.sequence != ahead.sequence:
+        return [_changed(at, now, ahead)]
+    found: list[tuple[float, Special]] = []
+    for kind, test, words in _TESTS:
+        one, other = test(now), test(ahead)
+        if np.isfinite(one) and np.isfinite(other) and one * other < 0.0:
+            part, point = _crossing(at, test, ahead)
+            found.append((part, (kind, point, words(now, ahead))))
+    return [one for _, one in sorted(found, key=lambda pair: pair[0])]
+
+
+def _crossing(
+    at: Callable[[float], Point | None], test: Callable[[Point], float], ahead: Point
+) -> tuple[float, Point]:
+    """Where a test function is zero: part of the step, and the point."""
+    seen: dict[float, Point] = {}
+
+    def value(part: float) -> float:
+        point = at(part)
+        if point is None:
+            raise _Lost
+        seen[part] = point
+        return test(point)
+
+    try:
+        part = float(brentq(value, 0.0, 1.0, xtol=FINEST, rtol=8.9e-16))
+    except _Lost:
+        return 1.0, ahead
+    return part, seen.get(part) or at(part) or ahead
+
+
+class _Lost(Exception):
+    """No orbit was found between two that were."""
+
+
+def _changed(at: Callable[[float], Point | None], now: Point, ahead: Point) -> Special:
+    """Where a sequence of events ends, by bisection, and what changes."""
+    low, high, here, there = 0.0, 1.0, now, ahead
+    while high - low > FINEST:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        point = at(middle)
+        if point is not None and point.sequence == now.sequence:
+            low, here = middle, point
+        else:
+            high, there = middle, point or there
+    kind, words = _difference(now, there if there.sequence != now.sequence else ahead)
+    return kind, here, words
+
+
+def _difference(before: Point, after: Point) -> tuple[str, str]:
+    """What a change of the sequence is, and in words."""
+    gone, new = Counter(before.sequence), Counter(after.sequence)
+    if gone == new:
+        return "simultaneous", "events of different feet change their order"
+    held = [sum(n for (_, kind), n in counts.items() if kind in CONTACT_BEGINS) for counts in (gone, new)]
+    if held[0] != held[1]:
+        return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
+    hits = [sum(n for (_, kind), n in counts.items() if kind in IMPACTS) for counts in (gone, new)]
+    if hits[0] != hits[1]:
+        return "grazing", "an impact appears" if hits[1] > hits[0] else "an impact goes"
+    return "events", "a contact ends or slides otherwise than before"
+
+
+def why_lost(point: Point) -> tuple[str, str] | None:
+    """Kind and words of what ends a branch at a point; None where nothing is seen.
+
+    An orbit grazes where a foot in flight comes as near to the ground, or lands as slowly, as rounding tells.
+    """
+    orbit = point.orbit
+    events = orbit.events
+    speeds = events["speed_before"][np.isin(events["kind"], IMPACTS)]
+    speed = orbit.map.scales(orbit.state)[-1]
+    if len(speeds) and float(speeds.min()) < GRAZES**0.5 * speed:
+        return "grazing", "an impact's approach speed is 0"
+    if _clearance(point) < GRAZES * orbit.map.plan.length:
+        return "grazing", "a foot comes down to the ground without an impact"
+    return None
+
+
+GRAZES = 1e-6
+"""Clearance, of the plan's length, that counts as touching where a branch ends: its last steps are a millionth of that, and
+clearance falls in proportion; speeds fall with the root of it."""
+LOOKS = 2048
+"""Times in a period at which the gap is looked at before its minima are refined."""
+
+
+def _clearance(point: Point) -> float:
+    """Least gap [m] of a foot between events, away from where it lands and departs."""
+    orbit = point.orbit
+    window = orbit.returned.window
+    times = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS)
+    for _ in range(4):  # each look is a thousand times closer than the one before
+        found = window.at(times)
+        inner = (found.gap[:, 1:-1] <= found.gap[:, :-2]) & (found.gap[:, 1:-1] <= found.gap[:, 2:])
+        inner &= ~(found.held[:, 1:-1] | found.held[:, :-2] | found.held[:, 2:])
+        inner &= (found.rate[:, :-2] < 0.0) & (found.rate[:, 2:] > 0.0) & (found.gap[:, 1:-1] > 0.0)
+        if not inner.any():
+            return np.inf
+        gaps = np.where(inner, found.gap[:, 1:-1], np.inf)
+        foot, where = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+        least = float(gaps[foot, where])
+        times = np.linspace(times[where], times[where + 2], LOOKS)
+    return least
+
+
+def _flip(point: Point) -> float:
+    return float(np.prod(1.0 + point.orbit.multipliers).real)
+
+
+def _fold(point: Point) -> float:
+    return float(point.tangent[-1])
+
+
+def _torus(point: Point) -> float:
+    pairs = [one for one in point.orbit.multipliers if one.imag > 1e-9 * abs(one)]
+    return max(abs(one) for one in pairs) - 1.0 if pairs else np.nan
+
+
+def _turned(now: Point, ahead: Point) -> str:
+    return "the branch turns back: a multiplier is +1"
+
+
+def _doubled(now: Point, ahead: Point) -> str:
+    multiple = now.orbit.multiple
+    return f"a multiplier is -1: period {2 * multiple} begins or ends"
+
+
+def _circled(now: Point, ahead: Point) -> str:
+    return "a pair of multipliers has magnitude 1: quasi-periodic motion begins or ends"
+
+
+_TESTS = (("flip", _flip, _doubled), ("fold", _fold, _turned), ("neimark-sacker", _torus, _circled))
