@@ -33,9 +33,6 @@ inline Place place_of(const double* trace, size_t width, size_t rows, double tim
   return {low, std::min(std::max((time - row[0]) / row[1], 0.0), row[2])};
 }
 
-// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
-inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
-
 // Samples (times, sample_width) of recorded steps.
 inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Halves& halves, const double* sources,
                                         const double* trace, size_t rows, const double* times, size_t count) {
