@@ -109,9 +109,15 @@ def _differences(rows: Rows, size: Floats, paths: Sequence[str], plan: Plan) -> 
         for to, values in zip((coef, begin, end), parts, strict=True):
             to[here] = slopes(values[place])
         loops[own[0]] = slopes(np.asarray(signals.period)[own])
+    changes = rows.changes.copy()
+    periods = np.asarray(signals.period)[rows.channels]
+    turns = np.divide(
+        changes[:, :, 2] - changes[0, :, 2], periods, out=np.zeros_like(periods), where=periods > 0.0
+    )  # a phase beside a whole turn is lowered to a delay on either side of a period
+    changes[:, :, 2] -= np.round(turns) * periods
     return DataTangents(
         slopes(rows.parameters), slopes(rows.initial), slopes(rows.sources), np.zeros((plan.feet, len(size))), coef,
-        begin, end, loops, slopes(rows.changes), slopes(np.where(np.isfinite(rows.periods), rows.periods, 0.0))[None],
+        begin, end, loops, slopes(changes), slopes(np.where(np.isfinite(rows.periods), rows.periods, 0.0))[None],
     )  # fmt: skip
 
 

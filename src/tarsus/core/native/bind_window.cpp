@@ -19,7 +19,7 @@ Halves halves_of(nb::handle module) {
   return out;
 }
 
-// Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Start.
+// Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Beginning.
 //
 // Returns codes, events and where those of every run end, notes on them, finish, recorded steps and where those end.
 nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
@@ -32,7 +32,7 @@ nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signa
   if (times.size() != runs || held.size() != runs * m || leaving.size() != runs * m || since.size() != runs * m) {
     throw std::invalid_argument("the sizes of the windows and of their starts differ");
   }
-  std::vector<Start> starts;
+  std::vector<Beginning> starts;
   for (size_t r = 0; r < runs; r++) {
     starts.push_back({times.data()[r], held.data() + r * m, leaving.data() + r * m, since.data() + r * m});
   }
@@ -109,7 +109,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
   const Halves halves = halves_of(module);
   const RunRecord record{trace.data(), trace.size() / recorded_width(sizes), reinterpret_cast<const Event*>(events.data()),
                          reinterpret_cast<const Note*>(notes.data()), count};
-  const Start begun{at, held.data(), leaving.data(), since.data()};
+  const Beginning begun{at, held.data(), leaving.data(), since.data()};
   TangentResult result;
   {
     nb::gil_scoped_release released;

@@ -12,7 +12,7 @@
 namespace tarsus {
 
 // Why a derivative is not to be had, or from one side only.
-enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4 };
+enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5 };
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
@@ -36,7 +36,7 @@ struct TangentResult {
 class ModalTangent {
  public:
   ModalTangent(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
-               const Settings& settings, const RunData& run, const Start& start, const DataTangents& data, size_t channels)
+               const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels)
       : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run)), run_(run), data_(data),
         laws_(laws, run.parameters, data), drives_(signals, nodes, data, run, channels), mode_(nullptr),
         dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet), channel_values_(channels * N), channel_slopes_(channels * N),
@@ -66,6 +66,7 @@ class ModalTangent {
     record_ = &record;
     out_ = &out;
     size_t event = 0, sample = 0;
+    flag_edges();
     event = happen(event, 0);
     for (size_t r = 0; r < record.rows; r++) {
       const Recorded step = recorded(book_, record.trace + r * recorded_width(sizes_));
@@ -690,6 +691,25 @@ class ModalTangent {
     }
     w_ = modal(-1, -1.0);
   }
+
+  // Edges of drives that lie at the very start and move: on one side they have an effect there.
+  void flag_edges() {
+    const Signals& s = drives_.signals;
+    for (size_t c = 0; c < channels_; c++) {
+      const Cursor& at = drives_.player.cursor[c];
+      const int64_t before = at.piece > at.first + std::max<int64_t>(at.loop, 0) ? at.piece - 1 : at.loop >= 0 ? at.behind - 1 : -1;
+      const Jet edge = drives_.beginning(int(c), at);
+      const double length = s.end[at.piece] - s.start[at.piece];
+      if (before < 0 || std::fabs(edge.value - time_.value) > 1e-12 * length + 1e-14 * time_.value) continue;
+      double jump = -s.coef[DEGREE * at.piece];
+      for (int k = 0; k < DEGREE; k++) jump += s.coef[DEGREE * before + k] - (k % 2 ? -1.0 : 1.0) * s.coef[DEGREE * at.piece + k] * (k > 0);
+      if (std::fabs(jump) <= 1e-9 * s.span[chosen(c)]) continue;
+      for (int lane = 0; lane < LANES; lane++) {
+        if (edge.slope[lane] != 0.0) flag(0, EDGE_AT_START, lane);
+      }
+    }
+  }
+  size_t chosen(size_t c) const { return size_t(run_.channels[c]); }
 
   void flag(size_t event, Doubtful reason, int lane) { out_->flags.push_back({double(event), double(reason), double(lane)}); }
   void lose(size_t event) {

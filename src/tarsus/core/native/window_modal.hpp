@@ -15,7 +15,7 @@ struct WindowResult {
 
 // ``starts``: one for each run.
 WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                         const Batch& batch, const std::vector<Start>& starts);
+                         const Batch& batch, const std::vector<Beginning>& starts);
 
 // The recorded step (of ``rows`` of them) that a moment lies in: the last one that begins by then, and the scaled time.
 struct Place {
