@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
-from tarsus.plan import Plan
-from tarsus.scene import Scene
-from tarsus.slots import Rows, rows_for
-from tarsus.spec import get_value
+from tarsus.base.errors import InputError
+from tarsus.plan.lowering import Plan
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Rows, rows_for
+from tarsus.base.spec import get_value
 
 Floats = NDArray[np.float64]
 
