@@ -84,10 +84,10 @@ def _shared(ground: Ground, hook: str) -> list[Law]:
     return list(ground.acting_on(hook).values())[:-1]
 
 
-def forces(run: Run, gap: Floats, rate: Floats, held: NDArray[np.bool_], time: Floats) -> dict[str, Floats]:
+def forces(plan: Plan, gap: Floats, rate: Floats, held: NDArray[np.bool_], time: Floats) -> dict[str, Floats]:
     """Force [N] (m, nt) of every law on the feet along the normal, by name: of resistive laws on free feet, of the
     other smooth ones on held feet as well, which they press to the ground or lift."""
-    volts = foot_volts(run.plan, time)
+    volts = foot_volts(plan, time)
     # a foot on the ground may be below it by rounding, where a law need not be defined
     above = np.where(held, 0.0, np.maximum(gap, 0.0))
     speed = np.where(held, 0.0, rate)
@@ -95,7 +95,9 @@ def forces(run: Run, gap: Floats, rate: Floats, held: NDArray[np.bool_], time: F
         name: np.where(held, 0.0, slope(law, above) * speed)
         if law.hook == "momentum"
         else value(law, above, speed, volts, np.broadcast_to(time, volts.shape))
-        for name, law in working(run.scene.ground).items()
+        for hook in ("momentum", "force")
+        for name, law in plan.laws.acting.items()
+        if law.hook == hook
     }
 
 

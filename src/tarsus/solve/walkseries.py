@@ -18,6 +18,9 @@ from tarsus.solve.run import Ledger
 from tarsus.solve.series import Series
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from tarsus.plan.walker import WalkPlan
     from tarsus.solve.march import RawWalks
     from tarsus.solve.walkrun import WalkRun
 
@@ -38,46 +41,74 @@ class WalkSeries(Series):
     friction: Floats
 
 
-def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
-    """Unpack the samples of a run taken at ``times`` [s]."""
-    plan, scene = run.walk.plan, run.scene
-    body, m, nb = run.walk.body, plan.feet, len(run.walk.body.body_mass)
-    rows = raw.samples.T
-    nt, nl = len(times), len(body.mass)
+@dataclass(frozen=True)
+class WalkMotion:
+    """Samples of a walker unpacked: state; laws: force (m, nt) [N] of every one on the feet; forward (m, nt) [N]: the
+    structure's force on each foot along the way; contact, sense (m, nt): what each does, and which way it slides; body
+    (nb, nt); foot_x (m, nt) [m]; energy: as the engine sums it up."""
+
+    state: Sampled
+    laws: Mapping[str, Floats]
+    smooth: Floats
+    force: Floats
+    forward: Floats
+    contact: Floats
+    sense: Floats
+    body: Floats
+    foot_x: Floats
+    energy: Floats
+
+
+def motion_of(walk: WalkPlan, samples: Floats, times: Floats, sources: Floats) -> WalkMotion:
+    """Unpack samples taken at ``times`` [s] of a run with these rest gaps and gravity (m + 1,)."""
+    plan, body = walk.plan, walk.body
+    m, nb, nt, nl = plan.feet, len(body.body_mass), len(times), len(body.mass)
+    rows = samples.T
     place, speed = rows[:nb], rows[nb : 2 * nb]
     feet = rows[2 * nb : 2 * nb + 4 * nl].reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
     x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
     v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
     contact, sense = rows[2 * nb + 4 * nl : 2 * nb + 4 * nl + 2 * m].reshape(2, m, nt)
-    energy = rows[2 * nb + 4 * nl + 2 * m :]
     held = np.isin(contact, (STUCK, SLIPPING))
-    gap = body.gap[body.leg, None] + feet[body.leg, 0, 0]
+    gap = sources[:m, None] + feet[body.leg, 0, 0]
     rate = feet[body.leg, 0, 1]
     force = np.array([evaluate(channel, times) for channel in plan.channels[: plan.drives]])
     force = force.reshape(plan.drives, nt)
     # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
     system = plan.system
-    onto = system.loads @ force + system.constant[:, None] - system.stiffness @ x - system.damping @ v
-    upward = onto[nb + 1 :: 2][body.leg]
-    along = onto[nb::2][body.leg]
-    pull = np.where(held, upward, 0.0)
-    laws = acting.forces(run, gap, rate, held, times)
-    smooth, resistive = (acting.total(laws, scene.ground, hook, gap) for hook in ("force", "momentum"))
+    onto = system.loads @ force + sources[m] * system.weight[:, None] - system.stiffness @ x - system.damping @ v
+    pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
+    laws = acting.forces(plan, gap, rate, held, times)
+    smooth, resistive = (
+        sum((laws[name] for name, law in plan.laws.acting.items() if law.hook == hook), np.zeros_like(gap))
+        for hook in ("force", "momentum")
+    )
+    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
+    return WalkMotion(
+        state, laws, smooth, force, onto[nb::2][body.leg], contact, sense, place, feet[body.leg, 1, 0],
+        rows[2 * nb + 4 * nl + 2 * m :],
+    )  # fmt: skip
+
+
+def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
+    """Unpack the samples of a run taken at ``times`` [s]."""
+    plan, scene = run.walk.plan, run.scene
+    found = motion_of(run.walk, raw.samples, times, plan.system.sources)
+    state, pull, held = found.state, found.state.pull, found.state.held
     strength = of_any.strength_of(run, times, held)
     bounds = list(scene.ground.acting_on("friction").values())
-    friction = np.where(contact == STUCK, -along, 0.0)
-    sliding = contact == SLIPPING
+    friction = np.where(found.contact == STUCK, -found.forward, 0.0)
+    sliding = found.contact == SLIPPING
     if bounds and sliding.any():
-        margin = np.maximum(strength - pull - smooth, 0.0)  # below 0 by rounding where a foot has just let go
-        friction[sliding] = -sense[sliding] * acting.value(bounds[0], margin[sliding], strength[sliding])
-    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
+        # below 0 by rounding where a foot has just let go
+        margin = np.maximum(strength - pull - found.smooth, 0.0)
+        friction[sliding] = -found.sense[sliding] * acting.value(bounds[0], margin[sliding], strength[sliding])
     return WalkSeries(
-        time=times, state=state, force=force, volts=of_any.drive_volts(run, times), laws=laws,
-        contact=np.where(held, -(pull + smooth), 0.0),
-        strength=strength, kinetic=of_any.quadratic(system.mass, v), elastic=of_any.quadratic(system.stiffness, x),
-        cumulative=_terms(energy) | of_any.event_losses(run, times), works=_works(run, energy), ledger=run.ledger,
-        body=place,
-        foot_x=feet[body.leg, 1, 0], slipping=sliding, friction=friction,
+        time=times, state=state, force=found.force, volts=of_any.drive_volts(run, times), laws=found.laws,
+        contact=np.where(held, -(pull + found.smooth), 0.0), strength=strength,
+        kinetic=of_any.quadratic(plan.system.mass, state.v), elastic=of_any.quadratic(plan.system.stiffness, state.x),
+        cumulative=_terms(found.energy) | of_any.event_losses(run, times), works=_works(run, found.energy),
+        ledger=run.ledger, body=found.body, foot_x=found.foot_x, slipping=sliding, friction=friction,
     )  # fmt: skip
 
 

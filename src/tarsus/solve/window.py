@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from tarsus.core import _native
+from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
+from tarsus.core import _native
 from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
-from tarsus.base.errors import InputError
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.walker import WalkPlan
+from tarsus.solve import acting
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
+from tarsus.solve.march import RawWalks, tables_of, walk
+from tarsus.solve.walkseries import motion_of
 
 __all__ = ["Contacts", "Recorded", "Window", "record", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
+
+FINE = Accuracy(gap=1e-10)
+"""That of a single run."""
 
 
 @dataclass(frozen=True)
@@ -103,67 +110,58 @@ def record(
 class Window:
     """A plan run from a given state.
 
-    plan, times (nt,) [s]; code: how it ended; raw: events and steps as recorded.
+    times (nt,) [s]; states: displacements, velocities, gaps, forces and pulls at the times; code: how it ended, no
+    energy account being asked for; rows: every event as the engine has it, with what marks there are.
     """
 
     plan: Plan
-    start: float
     times: Floats
-    raw: Recorded
-    book: SharedBook = field(repr=False)
-    rows: Rows = field(repr=False)
-
-    @property
-    def code(self) -> ResultCode:
-        """How it ended; no energy account is asked for."""
-        return ResultCode.of(self.raw.code)
+    states: Sampled
+    code: ResultCode
+    rows: Floats
 
     @cached_property
     def events(self) -> npt.NDArray[np.void]:
         """Events in time order, fields as those of a run."""
-        found = structured_events(self.raw.events)
+        found = structured_events(self.rows)
         return found[found["kind"] != EventKind.PERIOD_MARK]
 
     @cached_property
-    def states(self) -> Sampled:
-        """States and contact forces at the times."""
-        return self.at(self.times)
-
-    def at(self, times: npt.ArrayLike) -> Sampled:
-        """States and contact forces at any other times [s] of the window, increasing: nothing is interpolated."""
-        when = np.asarray(times, dtype=float)
-        return sample(self.rows.sources[0], self.book.book, self.raw.trace, when)
+    def forces(self) -> Mapping[str, Floats]:
+        """Force [N] (m, nt) of every smooth law on the feet by name, positive along the normal."""
+        return acting.forces(self.plan, self.states.gap, self.states.rate, self.states.held, self.times)
 
 
 def simulate_window(
-    plan: Plan,
+    plan: Plan | WalkPlan,
     state: npt.ArrayLike,
     t0: float,
     times: npt.ArrayLike,
     contacts: Contacts | None = None,
     *,
     rows: Rows | None = None,
-    book: SharedBook | None = None,
-    accuracy: Accuracy | None = None,
+    shared: SharedBook | _native.LegTables | None = None,
+    accuracy: Accuracy = FINE,
 ) -> Window:
     """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times.
 
     Parameters
     ----------
     plan
-        The plan of a scene by contact modes (`tarsus.plan.lower_scene`).
+        The plan of a scene (`tarsus.plan.lowering.lower_scene`), or of a walker's (`tarsus.plan.walker.lower_walker`).
     state
         Displacements and velocities (2n,) at the start [m, m/s].
     t0
         When it starts [s], at 0 or later: the drives' time.
     times
-        When outputs are wanted (nt,) [s], in order, none before the start.
+        When outputs are wanted (nt,) [s], in order, none before the start. The window ends with the last one.
     contacts
         What the feet do at the start; by default none is held.
     rows
-        One row of data in place of the plan's (`tarsus.slots.rows_for`); its initial state is not used.
-    book
-        Contact modes of the plan's structure to share with other windows, for a duration not below the last time.
+        One row of data in place of the plan's (`tarsus.plan.slots.rows_for`); its initial state is not used.
+    shared
+        Contact modes of the plan's structure, or step tables of its legs, to share with other windows; made for a
+        duration not below the last time.
     accuracy
         Tolerances; those of a single run by default.
 
@@ -172,20 +170,42 @@ def simulate_window(
     InputError
         For states, times or contacts that do not fit the plan.
     """
+    base = plan.plan if isinstance(plan, WalkPlan) else plan
     contacts = contacts or Contacts()
     when, first = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(state, dtype=float)
-    size = 2 * len(plan.system.mass)
+    _check(base, first, t0, when, contacts)
+    end = float(when[-1])
+    rows = rows_of(base) if rows is None else rows
+    rows.initial[0] = first
+    sources = rows.sources[0]
+    if isinstance(plan, WalkPlan):
+        tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
+        raw = walk(
+            plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
+            start=(t0, *(row[0] for row in contacts.rows(base.feet, t0))),
+        )  # fmt: skip
+        return _of_walk(plan, raw, when, sources)
+    book = shared if isinstance(shared, SharedBook) else SharedBook(base, end)
+    made = record(base, book, t0, end, rows=rows, contacts=contacts, accuracy=accuracy)
+    states = sample(sources, book.book, made.trace, when)
+    return Window(base, when, states, ResultCode.of(made.code), made.events)
+
+
+def _of_walk(plan: WalkPlan, raw: RawWalks, times: Floats, sources: Floats) -> Window:
+    states = motion_of(plan, raw.samples, times, sources).state
+    return Window(plan.plan, times, states, ResultCode.of(int(raw.codes[0])), raw.events)
+
+
+def _check(plan: Plan, state: Floats, t0: float, times: Floats, contacts: Contacts) -> None:
+    """Raise InputError where a window's start or times do not fit its plan."""
     problems = contacts.faults(plan.feet, t0)
-    if first.shape != (size,) or not np.isfinite(first).all():
+    size = 2 * len(plan.system.mass)
+    if state.shape != (size,) or not np.isfinite(state).all():
         problems.append(f"state: expected {size} finite numbers, displacements and velocities")
     if not (math.isfinite(t0) and t0 >= 0.0):
         problems.append(f"t0: expected a time of 0 s or later, got {t0:g} s")
-    if when.ndim != 1 or not len(when) or np.any(np.diff(when) < 0.0) or not (t0 <= when[0] and when[-1] < math.inf):
-        problems.append("times: expected times in order, the first not before the start")
+    ordered = times.ndim == 1 and len(times) > 0 and not np.any(np.diff(times) < 0.0)
+    if not (ordered and t0 <= times[0] and 0.0 < times[-1] < math.inf):
+        problems.append("times: expected times above 0 in order, the first not before the start")
     if problems:
         raise InputError(problems)
-    rows = rows_of(plan) if rows is None else rows
-    rows.initial[0] = first
-    book = book or SharedBook(plan, max(float(when[-1]) - t0, 1e-9))
-    raw = record(plan, book, t0, float(when[-1]), rows=rows, contacts=contacts, accuracy=accuracy or Accuracy(gap=1e-10))
-    return Window(plan, t0, when, raw, book, rows)

@@ -1,6 +1,9 @@
 // Windows in Python: runs from given moments, and samples of recorded steps.
+#include <nanobind/stl/tuple.h>
+
 #include "convert.hpp"
 #include "rows.hpp"
+#include "tangent_modal.hpp"
 #include "window_modal.hpp"
 
 namespace tarsus {
@@ -16,7 +19,7 @@ Halves halves_of(nb::handle module) {
   return out;
 }
 
-// Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Start.
+// Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Beginning.
 //
 // Returns codes, events and where those of every run end, notes on them, finish, recorded steps and where those end.
 nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
@@ -29,7 +32,7 @@ nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signa
   if (times.size() != runs || held.size() != runs * m || leaving.size() != runs * m || since.size() != runs * m) {
     throw std::invalid_argument("the sizes of the windows and of their starts differ");
   }
-  std::vector<Start> starts;
+  std::vector<Beginning> starts;
   for (size_t r = 0; r < runs; r++) {
     starts.push_back({times.data()[r], held.data() + r * m, leaving.data() + r * m, since.data() + r * m});
   }
@@ -59,11 +62,70 @@ nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const
   return returned(std::move(out), sample_width(book.sizes));
 }
 
+// Rows of eight lanes from an array (..., 8).
+std::vector<Row> lanes(nb::handle group, const char* name, size_t count) {
+  const auto array = nb::cast<Doubles>(group.attr(name));
+  if (array.size() != count * LANES) throw std::invalid_argument(std::string(name) + " has a wrong size");
+  std::vector<Row> out;
+  for (size_t n = 0; n < count; n++) out.push_back(load(array.data() + n * LANES));
+  return out;
+}
+
+DataTangents data_tangents(nb::handle from, const Sizes& sizes, const Laws& laws, const Signals& signals, size_t channels) {
+  const size_t m = size_t(sizes.feet), pieces = signals.start.size();
+  DataTangents out;
+  out.parameters = lanes(from, "parameters", m * laws.columns);
+  out.initial = lanes(from, "initial", 2 * size_t(sizes.coordinates));
+  out.sources = lanes(from, "sources", m + 1);
+  out.since = lanes(from, "since", m);
+  out.coef = lanes(from, "coef", pieces * DEGREE);
+  out.begin = lanes(from, "begin", pieces);
+  out.end = lanes(from, "end", pieces);
+  out.loops = lanes(from, "loops", size_t(signals.channels()));
+  out.changes = lanes(from, "changes", 3 * channels);
+  out.period = lanes(from, "period", 1)[0];
+  return out;
+}
+
+// Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters.
+//
+// Returns derivatives of the event rows (events, 12, 8), of samples at ``times`` (times, width, 8), of recorded steps (rows,
+// width, 8) where they are kept, and flags (flags, 3): event, reason, lane.
+nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, const Signals& signals, const Laws& laws,
+                         const Settings& settings, nb::handle rows, nb::handle start, nb::handle data, nb::handle recorded,
+                         const Doubles& times, bool keep) {
+  const Sizes& sizes = book.sizes;
+  const size_t m = size_t(laws.feet);
+  const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
+  const auto [at, held, leaving, since] = nb::cast<std::tuple<double, Flags, Flags, Doubles>>(start);
+  const auto trace = nb::cast<Doubles>(recorded.attr("trace")), events = nb::cast<Doubles>(recorded.attr("events"));
+  const auto notes = nb::cast<Doubles>(recorded.attr("notes"));
+  const size_t count = events.size() / EVENT_WIDTH;
+  if (held.size() != m || leaving.size() != m || since.size() != m || notes.size() != 2 * count ||
+      trace.size() % recorded_width(sizes) != 0) {
+    throw std::invalid_argument("the sizes of a plan and of its recorded run differ");
+  }
+  const DataTangents tangents = data_tangents(data, sizes, laws, signals, given.batch.channels);
+  const Halves halves = halves_of(module);
+  const RunRecord record{trace.data(), trace.size() / recorded_width(sizes), reinterpret_cast<const Event*>(events.data()),
+                         reinterpret_cast<const Note*>(notes.data()), count};
+  const Beginning begun{at, held.data(), leaving.data(), since.data()};
+  TangentResult result;
+  {
+    nb::gil_scoped_release released;
+    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), begun, tangents, given.batch.channels);
+    result = march.run(record, times.data(), times.size(), keep);
+  }
+  return nb::make_tuple(returned_rows(std::move(result.events)), returned_rows(std::move(result.samples)),
+                        returned_rows(std::move(result.steps)), returned_rows(std::move(result.flags)));
+}
+
 }  // namespace
 
 void bind_window(nb::module_& m) {
   m.def("run_modal_windows", &run_modal_windows);
   m.def("sample_modal", &sample_modal);
+  m.def("tangents_modal", &tangents_modal);
 }
 
 }  // namespace tarsus

@@ -214,6 +214,9 @@ struct Shown {
       : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap) {}
 };
 
+// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
+inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
+
 template <class Real>
 inline void show(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
                  const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {

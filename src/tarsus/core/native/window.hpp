@@ -11,7 +11,7 @@ namespace tarsus {
 
 // Where a run starts, foot by foot. held: on the ground; since [s]: begin of that contact; leaving: a free foot at the
 // ground has just been let go, whatever would hold it.
-struct Start {
+struct Beginning {
   double time;
   const uint8_t *held, *leaving;
   const double* since;

@@ -13,7 +13,7 @@ struct Begun : ModalSystem<S> {
 
   size_t recorded() const { return this->trace.size() / recorded_width(this->sizes); }
 
-  void begin_at(const RunData& run, const Start& start) {
+  void begin_at(const RunData& run, const Beginning& start) {
     this->begin(run);
     start_clock(this->clock, this->settings, start.time);
     FootSet on(this->sizes.feet);
@@ -33,7 +33,7 @@ struct Begun : ModalSystem<S> {
 
 template <class S>
 WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                     const Batch& batch, const std::vector<Start>& starts) {
+                     const Batch& batch, const std::vector<Beginning>& starts) {
   Begun<S> system(book, nodes, signals, laws, settings, batch.channels);
   WindowResult out;
   Watched<Begun<S>> watched(system, out.notes);
@@ -53,7 +53,7 @@ WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, con
 }  // namespace
 
 WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                         const Batch& batch, const std::vector<Start>& starts) {
+                         const Batch& batch, const std::vector<Beginning>& starts) {
   switch (book.sizes.stride) {
     case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch, starts);
     case 4: return run_all<Shape<4, 1>>(book, nodes, signals, laws, settings, batch, starts);

@@ -15,7 +15,7 @@ struct WindowResult {
 
 // ``starts``: one for each run.
 WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                         const Batch& batch, const std::vector<Start>& starts);
+                         const Batch& batch, const std::vector<Beginning>& starts);
 
 // The recorded step (of ``rows`` of them) that a moment lies in: the last one that begins by then, and the scaled time.
 struct Place {
@@ -32,9 +32,6 @@ inline Place place_of(const double* trace, size_t width, size_t rows, double tim
   const double* row = trace + low * width;
   return {low, std::min(std::max((time - row[0]) / row[1], 0.0), row[2])};
 }
-
-// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
-inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
 
 // Samples (times, sample_width) of recorded steps.
 inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Halves& halves, const double* sources,
