@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 CORRECTIONS = 8
 """Steps of Newton's method for a point; a step along the branch that needs more is halved."""
-DIFFERENCE = 1e-5
+DIFFERENCE = 1e-7
 """Share of the parameter's range by which it is moved to see the return move: its slope only points the way, for a point
 satisfies its equations whatever the slope was."""
 MARGIN = 0.1
@@ -138,7 +138,7 @@ class Follower:
         orbit = point.orbit
         later = middle_of_flight(orbit)
         shift = later / orbit.map.period
-        found = orbit.returned.window.at([orbit.start + later])
+        found = orbit.map.window(orbit.state, [orbit.start + later]).states
         state = np.concatenate([found.x[:, 0], found.v[:, 0]])
         follower = replace(self, phase=(self.phase + shift), scale=orbit.map.scales(state))
         place = follower.place(point.at, state, follower.map(point.at))

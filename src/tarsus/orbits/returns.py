@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
@@ -23,9 +23,10 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
 from tarsus.solve.engines import Shared, shared_book
-from tarsus.solve.window import Contacts, Window, simulate_window
+from tarsus.solve.tangents import DataTangents, Entering, tangents
+from tarsus.solve.window import Contacts, Window, record, simulate_window
 
 __all__ = ["ReturnMap", "Returned", "drive_period", "return_map"]
 
@@ -73,19 +74,12 @@ ALIKE = 1e-9
 
 @dataclass(frozen=True)
 class Returned:
-    """Where a state returns to: state (2n,), feet held there, how the window ended, its events, and the window."""
+    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order."""
 
     state: Floats
     contacts: Contacts
-    window: Window
-
-    @property
-    def code(self) -> ResultCode:
-        return self.window.code
-
-    @property
-    def events(self) -> NDArray[np.void]:
-        return self.window.events
+    code: ResultCode
+    events: NDArray[np.void]
 
 
 @dataclass(frozen=True)
@@ -117,24 +111,32 @@ class ReturnMap:
 
     def __call__(self, state: Floats, multiple: int = 1) -> Returned:
         """The state after ``multiple`` periods."""
-        end = self.start + multiple * self.period
-        window = simulate_window(
-            self.plan, state, self.start, [end], self.contacts,
-            rows=self.rows, book=self.book, accuracy=self.accuracy,
-        )  # fmt: skip
+        window = self.window(state, [self.start + multiple * self.period])
         found = window.states
         contacts = _contacts_at_end(self.contacts, self.start, window)
-        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window)
+        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, window.events)
+
+    def window(self, state: Floats, times: ArrayLike) -> Window:
+        """The motion from a state at the section, with outputs at times [s] after it."""
+        return simulate_window(
+            self.plan, state, self.start, times, self.contacts, rows=self.rows, shared=self.book, accuracy=self.accuracy
+        )
 
     def derivative(self, state: Floats, multiple: int = 1) -> Floats:
-        """dP/ds (2n, r) along the free directions."""
-        scale = self.scales(state)
-        columns = []
-        for direction in self.free.T:
-            h = 1e-5 * float(np.abs(direction * scale).max())
-            ends = [self(state + step * h * direction, multiple).state for step in (1.0, -1.0, 2.0, -2.0)]
-            columns.append((8.0 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12.0 * h))
-        return np.array(columns).T
+        """dP/ds (2n, r) along the free directions, from the engine's own steps and events."""
+        end, size = self.start + multiple * self.period, len(state)
+        self.rows.initial[0] = state
+        contacts, rows = self.contacts, self.rows
+        made = record(self.plan, self.book, self.start, end, rows=rows, contacts=contacts, accuracy=self.accuracy)
+        data = DataTangents.none(rows, size)
+        data.initial[...] = np.eye(size)
+        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
+        settings = unit_settings(self.plan, end, self.accuracy)
+        settings.track, settings.record = True, True
+        found = tangents(
+            self.plan, self.book, given, made, settings, start=self.start, contacts=contacts, times=np.array([end])
+        )
+        return found.samples[0, :size] @ self.free
 
     def scales(self, state: Floats) -> Floats:
         """Sizes (2n,) of displacements [m] and velocities [m/s] that mismatches are compared with."""

@@ -134,10 +134,9 @@ LOOKS = 2048
 def _clearance(point: Point) -> float:
     """Least gap [m] of a foot between events, away from where it lands and departs."""
     orbit = point.orbit
-    window = orbit.returned.window
     times = orbit.start + orbit.period * np.linspace(0.0, 1.0, LOOKS)
     for _ in range(4):  # each look is a thousand times closer than the one before
-        found = window.at(times)
+        found = orbit.map.window(orbit.state, times).states
         inner = (found.gap[:, 1:-1] <= found.gap[:, :-2]) & (found.gap[:, 1:-1] <= found.gap[:, 2:])
         inner &= ~(found.held[:, 1:-1] | found.held[:, :-2] | found.held[:, 2:])
         inner &= (found.rate[:, :-2] < 0.0) & (found.rate[:, 2:] > 0.0) & (found.gap[:, 1:-1] > 0.0)
