@@ -87,13 +87,14 @@ DataTangents data_tangents(nb::handle from, const Sizes& sizes, const Laws& laws
   return out;
 }
 
-// Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters.
+// Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters; beside: books of
+// structures that differ, each with its sources, its weight in a difference and its lane.
 //
 // Returns derivatives of the event rows (events, 12, 8), of samples at ``times`` (times, width, 8), of recorded steps (rows,
 // width, 8) where they are kept, and flags (flags, 3): event, reason, lane.
 nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, const Signals& signals, const Laws& laws,
-                         const Settings& settings, nb::handle rows, nb::handle start, nb::handle data, nb::handle recorded,
-                         const Doubles& times, bool keep) {
+                         const Settings& settings, nb::handle rows, nb::handle start, nb::handle data, nb::list beside,
+                         nb::handle recorded, const Doubles& times, bool keep) {
   const Sizes& sizes = book.sizes;
   const size_t m = size_t(laws.feet);
   const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
@@ -106,6 +107,14 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
     throw std::invalid_argument("the sizes of a plan and of its recorded run differ");
   }
   const DataTangents tangents = data_tangents(data, sizes, laws, signals, given.batch.channels);
+  std::vector<Beside> others;
+  for (nb::handle item : beside) {
+    const auto [other, sources, weight, lane] = nb::cast<std::tuple<Book*, Doubles, double, int>>(item);
+    if (other->sizes.stride != sizes.stride || sources.size() != m + 1 || other->lengths != book.lengths || lane < 0 || lane >= LANES) {
+      throw std::invalid_argument("structures beside each other have the same sizes and steps");
+    }
+    others.push_back({other, copied(sources), weight, lane});
+  }
   const Halves halves = halves_of(module);
   const RunRecord record{trace.data(), trace.size() / recorded_width(sizes), reinterpret_cast<const Event*>(events.data()),
                          reinterpret_cast<const Note*>(notes.data()), count};
@@ -113,7 +122,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
   TangentResult result;
   {
     nb::gil_scoped_release released;
-    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), begun, tangents, given.batch.channels);
+    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), begun, tangents, given.batch.channels, others);
     result = march.run(record, times.data(), times.size(), keep);
   }
   return nb::make_tuple(returned_rows(std::move(result.events)), returned_rows(std::move(result.samples)),
@@ -125,6 +134,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
 void bind_window(nb::module_& m) {
   m.def("run_modal_windows", &run_modal_windows);
   m.def("sample_modal", &sample_modal);
+  m.def("modal_stride", &modal_stride);
   m.def("tangents_modal", &tangents_modal);
 }
 
