@@ -1,6 +1,6 @@
 """Periodic motion of driven robots: orbits, their stability, and branches of them along a parameter."""
 
-from tarsus.orbits.branch import Branch, BranchPoint, branch
+from tarsus.orbits.branching import Branch, BranchPoint, branch
 from tarsus.orbits.orbit import Orbit, periodic
 
 __all__ = ["Branch", "BranchPoint", "Orbit", "branch", "periodic"]

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import CONTACT_BEGINS, IMPACTS, EventKind
+from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
-from tarsus.orbits.returns import ReturnMap, return_map
+from tarsus.orbits.returns import Returned, ReturnMap, return_map
 from tarsus.solve.engines import Shared
 from tarsus.solve.window import Contacts
 
-__all__ = ["Follower", "Point", "middle_of_flight", "sequence", "slowest"]
+__all__ = ["Follower", "Point", "middle_of_flight", "sequence"]
 
 Floats = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ class Follower:
 
         known: tangent that the point's own is to agree with in direction.
         """
-        u, best = first.copy(), np.inf
+        u, best, moved = first.copy(), np.inf, None
         for _ in range(CORRECTIONS):
             at = float(u[-1] * self.span)
             try:
@@ -102,9 +102,10 @@ class Follower:
             off = float(normal @ u - level)
             derivative = returns.derivative(state, self.multiple)
             flow = free.T @ (derivative / self.scale[:, None]) @ (free.T @ (self.scale[:, None] * free))
-            moved = free.T @ (self._moved(state, at) / self.scale)
+            if moved is None:  # it only points the way: once is enough
+                moved = free.T @ (self._moved(state, at, back) / self.scale)
             jacobian = np.column_stack([flow - np.eye(len(flow)), moved])
-            if size <= CLOSED or (size <= 100.0 * CLOSED and size >= 0.5 * best):
+            if size <= CLOSED or (size <= 10.0 * CLOSED and size >= 0.5 * best):
                 tangent = _null(jacobian, known if known is not None else normal)
                 orbit = Orbit(self._scene(at), returns, self.multiple, state, size, derivative, back)
                 return Point(at, orbit, u, tangent)
@@ -114,11 +115,14 @@ class Follower:
             u = u - np.linalg.lstsq(np.vstack([jacobian, normal]), np.append(miss, off), rcond=None)[0]
         return None
 
-    def _moved(self, state: Floats, at: float) -> Floats:
-        """By how much the return moves (2n,) with the parameter in units of its span."""
-        h = DIFFERENCE * self.span
-        ends = [self.map(at + step)(state, self.multiple).state for step in (h, -h)]
-        return (ends[0] - ends[1]) / (2.0 * DIFFERENCE)
+    def _moved(self, state: Floats, at: float, back: Returned) -> Floats:
+        """By how much the return moves (2n,) with the parameter in units of its span, to the side on which its events
+        are the same."""
+        for part in (DIFFERENCE, -DIFFERENCE):
+            beside = self.map(at + part * self.span)(state, self.multiple)
+            if _kinds(beside) == _kinds(back):
+                break
+        return (beside.state - back.state) / part
 
     def _scene(self, at: float) -> Scene:
         return with_values(self.scene, {self.path: at})
@@ -184,11 +188,8 @@ def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
     return tuple(out)
 
 
-def slowest(point: Point) -> float:
-    """Least approach speed of an impact [m/s]; infinite without one."""
-    events = point.orbit.events
-    speeds = events["speed_before"][np.isin(events["kind"], IMPACTS)]
-    return float(speeds.min(initial=np.inf))
+def _kinds(back: Returned) -> list[tuple[int, int]]:
+    return list(zip(back.events["foot"].tolist(), back.events["kind"].tolist(), strict=True))
 
 
 def _null(jacobian: Floats, like: Floats) -> Floats:

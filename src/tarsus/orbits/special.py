@@ -99,12 +99,12 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
     gone, new = Counter(before.sequence), Counter(after.sequence)
     if gone == new:
         return "simultaneous", "events of different feet change their order"
+    hits = [sum(n for (_, kind), n in counts.items() if kind in IMPACTS) for counts in (gone, new)]
+    if hits[0] != hits[1] and _slowest(after if hits[1] > hits[0] else before) < GRAZING_SPEED:
+        return "grazing", "an impact appears" if hits[1] > hits[0] else "an impact goes"
     held = [sum(n for (_, kind), n in counts.items() if kind in CONTACT_BEGINS) for counts in (gone, new)]
     if held[0] != held[1]:
         return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
-    hits = [sum(n for (_, kind), n in counts.items() if kind in IMPACTS) for counts in (gone, new)]
-    if hits[0] != hits[1]:
-        return "grazing", "an impact appears" if hits[1] > hits[0] else "an impact goes"
     return "events", "a contact ends or slides otherwise than before"
 
 
@@ -114,10 +114,7 @@ def why_lost(point: Point) -> tuple[str, str] | None:
     An orbit grazes where a foot in flight comes as near to the ground, or lands as slowly, as rounding tells.
     """
     orbit = point.orbit
-    events = orbit.events
-    speeds = events["speed_before"][np.isin(events["kind"], IMPACTS)]
-    speed = orbit.map.scales(orbit.state)[-1]
-    if len(speeds) and float(speeds.min()) < GRAZES**0.5 * speed:
+    if _slowest(point) < GRAZING_SPEED:
         return "grazing", "an impact's approach speed is 0"
     if _clearance(point) < GRAZES * orbit.map.plan.length:
         return "grazing", "a foot comes down to the ground without an impact"
@@ -126,9 +123,18 @@ def why_lost(point: Point) -> tuple[str, str] | None:
 
 GRAZES = 1e-6
 """Clearance, of the plan's length, that counts as touching where a branch ends: its last steps are a millionth of that, and
-clearance falls in proportion; speeds fall with the root of it."""
+clearance falls in proportion."""
+GRAZING_SPEED = GRAZES**0.5
+"""The same of approach speeds, of the motion's largest speed: they fall with the root of the clearance."""
 LOOKS = 2048
 """Times in a period at which the gap is looked at before its minima are refined."""
+
+
+def _slowest(point: Point) -> float:
+    """Least approach speed of an impact, as part of the motion's speed; infinite without one."""
+    orbit = point.orbit
+    speeds = orbit.events["speed_before"][np.isin(orbit.events["kind"], IMPACTS)]
+    return float(speeds.min(initial=np.inf)) / float(orbit.map.scales(orbit.state)[-1])
 
 
 def _clearance(point: Point) -> float:

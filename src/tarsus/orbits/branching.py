@@ -140,11 +140,16 @@ def _followed(
             if ahead is None or (far and step > SHARP):
                 step *= 0.5
                 if step < LEAST:
-                    lost = "no orbit was found any further"
+                    lost = NOWHERE
                     break
                 continue
-            for kind, at, note in specials(follower, now, ahead):
+            changes = specials(follower, now, ahead)
+            for kind, at, note in changes:
                 yield BranchPoint(at.at, kind, at.orbit, note)
+            if any(kind == "grazing" for kind, *_ in changes):
+                lost = "an orbit grazes the ground, and no other begins there"
+                now = changes[-1][1]
+                break
             count += 1
             if progress is not None:
                 progress(ahead.at)
@@ -157,7 +162,7 @@ def _followed(
         if not lost:
             yield BranchPoint(now.at, "end", now.orbit, "it leaves the range")
             return
-        if (reason := why_lost(now)) is not None:
+        if lost == NOWHERE and (reason := why_lost(now)) is not None:
             yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
         again = _beyond(scene, path, now.at, float(np.sign(now.tangent[-1])), span, (low, high))
         if again is None:
@@ -166,6 +171,7 @@ def _followed(
         start, first = again
 
 
+NOWHERE = "no orbit was found any further"
 TURN = 0.9
 """Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
 SHARP = 1e-6
