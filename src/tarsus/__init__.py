@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot
     from tarsus.model.scene import Ground, Initial, Scene
     from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
+    from tarsus.orbits import Branch, Orbit, branch, periodic
     from tarsus.solve import Accuracy, Batch, Run, Session, simulate, simulate_batch
 
 __all__ = [
@@ -65,6 +66,7 @@ __all__ = [
     "Amplifier",
     "Batch",
     "Beam",
+    "Branch",
     "CaptureUnlessPulled",
     "Constant",
     "Cubic",
@@ -89,6 +91,7 @@ __all__ = [
     "Modal",
     "ModalLoad",
     "OnOff",
+    "Orbit",
     "PointLoad",
     "Poling",
     "PrandtlIshlinskii",
@@ -114,6 +117,7 @@ __all__ = [
     "WalkerBody",
     "WalkerLeg",
     "Wave",
+    "branch",
     "calibrate",
     "device_names",
     "float_paths",
@@ -121,6 +125,7 @@ __all__ = [
     "load_laws",
     "load_mixture",
     "load_scene",
+    "periodic",
     "quantity",
     "read_scene",
     "simulate",
@@ -146,6 +151,7 @@ _HOMES = {
     ),
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.model.scene": "Ground Initial Scene",
+    "tarsus.orbits": "Branch Orbit branch periodic",
     "tarsus.solve": "Accuracy Batch Run Session simulate simulate_batch",
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",

@@ -10,6 +10,7 @@ from cyclopts import App, CycloptsError
 
 from tarsus.cli import (
     bench,
+    branch,
     calibrate,
     check,
     console,
@@ -33,6 +34,7 @@ VERBS = (
     check.check,
     simulate.simulate,
     sweep.sweep,
+    branch.branch,
     synthesize.synthesize,
     identify.identify,
     calibrate.calibrate,

@@ -114,3 +114,43 @@ def duration_for(scene: Scene, text: str | None) -> float:
             f"{MOST_STEPS:.0e} are allowed; the longest run is about {seconds * MOST_STEPS / steps:.2g} s"
         )
     return seconds
+
+
+def range_of(text: str, option: str) -> tuple[str, tuple[str, str]]:
+    """Path and both ends of a `path=a:b` word, as texts."""
+    path, equals, ends_ = text.partition("=")
+    first, colon, last = ends_.partition(":")
+    if not (equals and colon and path.strip() and first.strip() and last.strip()):
+        raise InputError(f"{option} takes path=a:b, got '{text}'")
+    return path.strip(), (first.strip(), last.strip())
+
+
+def unit_at(scene: Scene, path: str) -> str:
+    """Unit of the number at a path; InputError where there is none."""
+    from tarsus.base.messages import nearest
+    from tarsus.base.spec import float_paths
+
+    known = float_paths(scene)
+    if path not in known:
+        raise InputError(f"{path}: is no number of the scene{nearest(path, known)}")
+    return known[path].unit
+
+
+def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
+    """Both ends of a range [SI]; an end without a unit is in SI, or has that of the other end."""
+    from tarsus.base.units import parse_quantity
+
+    found, problems = [], []
+    for text in (start, end):
+        try:
+            found.append(float(text))
+        except ValueError:
+            try:
+                found.append(parse_quantity(text, unit))
+            except InputError as error:
+                problems += [f"{option}: {problem}" for problem in error.problems]
+    if problems:
+        raise InputError(problems)
+    if found[0] == found[1]:
+        raise InputError(f"{option}: the range from {start} to {end} is empty")
+    return found[0], found[1]

@@ -25,7 +25,7 @@ thirty points; below the last a branch ends."""
 MOST_POINTS = 2000
 """Points after which a branch is left: it turns in circles or creeps."""
 BEYOND = (1e-4, 1e-3, 1e-2, 3e-2)
-"""Shares of the range by which the parameter goes on after a grazing that no orbit passes, to settle to a new motion."""
+"""Shares of the range by which the parameter goes on after a grazing that no orbit passes, to settle anew."""
 
 
 @dataclass(frozen=True)

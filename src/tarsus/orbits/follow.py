@@ -18,6 +18,7 @@ from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
 from tarsus.orbits.returns import Returned, ReturnMap, return_map
+from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
 from tarsus.solve.window import Contacts
 
@@ -28,8 +29,8 @@ Floats = NDArray[np.float64]
 CORRECTIONS = 8
 """Steps of Newton's method for a point; a step along the branch that needs more is halved."""
 DIFFERENCE = 1e-7
-"""Share of the parameter's range by which it is moved to see the return move: its slope only points the way, for a point
-satisfies its equations whatever the slope was."""
+"""Share of the parameter's range by which it is moved to see the return move: its slope only points the way, for a
+point satisfies its equations whatever the slope was."""
 MARGIN = 0.1
 """Part of the flight around the section that must stay free of events on either side, or the section is moved."""
 
@@ -95,7 +96,7 @@ class Follower:
             free = returns.free
             state = (free @ u[:-1]) * self.scale
             back = returns(state, self.multiple)
-            if back.code.name != "DONE" or list(back.contacts.held) != list(self.contacts.held):
+            if back.code is not ResultCode.DONE or list(back.contacts.held) != list(self.contacts.held):
                 return None
             miss = free.T @ ((back.state - state) / self.scale)
             size = float(np.abs(miss).max(initial=0.0))
@@ -153,7 +154,7 @@ class Follower:
 
 
 def middle_of_flight(orbit: Orbit) -> float:
-    """Time [s] after the section in the middle of the longest time in which no foot is on the ground; 0 if there is none."""
+    """Time [s] after the section in the middle of the longest time in which no foot is on the ground; 0 without one."""
     held: set[int] = set(orbit.map.contacts.held)
     best, since, where = 0.0, 0.0, 0.0
     for event in orbit.events:

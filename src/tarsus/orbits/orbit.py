@@ -19,7 +19,7 @@ from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS, EventKind
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import FINE, Returned, ReturnMap, drive_period, return_map
-from tarsus.solve import Run, simulate
+from tarsus.solve import ResultCode, Run, simulate
 from tarsus.solve.window import Contacts
 
 __all__ = ["Orbit", "converge", "periodic"]
@@ -28,14 +28,14 @@ Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 SETTLE = (40, 160, 640)
-"""Drive periods that are simulated before an orbit is looked for, one after the other until it is found: what damping of
-a tenth a period leaves of a transient is 1e-4 after the first."""
+"""Drive periods that are simulated before an orbit is looked for, one after the other until it is found: what damping
+of a tenth a period leaves of a transient is 1e-4 after the first."""
 MOST_MULTIPLE = 8
-"""Largest multiple of the drive period that is tried: a cascade of doublings beyond period 8 spans less than a percent of
-a parameter."""
+"""Largest multiple of the drive period that is tried: a cascade of doublings beyond period 8 spans less than a percent
+of a parameter."""
 NEAR = 0.05
-"""Mismatch, of the size of the motion, at which a return is taken for the start of Newton's method; the smallest multiple
-with one is tried first."""
+"""Mismatch, of the size of the motion, at which a return is taken for the start of Newton's method; the smallest
+multiple with one is tried first."""
 CLOSED = 1e-10
 """Mismatch, of the size of the motion, at which an orbit has closed: ten times what windows' steps leave."""
 NEWTON = 12
@@ -171,7 +171,6 @@ def periodic(
         raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])
     period = drive_period(scene)
     wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))
-    ended = ""
     for count in SETTLE:
         seconds = (count + MOST_MULTIPLE + 2) * period
         run = simulate(scene, seconds, replace(FINE, gap=1e-10))
@@ -180,17 +179,58 @@ def periodic(
         start, contacts = _section(run, period, count)
         returns = return_map(scene, start / period, contacts)
         first, mismatches = _mismatches(run, returns, wanted)
-        for k in sorted(wanted, key=lambda one: (mismatches[one] > NEAR, one)):
-            if mismatches[k] > 10.0 * NEAR and multiple is None:
-                continue
-            found = converge(scene, returns, first, k)
-            if found is not None and (found.stable or multiple is not None):
-                return _smallest(found)
-        ended = f"its return after {count} periods misses by {min(mismatches.values()):.2g} of its size"
+        found = _nearest(scene, returns, first, mismatches, free=multiple is None)
+        if found is not None and not found.stable and multiple is None:
+            first = _kicked(found, count)
+            mismatches = {k: _miss(returns, first, k) for k in wanted} if first is not None else {}
+            found = None if first is None else _nearest(scene, returns, first, mismatches, free=True)
+        if found is not None and (found.stable or multiple is not None):
+            return _smallest(found)
     raise InputError(
-        [f"{scene.name}: no motion of period up to {max(wanted)} of the drive was found ({ended}); "
-         "it is chaotic, quasi-periodic or has a longer period"]
+        [f"{scene.name}: no stable motion of period up to {max(wanted)} of the drive was found after {SETTLE[-1]} "
+         "periods; it is chaotic, quasi-periodic or has a longer period"]
     )  # fmt: skip
+
+
+def _nearest(
+    scene: Scene, returns: ReturnMap, first: Floats, mismatches: Mapping[int, float], *, free: bool
+) -> Orbit | None:
+    """A stable orbit near a state, of the smallest multiple whose return comes near; else an unstable one.
+
+    free: whether the multiples are only candidates.
+    """
+    unstable = None
+    for k in sorted(mismatches, key=lambda one: (mismatches[one] > NEAR, one)):
+        if mismatches[k] > 10.0 * NEAR and free:
+            continue
+        found = converge(scene, returns, first, k)
+        if found is not None and (found.stable or not free):
+            return found
+        unstable = unstable or found
+    return unstable
+
+
+KICK = 1e-3
+"""Deviation, of the size of the motion, with which an unstable orbit is left for what the motion settles to."""
+
+
+def _kicked(orbit: Orbit, count: int) -> Floats | None:
+    """State at the section ``count`` drive periods and more after a deviation along the fastest multiplier."""
+    flow = orbit.map.free.T @ orbit.derivative
+    values, vectors = np.linalg.eig(flow)
+    away = orbit.map.free @ vectors[:, int(np.argmax(np.abs(values)))].real
+    scale = orbit.map.scales(orbit.state)
+    state = orbit.state + KICK * away / max(float(np.abs(away / scale).max()), 1e-300)
+    for _ in range(count // MOST_MULTIPLE + 1):
+        back = orbit.map(state, MOST_MULTIPLE)
+        if back.code is not ResultCode.DONE or list(back.contacts.held) != list(orbit.map.contacts.held):
+            return None
+        state = back.state
+    return state
+
+
+def _miss(returns: ReturnMap, state: Floats, multiple: int) -> float:
+    return float(np.abs((returns(state, multiple).state - state) / returns.scales(state)).max())
 
 
 def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> Orbit | None:
@@ -203,7 +243,7 @@ def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> 
         size = float(np.abs(miss / scale).max(initial=0.0))
         if (
             not np.isfinite(size)
-            or not back.code.name == "DONE"
+            or back.code is not ResultCode.DONE
             or list(back.contacts.held) != list(returns.contacts.held)
         ):
             return None

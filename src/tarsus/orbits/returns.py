@@ -119,7 +119,14 @@ class ReturnMap:
     def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""
         return simulate_window(
-            self.plan, state, self.start, times, self.contacts, rows=self.rows, shared=self.book, accuracy=self.accuracy
+            self.plan,
+            state,
+            self.start,
+            times,
+            self.contacts,
+            rows=self.rows,
+            shared=self.book,
+            accuracy=self.accuracy,
         )
 
     def derivative(self, state: Floats, multiple: int = 1) -> Floats:
@@ -127,14 +134,23 @@ class ReturnMap:
         end, size = self.start + multiple * self.period, len(state)
         self.rows.initial[0] = state
         contacts, rows = self.contacts, self.rows
-        made = record(self.plan, self.book, self.start, end, rows=rows, contacts=contacts, accuracy=self.accuracy)
+        made = record(
+            self.plan, self.book, self.start, end, rows=rows, contacts=contacts, accuracy=self.accuracy
+        )
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
         settings = unit_settings(self.plan, end, self.accuracy)
         settings.track, settings.record = True, True
         found = tangents(
-            self.plan, self.book, given, made, settings, start=self.start, contacts=contacts, times=np.array([end])
+            self.plan,
+            self.book,
+            given,
+            made,
+            settings,
+            start=self.start,
+            contacts=contacts,
+            times=np.array([end]),
         )
         return found.samples[0, :size] @ self.free
 
@@ -147,7 +163,11 @@ class ReturnMap:
 
 
 def return_map(
-    scene: Scene, start: float, contacts: Contacts, values: Mapping[str, float] | None = None, shared: Shared | None = None
+    scene: Scene,
+    start: float,
+    contacts: Contacts,
+    values: Mapping[str, float] | None = None,
+    shared: Shared | None = None,
 ) -> ReturnMap:
     """The return map of a scene, with values in place of some of its own.
 

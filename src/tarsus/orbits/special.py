@@ -28,6 +28,9 @@ Floats = NDArray[np.float64]
 Special = tuple[str, Point, str]
 """Kind, where, and what happens in words."""
 
+AT_ONE = 1e-3
+"""A branch that turns back with no multiplier this near to 1 has a corner, as at a grazing, and no fold: multipliers
+part from 1 with the root of the distance, which is known to `FINEST`."""
 FINEST = 1e-13
 """Part of a step along the branch to which a change is located: a bisection ends where rounding decides."""
 
@@ -50,7 +53,8 @@ def specials(follower: Follower, now: Point, ahead: Point) -> list[Special]:
         one, other = test(now), test(ahead)
         if np.isfinite(one) and np.isfinite(other) and one * other < 0.0:
             part, point = _crossing(at, test, ahead)
-            found.append((part, (kind, point, words(now, ahead))))
+            if kind != "fold" or np.abs(point.orbit.multipliers - 1.0).min() < AT_ONE:
+                found.append((part, (kind, point, words(now, ahead))))
     return [one for _, one in sorted(found, key=lambda pair: pair[0])]
 
 
@@ -122,8 +126,8 @@ def why_lost(point: Point) -> tuple[str, str] | None:
 
 
 GRAZES = 1e-6
-"""Clearance, of the plan's length, that counts as touching where a branch ends: its last steps are a millionth of that, and
-clearance falls in proportion."""
+"""Clearance, of the plan's length, that counts as touching where a branch ends: its last steps are a millionth of that,
+and clearance falls in proportion."""
 GRAZING_SPEED = GRAZES**0.5
 """The same of approach speeds, of the motion's largest speed: they fall with the root of the clearance."""
 LOOKS = 2048

@@ -1,0 +1,69 @@
+"""A branch as files: branch.nc, a point an entry, and branch.json with the orbits' events and states."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from tarsus.base.events import IMPACTS
+from tarsus.files.series import Variable, write_netcdf
+from tarsus.files.store import package_version, write_text
+from tarsus.orbits.branching import Branch
+from tarsus.orbits.orbit import Orbit
+
+__all__ = ["BRANCH_FILES", "branch_variables", "hardest", "highest", "write_branch"]
+
+BRANCH_FILES = ("branch.nc", "branch.json", "report.html")
+
+
+def hardest(orbit: Orbit) -> float:
+    """Largest approach speed of an impact of a period [m/s]; NaN without one."""
+    speeds = orbit.events["speed_before"][np.isin(orbit.events["kind"], IMPACTS)]
+    return float(speeds.max()) if len(speeds) else np.nan
+
+
+def highest(orbit: Orbit) -> float:
+    """Highest gap of a flight that ends in a period [m]; NaN without one."""
+    heights = orbit.events["apex"][np.isin(orbit.events["kind"], IMPACTS)]
+    return float(heights.max()) if len(heights) else np.nan
+
+
+def branch_variables(branch: Branch) -> dict[str, Variable]:
+    """The branch as series over its points, in their order."""
+    orbits = [point.orbit for point in branch.points]
+    count = max((len(one.multipliers) for one in orbits), default=0)
+    multipliers = np.full((len(orbits), count), np.nan, dtype=complex)
+    for row, one in zip(multipliers, orbits, strict=True):
+        row[: len(one.multipliers)] = one.multipliers
+    units = {"units": branch.unit, "long_name": branch.path}
+    return {
+        "at": Variable(("point",), np.array([point.at for point in branch.points]), units),
+        "kind": Variable(("point",), np.array([point.kind for point in branch.points], dtype=object), {}),
+        "stable": Variable(("point",), np.array([float(one.stable) for one in orbits]), {"units": "1"}),
+        "period": Variable(("point",), np.array([one.period for one in orbits]), {"units": "s"}),
+        "multiple": Variable(
+            ("point",), np.array([one.multiple for one in orbits], dtype=float), {"units": "1"}
+        ),
+        "impacts": Variable(
+            ("point",), np.array([one.impacts for one in orbits], dtype=float), {"units": "1"}
+        ),
+        "hardest_impact": Variable(("point",), np.array([hardest(one) for one in orbits]), {"units": "m/s"}),
+        "highest_flight": Variable(("point",), np.array([highest(one) for one in orbits]), {"units": "m"}),
+        "multiplier_real": Variable(("point", "multiplier"), multipliers.real.copy(), {"units": "1"}),
+        "multiplier_imag": Variable(("point", "multiplier"), multipliers.imag.copy(), {"units": "1"}),
+    }
+
+
+def write_branch(branch: Branch, folder: Path) -> tuple[Path, Path]:
+    """Write a branch into a folder and return the files."""
+    attrs = {
+        "title": branch.scene.name,
+        "along": branch.path,
+        "ended": branch.ended,
+        "source": f"tarsus {package_version()}",
+    }
+    write_netcdf(branch_variables(branch), attrs, folder / "branch.nc")
+    write_text(folder / "branch.json", json.dumps(branch.to_dict(), indent=1) + "\n")
+    return folder / "branch.nc", folder / "branch.json"

@@ -1,0 +1,93 @@
+"""Periodic orbits: oracles 3 and 4, stability in words, and what cannot be."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene
+
+TURN = 2.0 * math.pi
+
+
+@pytest.fixture(scope="module")
+def oscillator() -> ts.Orbit:
+    return ts.periodic(scene("impact_oscillator"))
+
+
+def table(gamma: float) -> ts.Scene:
+    """Ball on a table, e = 0.5, started on the period-one orbit of that drive amplitude."""
+    phase = math.acos(min(math.pi / 3.0 / gamma, 1.0))
+    speed = 0.5 - gamma * math.cos(phase) / TURN
+    values = {"signals.table.amplitude": gamma, "signals.table.phase": phase, "initial.velocity": [speed]}
+    return scene("vibrating_table", values)
+
+
+def test_the_impact_oscillator_has_its_published_orbit(oscillator):
+    assert oscillator.kind == "stable, period 1, 1 impact"
+    (impact,) = oscillator.events
+    phase = (oscillator.start + impact["time"]) % TURN
+    assert phase == pytest.approx(0.0759521649, abs=1e-9)
+    assert impact["speed_before"] == pytest.approx(1.6957329376, abs=1e-9)
+    assert impact["speed_after"] == pytest.approx(1.3565863501, abs=1e-9)
+
+
+def test_its_multipliers_have_the_determinant_of_damping_and_restitution(oscillator):
+    exact = 0.8**2 * math.exp(-0.1 * TURN)
+    assert oscillator.determinant == pytest.approx(exact, abs=1e-9)
+    assert len(oscillator.multipliers) == 2 and oscillator.stable
+
+
+@pytest.mark.parametrize("gamma", [1.2, 1.5])
+def test_multipliers_of_the_table_are_those_of_its_exact_map(gamma):
+    orbit = ts.periodic(table(gamma))
+    # flights last a period: phase' = phase + 2 w / g, w' = e w + (1 + e) v_table, here g = 1 and the period 1;
+    # the table's speed is gamma / (2 pi) cos, its slope by phase [periods] -gamma sin(phase_at_impact)
+    e, sine = 0.5, math.sqrt(1.0 - (math.pi / 3.0 / gamma) ** 2)
+    slope = -gamma * sine
+    # w is the departing speed in the frame at rest: w' = e (g T - ...) ; trace and determinant of the map
+    trace = 1.0 + e**2 + (1.0 + e) ** 2 * slope
+    assert orbit.kind == "stable, period 1, 1 impact"
+    assert orbit.determinant == pytest.approx(e**2, abs=1e-9)
+    assert float(np.sum(orbit.multipliers).real) == pytest.approx(trace, abs=1e-6)
+
+
+def test_behind_its_doubling_the_ball_repeats_after_two_periods():
+    orbit = ts.periodic(table(1.002 * 1.5268237005))
+    assert orbit.multiple == 2 and orbit.kind == "stable, period 2, 2 impacts"
+    flights = np.diff(orbit.events["time"])
+    assert min(flights[0], 2.0 - flights[0]) == pytest.approx(0.97375, abs=1e-5)
+
+
+def test_an_orbit_of_a_given_period_may_be_unstable():
+    orbit = ts.periodic(table(1.002 * 1.5268237005), multiple=1)
+    assert orbit.kind == "unstable, period 1, 1 impact"
+    assert orbit.multipliers[0].real < -1.0
+
+
+def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
+    up = ts.branch(table(1.5), "signals.table.amplitude", 1.5, 1.54)
+    flips = [point for point in up.special if point.kind == "flip"]
+    assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
+    down = ts.branch(table(1.08), "signals.table.amplitude", 1.08, 1.0)
+    folds = [point for point in down.special if point.kind == "fold"]
+    assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
+
+
+def test_the_oscillator_grazes_at_its_published_amplitude():
+    found = ts.branch(scene("impact_oscillator"), "signals.shaker.amplitude", 0.099, 0.105)
+    (grazing,) = [point for point in found.special if point.kind == "grazing"]
+    assert grazing.at == pytest.approx(0.1, abs=1e-8)
+    assert found.points[0].orbit.impacts == 0 and found.points[-1].orbit.impacts == 1
+
+
+def test_requests_that_cannot_be_met_get_a_sentence():
+    with pytest.raises(ts.InputError, match="no drive is periodic"):
+        ts.periodic(scene("ball"))
+    with pytest.raises(ts.InputError, match="empty"):
+        ts.branch(scene("impact_oscillator"), "signals.shaker.amplitude", 1.0, 1.0)
+    with pytest.raises(ts.InputError, match=r"signals\.shaker\.amplitud"):
+        ts.branch(scene("impact_oscillator"), "signals.shaker.amplitud", 0.5, 1.0)
