@@ -19,7 +19,7 @@ __all__ = ["Branch", "BranchPoint", "branch"]
 
 Floats = NDArray[np.float64]
 
-FIRST, MOST, LEAST = 0.01, 0.04, 1e-12
+FIRST, MOST, LEAST = 0.01, 0.04, 1e-11
 """First, longest and shortest step along a branch, in units of the range and of the motion's size: a figure needs some
 thirty points; below the last a branch ends."""
 MOST_POINTS = 2000
@@ -126,7 +126,7 @@ def _followed(
             yield BranchPoint(start, "end", first, "the branch cannot be followed from its first orbit")
             return
         yield BranchPoint(now.at, "orbit", now.orbit)
-        step, lost = FIRST, ""
+        step, lost, heading = FIRST, "", float(sense)
         while low <= now.at <= high:
             if follower.crowded(now):
                 follower, now = follower.moved(now)
@@ -137,12 +137,14 @@ def _followed(
                 now.tangent,
             )
             far = ahead is not None and float(now.tangent @ ahead.tangent) < TURN
-            if ahead is None or (far and step > SHARP):
+            if ahead is None or (far and (step > SHARP or ahead.sequence == now.sequence)):
                 step *= 0.5
                 if step < LEAST:
                     lost = NOWHERE
                     break
                 continue
+            if step > SHARP:
+                heading = float(np.sign(ahead.at - now.at))
             changes = specials(follower, now, ahead)
             for kind, at, note in changes:
                 yield BranchPoint(at.at, kind, at.orbit, note)
@@ -164,11 +166,12 @@ def _followed(
             return
         if lost == NOWHERE and (reason := why_lost(now)) is not None:
             yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
-        again = _beyond(scene, path, now.at, float(np.sign(now.tangent[-1])), span, (low, high))
+        again = _beyond(scene, path, now.at, heading, span, (low, high))
         if again is None:
             yield BranchPoint(now.at, "end", now.orbit, lost)
             return
         start, first = again
+        sense = heading
 
 
 NOWHERE = "no orbit was found any further"
