@@ -43,23 +43,15 @@ struct BodyRows {
   Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral
 };
 
-// What all held feet do to the body through spring and damper: push = offset - stiffness x, drag = - damping
-// (x - x(0)).
-struct HeldLegs {
+// What all feet do to the body together. Held ones push and drag it through spring and damper: push = offset - stiffness x,
+// drag = - damping (x - x(0)); those that nothing holds in a direction follow with their mass.
+struct Together {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
+  double mass[DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
 
-// How the body answers its own legs within a step: held ones push and drag it, those in the air follow with
-// their mass.
-struct Answer {
-  double push = -1.0, drag = -1.0, follow = -1.0;
-  bool operator==(const Answer& other) const {
-    return push == other.push && drag == other.drag && follow == other.follow;
-  }
-};
-
-constexpr int AHEAD = 5;  // powers of time in which the body's velocity goes on into the next step
+constexpr int AHEAD = 5;  // powers of time in which a motion is guessed to go on into the next step
 
 // Work [J] done on the robot by its drives and weight, and by dampers, films, smooth forces and friction.
 struct Energies {
@@ -130,7 +122,7 @@ struct Legged {
   Log& log;
 
   // carried on
-  double x[MOST_COORDINATES], v[MOST_COORDINATES], ahead[MOST_COORDINATES][AHEAD];
+  double x[MOST_COORDINATES], v[MOST_COORDINATES];
   std::vector<LeggedFoot> feet;            // of every leg, also of one that has no foot to touch the ground with
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
@@ -142,9 +134,10 @@ struct Legged {
   std::vector<Row> channels;
   std::vector<LegRows> rows;
   BodyRows at;
-  HeldLegs held;
-  Row solver[MOST_COORDINATES][N];  // columns of (1 + follow + drag int + push int int)^-1
-  Answer answer[MOST_COORDINATES];  // that it was made for
+  double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
+  Together together;
+  Row solver[MOST_COORDINATES][N];  // see Answer
+  int solved = -1;                  // the step class that it is for
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)

@@ -47,9 +47,6 @@ struct LeggedMarch : Legged {
     for (int b = 0; b < nb; b++) {
       x[b] = initial[b];
       v[b] = initial[n + b];
-      for (double& power : ahead[b]) power = 0.0;
-      ahead[b][0] = v[b];
-      answer[b] = Answer();
     }
     channels.back() = Row(0.0);
     for (int i = 0; i < legs(); i++) {
@@ -67,6 +64,8 @@ struct LeggedMarch : Legged {
     }
     energy = {};
     std::fill(shares.begin(), shares.end(), 0.0);
+    length = 0.0;
+    gather(*this);
     lowest_body = INF;
     highest_body = -INF;
     step_class = int(settings.first_class);
@@ -143,16 +142,6 @@ struct LeggedMarch : Legged {
     notes.sampled++;
   }
 
-  // Powers of time in which a coordinate's velocity goes on; after an event or a kink its value alone.
-  void look_ahead(int b, double h, double fraction, bool smooth) {
-    double line[N];
-    store(line, powers(at.v[b]));
-    shift(line, fraction);
-    double scale = 1.0;
-    for (int n = 0; n < AHEAD; n++, scale /= h) ahead[b][n] = smooth ? line[n] * scale : 0.0;
-    ahead[b][0] = v[b];
-  }
-
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
@@ -179,7 +168,6 @@ struct LeggedMarch : Legged {
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);
-      look_ahead(b, h, fraction, fraction == 1.0);
     }
     for (int i = 0; i < legs(); i++) {
       feet[i].start = AS_IT_COMES;
@@ -188,6 +176,7 @@ struct LeggedMarch : Legged {
       }
     }
     clock.time = reached;
+    origin = fraction;
     return std::isfinite(sum);
   }
 
@@ -261,6 +250,7 @@ struct LeggedMarch : Legged {
           apply_event(*this, body.leg[f], events[f].kind);
         }
       }
+      gather(*this);
     }
     adapt(chosen, fraction < 1.0 || first <= limit);
     return GOING_ON;

@@ -109,6 +109,11 @@ TARSUS_INLINE Row magnitude(const Row& a) {
   return out;
 }
 
+TARSUS_INLINE Row larger(const Row& a, const Row& b) {
+  Row out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] > b.part[p] ? a.part[p] : b.part[p];
+  return out;
+}
 TARSUS_INLINE double larger(double a, double b) { return a > b ? a : b; }
 TARSUS_INLINE double smaller(double a, double b) { return a < b ? a : b; }
 
