@@ -141,7 +141,8 @@ inline double follow(Legged& s, int k, double h) {
   for (int b = 0; b < s.coordinates(); b++) {
     const double mass = s.body.mass[b];
     const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b]) * h - at.place[b];
-    misfit[b] = place + (s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
+    // the new place first: what rounding leaves of its difference from the old is then nothing, or more than it can hold
+    misfit[b] = (place * (1.0 / mass) + s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
     step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b]);
   }
   double moved = change();

@@ -134,8 +134,8 @@ TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
   return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
 }
 
-// What a sweep has still to settle: the largest changes of gaps [m] at the nodes, what is undefined where ``sum`` is not
-// finite, and whether a stiff film failed to settle. A leg is repeated alone while it changes by more than ``enough``.
+// What a sweep has still to settle: how far feet would move [m] if their forces were as they are now, what is undefined where
+// ``sum`` is not finite, and whether a stiff film failed to settle. A leg is repeated alone while that is more than ``enough``.
 struct Sweep {
   double enough;
   Row change = Row(0.0), sum = Row(0.0);
@@ -152,33 +152,36 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
   const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
   const bool stiff = foot.film && is_stiff(s, table, leg.foot, r.gap);
-  Row own, change;
+  const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
+  Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
+  const auto find_rate = [&] {
+    r.w[UP] = w0 + combine(&table.force[1][0][0], r.q[UP]);
+    if (foot.film) r.w[UP] += combine(&table.film[1][0][0], used);
+    r.rate = foot.film ? r.w[UP] + r.film * (1.0 / leg.mass) : r.w[UP];
+  };
   for (int n = 0; n < ROUNDS; n++) {
-    own = foot.force ? r.load[UP] + r.smooth : r.load[UP];
+    if (foot.force) own = r.load[UP] + r.smooth;
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
-    r.w[UP] = w0 + combine(&table.force[1][0][0], r.q[UP]);
-    const Row before = r.gap;
     if (foot.film) {
       if (stiff && !stiff_film(s, table, i, r)) sweep.failed = true;
-      r.u[UP] += combine(&table.film[0][0][0], r.film);
-      r.w[UP] += combine(&table.film[1][0][0], r.film);
+      used = r.film;
+      r.u[UP] += combine(&table.film[0][0][0], used);
       r.gap = r.u[UP] + leg.gap;
       r.film = s.laws.momentum(leg.foot, r.gap);
-      r.rate = r.w[UP] + r.film * (1.0 / leg.mass);
+      change = magnitude(r.film - used) * table.reach_film;
     } else {
       r.gap = r.u[UP] + leg.gap;
-      r.rate = r.w[UP];
     }
-    change = magnitude(r.gap - before);
     if (foot.force) {
-      const Row now = s.nodes.times() * h + s.clock.time;
-      const Row smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
-      change = larger(change, magnitude(smooth - r.smooth) * table.reach_force);
-      r.smooth = smooth;
+      if (rated) find_rate();
+      const Row now = s.nodes.times() * h + s.clock.time, before = r.smooth;
+      r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+      change += magnitude(r.smooth - before) * table.reach_force;
     }
     if (!any_less(Row(sweep.enough), change)) break;
   }
+  find_rate();
   sweep.change = larger(sweep.change, change);
   sweep.sum += r.gap + own;
   carry_free(s, i, UP, own, h, r);
@@ -279,14 +282,14 @@ inline Attempt attempt(Legged& s, int k) {
   fill_drives(s, h);
   first_guess(s, h);
   make_solvers(s, k);
-  double before = INF, moved = 1e7 * tolerance;
+  double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
-    Sweep sweep{std::max(tolerance, 1e-3 * moved)};  // of what the body has moved by, little enough not to be seen
+    Sweep sweep{n == 0 ? 1e3 * tolerance : tolerance};  // the body's first guess is no better
     move_legs(s, k, h, sweep);
     if (sweep.failed) return {UNSETTLED, n};
-    if (finite(sweep.sum)) moved = follow(s, k, h);
-    if (!finite(sweep.sum) || !std::isfinite(moved)) {
+    const double moved = finite(sweep.sum) ? follow(s, k, h) : NOT_A_NUMBER;
+    if (!std::isfinite(moved)) {
       s.length = 0.0;
       return {UNDEFINED, n};
     }
