@@ -40,7 +40,8 @@ struct LegRows {
 struct BodyRows {
   Row x[MOST_COORDINATES], v[MOST_COORDINATES];
   Row push[MOST_COORDINATES], drag[MOST_COORDINATES];       // forces, and what damps, by its integral
-  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral
+  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral but for that of
+  Row film[MOST_COORDINATES];                               // the films' momentum
 };
 
 // What all feet do to the body together. Held ones push and drag it through spring and damper: push = offset - stiffness x,
@@ -137,7 +138,8 @@ struct Legged {
   double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
   Together together;
   Row solver[MOST_COORDINATES][N];  // see Answer
-  int solved = -1;                  // the step class that it is for
+  bool linked[MOST_COORDINATES];
+  int solved = -1;                  // the step class that they are for
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)

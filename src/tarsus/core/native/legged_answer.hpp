@@ -1,5 +1,6 @@
 // How the body of a legged robot answers its own legs within a step: what lets the repetition of legged_step.hpp settle fast.
 #pragma once
+#include "dense.hpp"
 #include "legged.hpp"
 
 namespace tarsus {
@@ -66,36 +67,27 @@ struct Answer {
     return combine(&nodes.twice[0][0], push) * (h * h) + combine(&nodes.once[0][0], drag) * h + following(b, x, 0, b);
   }
 
-  // Whether other coordinates take anything from b.
-  bool linked(int b) const {
+  // Whether other coordinates take more of b than is lost on the repetition, as a share of what moves a hip.
+  bool linked(int b, const Body& body) const {
+    double share = 0.0;
     for (int c = 0; c < size; c++) {
-      const bool held = all.stiffness[b][c] != 0.0 || all.damping[b][c] != 0.0;
-      if (c != b && (held || all.mass[UP][b][c] != 0.0 || all.mass[ALONG][b][c] != 0.0)) return true;
+      if (c == b) continue;
+      double mass = 0.5 * h * h * std::fabs(all.stiffness[b][c]) + h * std::fabs(all.damping[b][c]);
+      for (int d = 0; d < DIRECTIONS; d++) mass += std::fabs(all.mass[d][b][c]);
+      share += mass * body.lever[b] / (body.mass[b] * body.lever[c]);
     }
-    return false;
+    return share > 1e-3;
   }
 
-  // Columns of (mass + what b takes from its own place)^-1. Its largest terms are on the diagonal for the lengths in use.
-  void invert(int b, double mass, Row* solver) const {
-    Row left[N];
+  // Columns of (mass + what b takes from its own place)^-1; false where there is none.
+  bool invert(int b, double mass, Row* solver) const {
+    Row columns[N];
     for (int r = 0; r < N; r++) {
-      left[r] = load(nodes.once[r]) * (all.damping[b][b] * h) + load(nodes.twice[r]) * (all.stiffness[b][b] * h * h);
-      for (int d = 0; d < DIRECTIONS; d++) left[r] += load(leg[d]->follow[0][r]) * all.mass[d][b][b];
-      left[r].set(r, left[r][r] + mass);
-      solver[r] = Row(0.0);
-      solver[r].set(r, 1.0);
+      columns[r] = load(nodes.once[r]) * (all.damping[b][b] * h) + load(nodes.twice[r]) * (all.stiffness[b][b] * h * h);
+      for (int d = 0; d < DIRECTIONS; d++) columns[r] += load(leg[d]->follow[0][r]) * all.mass[d][b][b];
+      columns[r].set(r, columns[r][r] + mass);
     }
-    for (int p = 0; p < N; p++) {
-      const double scale = 1.0 / left[p][p];
-      left[p] = left[p] * scale;
-      solver[p] = solver[p] * scale;
-      for (int r = 0; r < N; r++) {
-        const double factor = left[r][p];
-        if (r == p || factor == 0.0) continue;
-        left[r] -= left[p] * factor;
-        solver[r] -= solver[p] * factor;
-      }
-    }
+    return invert_columns(columns, solver);
   }
 
  private:
@@ -118,7 +110,14 @@ inline void make_solvers(Legged& s, int k) {
   if (s.solved == k) return;
   s.solved = k;
   const Answer answer(s, k);
-  for (int b = 0; b < s.coordinates(); b++) answer.invert(b, s.body.mass[b], s.solver[b]);
+  for (int b = 0; b < s.coordinates(); b++) {
+    s.linked[b] = answer.linked(b, s.body);
+    if (answer.invert(b, s.body.mass[b], s.solver[b])) continue;
+    for (int r = 0; r < N; r++) {  // taken as if no leg were there
+      s.solver[b][r] = Row(0.0);
+      s.solver[b][r].set(r, 1.0 / s.body.mass[b]);
+    }
+  }
 }
 
 constexpr int ROUNDS_OF_ANSWERS = 2;
@@ -140,7 +139,7 @@ inline double follow(Legged& s, int k, double h) {
   };
   for (int b = 0; b < s.coordinates(); b++) {
     const double mass = s.body.mass[b];
-    const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b]) * h - at.place[b];
+    const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b] + at.film[b]) * h - at.place[b];
     // the new place first: what rounding leaves of its difference from the old is then nothing, or more than it can hold
     misfit[b] = (place * (1.0 / mass) + s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
     step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b]);
@@ -149,7 +148,7 @@ inline double follow(Legged& s, int k, double h) {
   if (moved > ALONE * 1e-3 * s.settings.gap) {
     for (int n = 0; n < ROUNDS_OF_ANSWERS; n++) {
       for (int b = 0; b < s.coordinates(); b++) {
-        if (!answer.linked(b)) continue;
+        if (!s.linked[b]) continue;
         step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b] - answer.place(b, step));
       }
     }

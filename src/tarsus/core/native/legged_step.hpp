@@ -79,12 +79,14 @@ inline void first_guess(Legged& s, double h) {
       held_strength(s, i, h);
       continue;
     }
-    const double gap = foot.u[UP] + leg.gap, momentum = foot.film ? s.laws.momentum(leg.foot, gap) : 0.0;
-    const double rate = foot.w[UP] + momentum / leg.mass;
+    const double gap = foot.u[UP] + leg.gap;
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
     if (foot.film) r.film = s.laws.momentum(leg.foot, r.gap);
-    if (foot.force) r.smooth = s.laws.force(leg.foot, r.gap, Row(rate), s.volts(leg.foot), Row(s.clock.time));
+    if (!foot.force) continue;
+    r.rate = Row(foot.w[UP]);
+    if (foot.film) r.rate += r.film * (1.0 / leg.mass);
+    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), s.nodes.times() * h + s.clock.time);
   }
   s.length = h;
   s.origin = 0.0;
@@ -106,7 +108,7 @@ inline void clear_body(Legged& s) {
     }
     s.at.push[b] = push;
     s.at.drag[b] = drag;
-    s.at.momentum[b] = s.at.place[b] = Row(0.0);
+    s.at.momentum[b] = s.at.place[b] = s.at.film[b] = Row(0.0);
   }
 }
 
@@ -122,8 +124,8 @@ TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h,
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
-  Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
-  if (d == UP && foot.film) place -= combine(&s.nodes.once[0][0], r.film) * h;
+  const Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
+  if (d == UP && foot.film) leg.hip[d].carry(r.film, s.at.film);
   leg.hip[d].carry(own, s.at.push);
   leg.hip[d].carry(momentum, s.at.momentum);
   leg.hip[d].carry(place, s.at.place);
