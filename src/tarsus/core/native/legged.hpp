@@ -128,7 +128,7 @@ struct Legged {
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
   std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares
-  int step_class = 0, launch_class = 0;
+  int step_class = 0, launch_class[STICK_BEGINS + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
   bool launching = false;
 
   // the step being made

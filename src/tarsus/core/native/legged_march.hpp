@@ -69,7 +69,7 @@ struct LeggedMarch : Legged {
     lowest_body = INF;
     highest_body = -INF;
     step_class = int(settings.first_class);
-    launch_class = 0;
+    std::fill(std::begin(launch_class), std::end(launch_class), 0);
     launching = false;
     notes.sampled = 0;
   }
@@ -190,7 +190,7 @@ struct LeggedMarch : Legged {
   Chosen choose(double left, double reach) {
     int k = std::max(step_class, coarsest());
     if (launching)
-      k = std::max(k, launch_class);  // what has just changed asks for a step as short as the last time
+      k = std::max(k, launch_class[launched]);  // what has just changed asks for a step as short as the last time
     Chosen out = {GOING_ON, k, k, {0.0, 0}};
     while (k + 1 < tables.classes() && tables.lengths[k + 1] >= left) k++;
     for (;;) {
@@ -213,11 +213,12 @@ struct LeggedMarch : Legged {
   }
 
   // The class to try next, longer where the error was far below the tolerance.
-  void adapt(const Chosen& step, bool cut) {
+  void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
-    if (launching) launch_class = error < 1e-3 ? step.k - 1 : step.k;
+    if (launching) launch_class[launched] = error < 1e-3 ? step.k - 1 : step.k;
     launching = cut;
+    launched = kind;
     if (error > 0.5 || step.made.sweeps > 12) {
       wanted = std::max(wanted, step.k + 1);
     } else if (step.k <= wanted) {
@@ -244,15 +245,21 @@ struct LeggedMarch : Legged {
     if (first > limit)
       reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
+    int kind = 0;
     if (first <= limit) {
+      const size_t before = log.events.size();
       for (int f = 0; f < body.feet(); f++) {
         if (events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13)) {
           apply_event(*this, body.leg[f], events[f].kind);
         }
       }
       gather(*this);
+      for (size_t e = before; e < log.events.size(); e++) {
+        const int what = int(log.events[e].kind);
+        if (kind == 0 || launch_class[what] > launch_class[kind]) kind = what;
+      }
     }
-    adapt(chosen, fraction < 1.0 || first <= limit);
+    adapt(chosen, fraction < 1.0 || first <= limit, kind);
     return GOING_ON;
   }
 
