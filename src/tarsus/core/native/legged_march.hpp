@@ -216,13 +216,15 @@ struct LeggedMarch : Legged {
   void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
-    if (launching) launch_class[launched] = error < 1e-3 ? step.k - 1 : step.k;
+    // an error falls by 2^8 with the length halved: so many times longer a step might have been
+    const int longer = (error < 2e-3) + (error < 8e-6) + (error < 3e-8) + (error < 1e-10);
+    if (launching) launch_class[launched] = step.k - longer;
     launching = cut;
     launched = kind;
     if (error > 0.5 || step.made.sweeps > 12) {
       wanted = std::max(wanted, step.k + 1);
     } else if (step.k <= wanted) {
-      wanted = step.made.sweeps < 9 ? step.k - (error < 1e-3) - (error < 1e-6) - (error < 1e-9) : step.k;
+      wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
     }
     step_class = std::max(wanted, 0);
   }
