@@ -52,6 +52,7 @@ struct Together {
   double offset[MOST_COORDINATES];
 };
 
+constexpr double SETTLED = 1e-2;  // share of a step's tolerance that its repetition may leave
 constexpr int AHEAD = 5;  // powers of time in which a motion is guessed to go on into the next step
 
 // Work [J] done on the robot by its drives and weight, and by dampers, films, smooth forces and friction.

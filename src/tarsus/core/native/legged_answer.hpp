@@ -145,7 +145,7 @@ inline double follow(Legged& s, int k, double h) {
     step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b]);
   }
   double moved = change();
-  if (moved > ALONE * 1e-3 * s.settings.gap) {
+  if (moved > ALONE * SETTLED * s.settings.gap) {
     for (int n = 0; n < ROUNDS_OF_ANSWERS; n++) {
       for (int b = 0; b < s.coordinates(); b++) {
         if (!s.linked[b]) continue;

@@ -21,7 +21,7 @@ inline bool is_stiff(const Legged& s, const LegStep& table, int f, const Row& ga
 TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const int f = leg.foot;
-  const double tolerance = 1e-3 * s.settings.gap;
+  const double tolerance = SETTLED * s.settings.gap;
   const Row alone = r.u[UP] + leg.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);

@@ -280,7 +280,7 @@ struct Attempt {
 
 // Make the nodes of a step of class k.
 inline Attempt attempt(Legged& s, int k) {
-  const double h = s.tables.lengths[k], tolerance = 1e-3 * s.settings.gap;
+  const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
   fill_drives(s, h);
   first_guess(s, h);
   make_solvers(s, k);
