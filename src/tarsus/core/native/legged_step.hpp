@@ -296,7 +296,7 @@ inline Attempt attempt(Legged& s, int k) {
       return {UNDEFINED, n};
     }
     const double change = std::max(highest(sweep.change), moved);
-    if (change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
+    if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
     if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
     before = change;
   }
