@@ -7,7 +7,7 @@
 #include "march.hpp"
 #include "signals.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // How a foot leaves the start of a step: as it comes; with an exact zero from which it has just left; or with
 // one from which it has just begun to slide.
@@ -169,4 +169,4 @@ struct Legged {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

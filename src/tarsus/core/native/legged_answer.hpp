@@ -3,7 +3,7 @@
 #include "dense.hpp"
 #include "legged.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // Sum up what all feet do to the body, anew after a contact changed.
 inline void gather(Legged& s) {
@@ -162,4 +162,4 @@ inline double follow(Legged& s, int k, double h) {
   return moved;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -3,7 +3,7 @@
 #include "dense.hpp"
 #include "legged.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr int FILM_ROUNDS = 40;
 
@@ -49,4 +49,4 @@ TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i
   return false;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -6,7 +6,7 @@
 #include "legged_step.hpp"
 #include "peak.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
 // lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
@@ -270,4 +270,4 @@ struct LeggedMarch : Legged {
   std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

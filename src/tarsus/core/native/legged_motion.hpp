@@ -6,7 +6,7 @@
 #pragma once
 #include "legged.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr int LEG_TERMS = 40;
 constexpr double LEG_REACH = 2.0;  // largest rate times time over which the Taylor series keeps 15 digits
@@ -178,4 +178,4 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -2,7 +2,7 @@
 #pragma once
 #include "legged_motion.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 enum Happening { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
 
@@ -223,4 +223,4 @@ inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
   return best;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -13,7 +13,7 @@
 #include "legged_answer.hpp"
 #include "legged_film.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
 constexpr double UNSETTLED = -1.0,
@@ -303,4 +303,4 @@ inline Attempt attempt(Legged& s, int k) {
   return {UNSETTLED, SWEEPS};
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -11,7 +11,7 @@
 #include "matrix2.hpp"
 #include "nodes.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr double OSCILLATION =
     5.0;  // radians of a leg's own oscillation in a step at most, so that the nodes see its turns
@@ -177,4 +177,4 @@ class LegTables {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

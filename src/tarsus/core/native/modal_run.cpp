@@ -2,7 +2,7 @@
 
 #include "modal_system.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 namespace {
 
@@ -47,4 +47,4 @@ ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, co
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal
