@@ -7,14 +7,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared
 from tarsus.solve.run import Run
-from tarsus.solve.simulate import simulate
+from tarsus.solve.simulate import changed_run, seconds_of
 
 __all__ = ["Session"]
 
@@ -49,7 +48,7 @@ class Session:
 
         duration [s], accuracy: as for `simulate`. Raises InputError as these two do.
         """
-        return simulate(with_values(self.scene, values or {}), duration, accuracy, shared=self._shared)
+        return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
     def batch(self, vary: Mapping[str, ArrayLike], duration: float | None = None, **options: Any) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from tarsus.core.arrays import EVENT_WIDTH
 from tarsus.measure import Measure, measures_of, scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import BatchRun
-from tarsus.solve.codes import EVENT_TYPE, ResultCode
+from tarsus.solve.engine import Log
+from tarsus.solve.run import Run
 
 __all__ = ["offered"]
 
@@ -22,8 +23,5 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     duration
         Model time of a run [s].
     """
-    empty = BatchRun(
-        np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE,
-        scene,
-    )  # fmt: skip
-    return dict(measures_of(empty))
+    nothing = Log(np.zeros(1, int), np.array([[duration, 0.0, 0.0]]), np.zeros((0, EVENT_WIDTH)), np.zeros(1, int))
+    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), nothing)))
