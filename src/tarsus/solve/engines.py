@@ -42,10 +42,11 @@ MOST_KEPT = 32
 class Shared:
     """What engines have made that others can use, by what it depends on: tables of structures, drives; those last used.
 
-    Safe between threads.
+    resident: a scene that is run again and again, whose plans are kept as well. Safe between threads.
     """
 
-    def __init__(self, most: int = MOST_KEPT) -> None:
+    def __init__(self, resident: Scene | None = None, most: int = MOST_KEPT) -> None:
+        self.resident = resident
         self._most = most
         self._made: OrderedDict[Any, Any] = OrderedDict()
         self._lock = threading.Lock()
@@ -165,7 +166,10 @@ def prepared(
     InputError
         Where a law of the user cannot be compiled, and as `tarsus.plan.slots.rows_for` does.
     """
-    engine = shared.get((scene, duration), lambda: _engine(scene, duration, shared))
+    if scene is shared.resident:
+        engine = shared.get(("resident", duration), lambda: _engine(scene, duration, shared))
+    else:
+        engine = _engine(scene, duration, shared)
     if values:
         return engine, rows_for(scene, engine.plan, values, duration)
     return engine, rows_of(engine.plan, count, scene_period(scene, duration))

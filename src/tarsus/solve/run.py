@@ -137,9 +137,13 @@ class Run:
         return tuple(self.base.robot.feet)
 
     @cached_property
+    def _all_events(self) -> np.ndarray:
+        return structured_events(self.log.events)
+
+    @property
     def all_events(self) -> np.ndarray:
         """Events with the period marks (kind 6) between them."""
-        return structured_events(self.log.events)
+        return self._all_events
 
     @cached_property
     def events(self) -> np.ndarray:

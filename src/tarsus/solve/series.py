@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,7 @@ def sample(run: Run, time: Floats) -> Series:
     )  # fmt: skip
 
 
-def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Floats]:
+def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
     """What a walker's series have beside every structure's; margin (m, nt) [N]: what presses a foot to the ground."""
     friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
     sliding = way.contact == FootState.SLIPPING

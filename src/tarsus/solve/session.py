@@ -21,14 +21,14 @@ __all__ = ["Session"]
 class Session:
     """Runs of one scene with some of its numbers changed, which share contact modes and step tables.
 
-    Numbers that are data of a plan (`slots`) share all tables; others share them with earlier runs of the same
-    structure, of which the last 32 are kept. Every run is the one that `simulate` makes of the changed scene. Safe
-    between threads.
+    Runs that differ in numbers that are data of a plan (`slots`) share the plan and all tables: nothing is lowered for
+    them. Others share tables with earlier runs of the same structure, of which the last 32 are kept. Every run is the
+    one that `simulate` makes of the changed scene, to rounding of its drives. Safe between threads.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._shared = Shared()
+        self._shared = Shared(scene)
 
     def __repr__(self) -> str:
         return f"Session({self.scene.name!r})"
