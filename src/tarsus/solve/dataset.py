@@ -59,15 +59,19 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
         text = f"work of the {laws[name].title} on the structure, from the start"
         add(f"{name}_work", ("time",), work, "J", text)
     names = {"foot": scene.robot.feet, "drive": scene.robot.drives, "point": points}
-    if series.body is not None and series.foot_x is not None and series.friction is not None:
-        names["coordinate"] = scene.robot.structure.body_coordinates
-        units = ", ".join("rad" if name in ("roll", "pitch") else "m" for name in names["coordinate"])
-        add("body", ("coordinate", "time"), series.body, units, "coordinates of the body")
-        add("foot_x", foot, series.foot_x, "m", "displacement of a foot along the way")
-        add("slipping", foot, series.slipping, "1", "foot in contact that slides")
-        add("friction_force", foot, series.friction, "N", "friction on a foot, positive forward")
+    if body := structure.body_coordinates:
+        names["coordinate"] = body
+        units = ", ".join("rad" if name in ("roll", "pitch") else "m" for name in body)
         lost = series.cumulative["friction"]
-        add("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start")
+        for name, dims, values, unit, text in (
+            ("body", ("coordinate", "time"), series.body, units, "coordinates of the body"),
+            ("foot_x", foot, series.foot_x, "m", "displacement of a foot along the way"),
+            ("slipping", foot, series.slipping, "1", "foot in contact that slides"),
+            ("friction_force", foot, series.friction, "N", "friction on a foot, positive forward"),
+            ("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start"),
+        ):
+            assert values is not None  # a walker has them all
+            add(name, dims, values, unit, text)
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
     for dim, known in names.items():
         variables[dim] = Variable((dim,), np.array(list(known), dtype=object), {})

@@ -116,9 +116,9 @@ class Recorded:
 
         return Seen(self.states(times), self._account(by_then), None)
 
-    @cached_property
+    @property
     def account(self) -> Account:
-        return self._account(lambda values: values[-1] if len(values) else np.float64(0.0))
+        return self._account(lambda values: values[-1] if len(values) else np.zeros(()))
 
     def _account(self, of: Callable[[Floats], Floats]) -> Account:
         found = self.energies
@@ -128,7 +128,7 @@ class Recorded:
             {name: of(one) for name, one in terms.items()}, {name: of(one) for name, one in works.items()}
         )
 
-    @cached_property
+    @property
     def last(self) -> Floats:
         raw, system = self.log, self.log.book.system
         if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
@@ -193,7 +193,7 @@ class Marched:
         way = Way(place, feet[body.leg, 1, 0], contact, sense, onto[nb::2][body.leg])
         return Seen(state, self._account(energy), way)
 
-    @cached_property
+    @property
     def account(self) -> Account:
         return self._account(self.log.end[3])
 
@@ -202,7 +202,7 @@ class Marched:
         terms = {"work_in": energy[a.WORK], "damping": energy[a.DAMPING], "friction": energy[a.FRICTION]}
         return Account(terms, self.acting.works(-energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :]))
 
-    @cached_property
+    @property
     def last(self) -> Floats:
         assert self.acting.plan.legs is not None
         body = self.acting.plan.legs.body

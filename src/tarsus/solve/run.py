@@ -119,7 +119,7 @@ class Run:
         if self.marks is None:
             return ()
         angles = np.abs(self.marks["body"]).max(axis=0)
-        names = getattr(self.scene.robot.structure, "body_coordinates", ())
+        names = self.scene.robot.structure.body_coordinates
         return tuple(
             f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
             for name, angle in zip(names, angles, strict=True)
