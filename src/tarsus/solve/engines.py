@@ -1,4 +1,4 @@
-"""How a scene gets to its engine, each stage once: described, lowered to a plan and its rows, run; and what runs share."""
+"""How a scene gets to its engine, each stage once: described, lowered to a plan and its rows, run; what runs share."""
 
 from __future__ import annotations
 
