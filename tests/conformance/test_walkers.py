@@ -14,8 +14,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.model.scene import Ground, Initial, Scene, Standing
-from tarsus.plan.slots import rows_of
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import RawWalks, walk

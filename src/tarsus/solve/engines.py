@@ -6,7 +6,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -73,21 +73,6 @@ class Shared:
         return made
 
 
-class Engine(Protocol):
-    """Runs one plan for rows of its data."""
-
-    @property
-    def plan(self) -> Plan: ...
-
-    def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> Log:
-        """All rows."""
-        ...
-
-    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Motion:
-        """The one row that laws act on, with its motion and its energy account."""
-        ...
-
-
 @dataclass(frozen=True)
 class ByModes:
     """Runs by contact modes, which are made once for all runs of a structure."""
@@ -97,9 +82,11 @@ class ByModes:
     book: SharedBook
 
     def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> Log:
+        """All rows of the plan's data."""
         return execute(self.plan, self.duration, rows=rows, book=self.book, accuracy=accuracy, track=track)
 
-    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Motion:
+    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Recorded:
+        """The one row that laws act on, with its motion and its energy account."""
         accuracy = accuracy or replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
         raw = execute(
             self.plan, self.duration, rows=acting.rows, book=self.book, accuracy=accuracy, track=track, record=True
@@ -118,12 +105,16 @@ class ByLegs:
     def run(self, rows: Rows, accuracy: Accuracy | None, track: bool) -> Log:
         return walk(self.plan, self.duration, rows=rows, tables=self.tables, accuracy=accuracy, track=track)
 
-    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Motion:
+    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Marched:
         chosen = accuracy or RECORDED
         raw = walk(
             self.plan, self.duration, rows=acting.rows, tables=self.tables, accuracy=chosen, track=track, account=True
         )
         return Marched(acting, raw, self.duration, chosen, track)
+
+
+Engine = ByModes | ByLegs
+"""Runs one plan for rows of its data."""
 
 
 def motion_of(

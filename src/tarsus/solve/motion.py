@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from tarsus.core.modes import ContactMode, contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import Accuracy, Log, RawRuns
+from tarsus.solve.engine import Accuracy, RawRuns
 from tarsus.solve.march import RawWalks, walk
 
 Floats = NDArray[np.float64]
@@ -51,47 +51,12 @@ class Seen(NamedTuple):
     way: Way | None
 
 
-class Motion(Protocol):
-    """What a run knows of its motion."""
-
-    @property
-    def log(self) -> Log:
-        """Events, marks and how it ended."""
-        ...
-
-    @property
-    def acting(self) -> Acting:
-        """Its laws, and the row of a plan's data that it has."""
-        ...
-
-    def states(self, times: Floats) -> Sampled:
-        """States and contact forces at times [s], increasing."""
-        ...
-
-    def seen(self, times: Floats) -> Seen:
-        """The same with energies."""
-        ...
-
-    @property
-    def account(self) -> Account:
-        """Energies of the whole run."""
-        ...
-
-    @property
-    def last(self) -> Floats:
-        """Displacements and velocities (2n,) at the end, events at its last moment included."""
-        ...
-
-    @property
-    def swing(self) -> Floats | None:
-        """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
-        account closes (`tarsus.solve.series.SETTLED`)."""
-        ...
-
-
 @dataclass(frozen=True)
 class Recorded:
-    """Motion by contact modes: every step was recorded, and is solved again for the times between."""
+    """Motion by contact modes: every step was recorded, and is solved again for the times between.
+
+    acting: the run's laws and its row of data; log: what the engine noted.
+    """
 
     acting: Acting
     log: RawRuns
@@ -106,9 +71,11 @@ class Recorded:
         return replay.integrate(book.system, book.book, self.log.trace, self.acting.parts())
 
     def states(self, times: Floats) -> Sampled:
+        """States and contact forces at times [s], increasing."""
         return replay.sample(self.log.book.system, self.log.book.book, self.log.trace, times)
 
     def seen(self, times: Floats) -> Seen:
+        """The same with energies."""
         knots = np.concatenate([[0.0], self.energies.time])
 
         def by_then(values: Floats) -> Floats:
@@ -118,6 +85,7 @@ class Recorded:
 
     @property
     def account(self) -> Account:
+        """Energies of the whole run."""
         return self._account(lambda values: values[-1] if len(values) else np.zeros(()))
 
     def _account(self, of: Callable[[Floats], Floats]) -> Account:
@@ -130,6 +98,7 @@ class Recorded:
 
     @property
     def last(self) -> Floats:
+        """Displacements and velocities (2n,) at the end, events at its last moment included."""
         raw, system = self.log, self.log.book.system
         if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
             mode = contact_mode(system, raw.pending)
@@ -146,12 +115,14 @@ class Recorded:
 
     @property
     def swing(self) -> Floats | None:
+        """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
+        account closes (`tarsus.solve.series.SETTLED`)."""
         return self.energies.swing
 
 
 @dataclass(frozen=True)
 class Marched:
-    """Motion of a walker: the engine samples itself as it marches once more, and nothing is interpolated."""
+    """Motion of a walker, asked as `Recorded` is: the engine samples itself as it marches once more."""
 
     acting: Acting
     log: RawWalks
@@ -216,3 +187,7 @@ class Marched:
     @property
     def swing(self) -> Floats | None:
         return None
+
+
+Motion = Recorded | Marched
+"""What a run knows of its motion."""
