@@ -20,11 +20,11 @@ from tarsus.plan.slots import Rows, rows_of
 from tarsus.plan.walker import WalkPlan
 from tarsus.solve import acting
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
 from tarsus.solve.march import RawWalks, tables_of, walk
 from tarsus.solve.walkseries import motion_of
 
-__all__ = ["Contacts", "Recorded", "Window", "record", "simulate_window"]
+__all__ = ["Contacts", "Recorded", "Window", "record", "recording", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -73,37 +73,48 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run as the engine recorded it: every step (nr, width), event rows (ne, 12) and notes on them (ne, 2).
+    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0 if it
+    was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
 
-    A note: steps recorded when the event happened; 0 if it was found inside the last of them, 1 if it was due at that
-    very moment, 2 for a mark. finish (3,): end time [s], steps, rejected steps.
-    """
-
-    code: int
-    events: Floats
+    raw: RawRuns
     notes: Floats
-    finish: Floats
-    trace: Floats
+
+    @property
+    def events(self) -> Floats:
+        """Event rows (ne, 12)."""
+        return self.raw.events
+
+    @property
+    def trace(self) -> Floats:
+        """Recorded steps (nr, width)."""
+        return self.raw.trace
 
 
 def record(
     plan: Plan,
     book: SharedBook,
-    start: float,
     end: float,
-    *,
     rows: Rows,
-    contacts: Contacts,
     accuracy: Accuracy,
+    *,
+    start: float = 0.0,
+    contacts: Contacts | None = None,
 ) -> Recorded:
     """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
+    begin = (contacts or Contacts()).rows(plan.feet, start)
+    code, events, event_end, finish, trace, mode, state, pending, place, notes, _ = _native.run_modal_windows(
+        book.book.native, NODES, rows.signals, plan.laws.native, recording(plan, end, accuracy), rows,
+        np.array([start]), *begin,
+    )  # fmt: skip
+    mask = -1 if pending is None else sum(1 << i for i in pending)
+    return Recorded(RawRuns(code, events, event_end, finish, trace, book, mode, state, mask, place), notes)
+
+
+def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
+    """Settings of a run with every step recorded."""
     settings = unit_settings(plan, end, accuracy)
     settings.track, settings.record = True, True
-    code, events, _, notes, finish, trace, _ = _native.run_modal_windows(
-        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows, np.array([start]),
-        *contacts.rows(plan.feet, start),
-    )  # fmt: skip
-    return Recorded(int(code[0]), events, notes, finish[0], trace)
+    return settings
 
 
 @dataclass(frozen=True)
@@ -186,9 +197,9 @@ def simulate_window(
         )  # fmt: skip
         return _of_walk(plan, raw, when, sources)
     book = shared if isinstance(shared, SharedBook) else SharedBook(base, end)
-    made = record(base, book, t0, end, rows=rows, contacts=contacts, accuracy=accuracy)
+    made = record(base, book, end, rows, accuracy, start=t0, contacts=contacts)
     states = sample(sources, book.book, made.trace, when)
-    return Window(base, when, states, ResultCode.of(made.code), made.events)
+    return Window(base, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
 
 
 def _of_walk(plan: WalkPlan, raw: RawWalks, times: Floats, sources: Floats) -> Window:
