@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 from tarsus.core import _native
 from tarsus.core.replay import Part
 from tarsus.model.laws.base import Law
-from tarsus.model.scene import Ground
 from tarsus.plan.lowering import Plan, program_of
 from tarsus.plan.slots import Rows
 
@@ -40,15 +40,27 @@ def _evaluated(by: object, law: Law, arguments: tuple[Floats | float, ...]) -> F
 
 @dataclass(frozen=True)
 class Acting:
-    """The laws of a ground on the feet of one run, which has a row of a plan's data."""
+    """The laws on the feet of one run, which has a row of a plan's data."""
 
-    ground: Ground
     plan: Plan
     rows: Rows
 
+    @cached_property
+    def laws(self) -> dict[str, Law]:
+        """By name, with the parameters of the run."""
+        given, row = self.plan.laws, self.rows.parameters[0, 0].tolist()
+        return {
+            name: law.model_copy(update=dict(zip(law.names(), row[given.columns[name] :], strict=False)))
+            for name, law in given.acting.items()
+        }
+
+    def on(self, hook: str) -> dict[str, Law]:
+        """Those that the engine calls in one place; see `tarsus.model.laws.Law.hook`."""
+        return {name: law for name, law in self.laws.items() if law.hook == hook}
+
     def parts(self) -> list[Part]:
         """The laws whose work is told apart: of those that act together all but the last, whose work is the rest."""
-        shared = [law for hook in _HOOKS for law in [*self.ground.acting_on(hook).values()][:-1]]
+        shared = [law for hook in _HOOKS for law in [*self.on(hook).values()][:-1]]
         return [Part(law.hook == "momentum", lambda *at, law=law: self._part(law, *at)) for law in shared]
 
     def _part(self, law: Law, gap: Floats, rate: Floats, time: Floats) -> Floats:
@@ -62,7 +74,7 @@ class Acting:
         out: dict[str, Floats] = {}
         first = 0
         for hook, whole in zip(_HOOKS, (resistive, smooth), strict=True):
-            *names, last = [*self.ground.acting_on(hook)] or [""]
+            *names, last = [*self.on(hook)] or [""]
             own = shares[first : first + len(names)]
             out |= dict(zip(names, own, strict=True)) | ({last: whole - own.sum(axis=0)} if last else {})
             first += len(names)
@@ -80,12 +92,12 @@ class Acting:
             if hook == "momentum"
             else value(law, above, speed, volts, np.broadcast_to(time, volts.shape))
             for hook in _HOOKS
-            for name, law in self.ground.acting_on(hook).items()
+            for name, law in self.on(hook).items()
         }
 
     def total(self, forces: Mapping[str, Floats], hook: str, like: Floats) -> Floats:
         """Forces of all laws of one kind together, of the shape of ``like``."""
-        return sum((forces[name] for name in self.ground.acting_on(hook)), np.zeros_like(like))
+        return sum((forces[name] for name in self.on(hook)), np.zeros_like(like))
 
     def volts(self, time: Floats) -> Floats:
         """Volts (m, nt) that the laws of each foot see."""
@@ -102,7 +114,7 @@ class Acting:
 
     def momentum(self, gap: float) -> float:
         """Momentum [N s] of the resistive laws at a gap [m]."""
-        return sum(law.evaluate(max(gap, 0.0)) for law in self.ground.acting_on("momentum").values())
+        return sum(law.evaluate(max(gap, 0.0)) for law in self.on("momentum").values())
 
 
 _HOOKS = ("momentum", "force")

@@ -24,7 +24,7 @@ from tarsus.plan.slots import Floats, Rows, rows_for, rows_of, slot
 from tarsus.solve.acting import Acting
 from tarsus.solve.engine import Accuracy, Log, SharedBook, execute, row_bytes, structure_key
 from tarsus.solve.march import tables_of, walk
-from tarsus.solve.motion import Marched, Motion, Recorded
+from tarsus.solve.motion import Marched, Motion, Replayed
 
 __all__ = ["RECORDED", "Engine", "Shared", "motion_of", "prepared"]
 
@@ -85,13 +85,13 @@ class ByModes:
         """All rows of the plan's data."""
         return execute(self.plan, self.duration, rows=rows, book=self.book, accuracy=accuracy, track=track)
 
-    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Recorded:
+    def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Replayed:
         """The one row that laws act on, with its motion and its energy account."""
         accuracy = accuracy or replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
         raw = execute(
             self.plan, self.duration, rows=acting.rows, book=self.book, accuracy=accuracy, track=track, record=True
         )
-        return Recorded(acting, raw)
+        return Replayed(acting, raw)
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def motion_of(
     engine, rows = prepared(
         variant, {path: np.array([given[path]]) for path in values if path in data}, duration, shared
     )
-    return engine.keep(Acting(changed.ground, engine.plan, rows), accuracy, track)
+    return engine.keep(Acting(engine.plan, rows), accuracy, track)
 
 
 def prepared(

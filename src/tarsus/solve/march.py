@@ -37,12 +37,13 @@ def walk(
     track: bool = True,
     account: bool = False,
     times: np.ndarray | None = None,
+    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> RawWalks:
     """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
     find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
-    contacts (of a single run).
+    contacts (of a single run); start: time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
     """
     assert plan.legs is not None
     tables = tables if tables is not None else tables_of(plan, duration)
@@ -52,7 +53,7 @@ def walk(
     settings.track, settings.record = track, False
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
         plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
-        np.zeros(0) if times is None else np.array(times, dtype=float), account,
+        np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
     )  # fmt: skip
     end = (body, feet.reshape(-1, 2, 2), contact, energy)
     return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)

@@ -22,7 +22,7 @@ from tarsus.solve.march import RawWalks, walk
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Account", "Marched", "Motion", "Recorded", "Seen", "Way"]
+__all__ = ["Account", "Marched", "Motion", "Replayed", "Seen", "Way", "unpacked"]
 
 
 class Account(NamedTuple):
@@ -52,7 +52,7 @@ class Seen(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Recorded:
+class Replayed:
     """Motion by contact modes: every step was recorded, and is solved again for the times between.
 
     acting: the run's laws and its row of data; log: what the engine noted.
@@ -72,7 +72,7 @@ class Recorded:
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
-        return replay.sample(self.log.book.system, self.log.book.book, self.log.trace, times)
+        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
@@ -120,9 +120,33 @@ class Recorded:
         return self.energies.swing
 
 
+def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:
+    """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
+    plan, sources = acting.plan, acting.rows.sources[0]
+    assert plan.legs is not None
+    body, m = plan.legs.body, plan.feet
+    nt, nl, nb = len(times), len(body.mass), len(body.body_mass)
+    place, speed, legs, footing, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, 2 * m]))
+    feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
+    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
+    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
+    contact, sense = footing.reshape(2, m, nt)
+    held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
+    gap, rate = sources[:m, None] + feet[body.leg, 0, 0], feet[body.leg, 0, 1]
+    # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
+    system = plan.system.at(sources)
+    onto = system.loads @ acting.drives(times) + system.constant[:, None]
+    onto -= system.stiffness @ x + system.damping @ v
+    forces = acting.forces(gap, rate, held, times)
+    smooth, resistive = (acting.total(forces, hook, gap) for hook in ("force", "momentum"))
+    pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
+    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
+    return state, Way(place, feet[body.leg, 1, 0], contact, sense, onto[nb::2][body.leg]), energy
+
+
 @dataclass(frozen=True)
 class Marched:
-    """Motion of a walker, asked as `Recorded` is: the engine samples itself as it marches once more."""
+    """Motion of a walker, asked as `Replayed` is: the engine samples itself as it marches once more."""
 
     acting: Acting
     log: RawWalks
@@ -137,31 +161,11 @@ class Marched:
         return self.seen(times).state
 
     def seen(self, times: Floats) -> Seen:
-        plan = self.acting.plan
-        assert plan.legs is not None
-        body, m = plan.legs.body, plan.feet
-        nt, nl, nb = len(times), len(body.mass), len(body.body_mass)
         again = walk(
-            plan, self.duration, rows=self.acting.rows, accuracy=self.accuracy, track=self.track, account=True,
-            times=times,
+            self.acting.plan, self.duration, rows=self.acting.rows, accuracy=self.accuracy, track=self.track,
+            account=True, times=times,
         )  # fmt: skip
-        place, speed, legs, footing, energy = np.split(again.samples.T, np.cumsum([nb, nb, 4 * nl, 2 * m]))
-        feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
-        x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
-        v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
-        contact, sense = footing.reshape(2, m, nt)
-        held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
-        sources = self.acting.rows.sources[0]
-        gap, rate = sources[:m, None] + feet[body.leg, 0, 0], feet[body.leg, 0, 1]
-        # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
-        system = plan.system.at(sources)
-        onto = system.loads @ self.acting.drives(times) + system.constant[:, None]
-        onto -= system.stiffness @ x + system.damping @ v
-        forces = self.acting.forces(gap, rate, held, times)
-        smooth, resistive = (self.acting.total(forces, hook, gap) for hook in ("force", "momentum"))
-        pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
-        state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
-        way = Way(place, feet[body.leg, 1, 0], contact, sense, onto[nb::2][body.leg])
+        state, way, energy = unpacked(self.acting, again.samples, times)
         return Seen(state, self._account(energy), way)
 
     @property
@@ -189,5 +193,5 @@ class Marched:
         return None
 
 
-Motion = Recorded | Marched
+Motion = Replayed | Marched
 """What a run knows of its motion."""

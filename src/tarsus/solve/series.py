@@ -95,7 +95,7 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
     friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
     sliding = way.contact == FootState.SLIPPING
     if sliding.any():
-        for bound in run.scene.ground.acting_on("friction").values():
+        for bound in run.motion.acting.on("friction").values():
             # the margin is below 0 by rounding where a foot has just let go
             most = acting.value(bound, np.maximum(margin, 0.0)[sliding], strength[sliding])
             friction[sliding] = -way.sense[sliding] * most
@@ -124,7 +124,7 @@ def command_volts(scene: Scene, time: Floats) -> Floats | None:
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     """f_a [N] of every held foot: from the contact's age."""
     strength = np.zeros(held.shape)
-    laws = list(run.scene.ground.acting_on("strength").values())
+    laws = list(run.motion.acting.on("strength").values())
     if not laws:
         return strength
     for i in range(len(held)):
@@ -172,7 +172,7 @@ def ledger(run: Run) -> Ledger:
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:
     """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
     swing, row = run.motion.swing, run.motion.acting.rows
-    if swing is None or not run.scene.ground.acting_on("momentum"):
+    if swing is None or not run.motion.acting.on("momentum"):
         return 1.0
     normals = run.plan.system.normals
     ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)

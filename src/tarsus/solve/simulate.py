@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tarsus.base.errors import InputError
@@ -22,6 +22,7 @@ def simulate(
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
+    gradients: Sequence[str] | None = None,
 ) -> Run:
     """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
@@ -36,15 +37,23 @@ def simulate(
     shared
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.
+    gradients
+        Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them.
 
     Raises
     ------
     InputError
-        For a duration that is not positive, or a user's law that cannot be compiled.
+        For a duration that is not positive, a user's law that cannot be compiled, and paths by which there is no
+        derivative; a walker's run has none yet.
 
     The run always ends, with a `ResultCode` that is a sentence.
     """
-    return changed_run(scene, {}, seconds_of(scene, duration), accuracy, shared or Shared())
+    seconds, shared = seconds_of(scene, duration), shared or Shared()
+    if gradients is not None:
+        from tarsus.solve.gradients import gradient_run
+
+        return gradient_run(scene, gradients, seconds, accuracy, shared)
+    return changed_run(scene, {}, seconds, accuracy, shared)
 
 
 def changed_run(
