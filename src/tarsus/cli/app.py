@@ -56,7 +56,7 @@ def _installed() -> list[Callable[..., int]]:
     """Verbs that installed packages add under the entry point group ``tarsus.commands``."""
     from importlib.metadata import entry_points
 
-    taken = set(VERBS)
+    taken: set[str] = set(VERBS)
     found = []
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
         if entry.name in taken:

@@ -85,6 +85,12 @@ class Log:
     marks: np.ndarray | None = None
     mark_end: np.ndarray | None = None
 
+    @classmethod
+    def nothing(cls, duration: float) -> Log:
+        """Of one run in which nothing happened for so long [s]."""
+        finish = np.array([[duration, 0.0, 0.0]])
+        return cls(np.array([a.DONE]), finish, np.zeros((0, a.EVENT_WIDTH)), np.zeros(1, dtype=np.intp))
+
     def of(self, run: int) -> np.ndarray:
         """Event rows of one run."""
         return rows_between(self.events, self.event_end, run)

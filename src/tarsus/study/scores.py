@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from tarsus.core.arrays import EVENT_WIDTH
 from tarsus.measure import Measure, measures_of, scene_period
 from tarsus.model.scene import Scene
 from tarsus.solve.engine import Log
@@ -23,5 +20,4 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     duration
         Model time of a run [s].
     """
-    nothing = Log(np.zeros(1, int), np.array([[duration, 0.0, 0.0]]), np.zeros((0, EVENT_WIDTH)), np.zeros(1, int))
-    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), nothing)))
+    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), Log.nothing(duration))))
