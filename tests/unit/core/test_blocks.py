@@ -22,9 +22,10 @@ def test_exponential_of_every_kind_of_block(damping, stiffness):
     book = ModeBook(
         LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)), step_lengths(2.0)
     )
-    mode = book.modes[book.require(0)]
+    q = book.require(0)
+    mode = book.modes[q]
     for k in (0, 4, 11, 30):
-        exponential, _ = book.flow(0, k)
+        exponential, _ = book.flow(q, k)
         got = mode.to_physical @ exponential.reshape(2, 2) @ mode.from_physical
         exact = expm(np.array([[0.0, 1.0], [-stiffness, -damping]]) * book.lengths[k])
         np.testing.assert_allclose(got, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
