@@ -23,10 +23,10 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
-from tarsus.solve.engines import Shared, shared_book
+from tarsus.solve.engine import Accuracy, SharedBook, structure_key
+from tarsus.solve.engines import Shared
 from tarsus.solve.tangents import DataTangents, Entering, tangents
-from tarsus.solve.window import Contacts, Window, record, simulate_window
+from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
 
 __all__ = ["ReturnMap", "Returned", "drive_period", "return_map"]
 
@@ -140,8 +140,7 @@ class ReturnMap:
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
-        settings = unit_settings(self.plan, end, self.accuracy)
-        settings.track, settings.record = True, True
+        settings = recording(self.plan, end, self.accuracy)
         found = tangents(
             self.plan,
             self.book,
@@ -180,7 +179,8 @@ def return_map(
     data = all(slot(scene, path) is not None for path in values)
     base = scene if data else changed
     plan = shared.get(("plan", base), lambda: lower_scene(base))
-    book = shared_book(plan, HORIZON * drive_period(base), shared)
+    horizon = HORIZON * drive_period(base)
+    book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     if data and values:
         rows = rows_for(scene, plan, {path: np.array([value]) for path, value in values.items()}, np.inf)
     else:

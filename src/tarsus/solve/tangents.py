@@ -15,6 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
+from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
@@ -60,8 +61,8 @@ class Stencil:
         raise problem
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
-        """Derivative of values."""
-        return sum((w * one for w, one in zip(self.weights[1:], beside, strict=True)), self.weights[0] * own)
+        """Derivative of values; exactly zero of those that stay as they are."""
+        return sum((w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own))
 
 
 _STENCILS = (
@@ -115,11 +116,11 @@ class DataTangents:
 
 @dataclass(frozen=True)
 class Beside:
-    """A structure beside the run's: its plan's contact modes, rest gaps and gravity (m + 1,), its weight in the
-    difference that makes derivative number ``path``."""
+    """A structure beside the run's, its contact modes, and its weight in the difference that makes derivative number
+    ``path``."""
 
+    system: LinearSystem
     book: SharedBook
-    sources: Floats
     weight: float
     path: int
 
@@ -185,7 +186,7 @@ def _structures(
     data.initial[..., number] = stencil.slope(plan.initial, [one.initial for one in plans])
     data.parameters[..., number] = stencil.slope(plan.laws.parameters, [one.laws.parameters for one in plans])
     return [
-        Beside(SharedBook(one, duration), one.system.sources, float(weight), number)
+        Beside(one.system, SharedBook(one, duration), float(weight), number)
         for one, weight in zip([plan, *plans], stencil.weights, strict=True)
         if weight != 0.0
     ]
@@ -268,7 +269,7 @@ def tangents(
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
         beside = [
-            (one.book.book.native, np.ascontiguousarray(one.sources), one.weight, one.path - first)
+            (one.book.book.native, np.ascontiguousarray(one.system.sources), one.weight, one.path - first)
             for one in given.beside
             if first <= one.path < first + LANES
         ]

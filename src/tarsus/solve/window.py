@@ -17,14 +17,13 @@ from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.plan.walker import WalkPlan
-from tarsus.solve import acting
+from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, SharedBook, unit_settings
-from tarsus.solve.march import RawWalks, tables_of, walk
-from tarsus.solve.walkseries import motion_of
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
+from tarsus.solve.march import tables_of, walk
+from tarsus.solve.motion import unpacked
 
-__all__ = ["Contacts", "Recorded", "Window", "record", "simulate_window"]
+__all__ = ["Contacts", "Recorded", "Window", "record", "recording", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -73,37 +72,51 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run as the engine recorded it: every step (nr, width), event rows (ne, 12) and notes on them (ne, 2).
+    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0 if it
+    was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
 
-    A note: steps recorded when the event happened; 0 if it was found inside the last of them, 1 if it was due at that
-    very moment, 2 for a mark. finish (3,): end time [s], steps, rejected steps.
-    """
-
-    code: int
-    events: Floats
+    raw: RawRuns
     notes: Floats
-    finish: Floats
-    trace: Floats
+
+    @property
+    def events(self) -> Floats:
+        """Event rows (ne, 12)."""
+        return self.raw.events
+
+    @property
+    def trace(self) -> Floats:
+        """Recorded steps (nr, width)."""
+        return self.raw.trace
 
 
 def record(
     plan: Plan,
     book: SharedBook,
-    start: float,
     end: float,
-    *,
     rows: Rows,
-    contacts: Contacts,
     accuracy: Accuracy,
+    *,
+    start: float = 0.0,
+    contacts: Contacts | None = None,
 ) -> Recorded:
     """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
+    begin = (contacts or Contacts()).rows(plan.feet, start)
+    code, events, event_end, finish, trace, mode, state, pending, place, notes, _ = _native.run_modal_windows(
+        book.book.native, NODES, rows.signals, plan.laws.native, recording(plan, end, accuracy), rows,
+        np.array([start]), *begin,
+    )  # fmt: skip
+    mask = -1 if pending is None else sum(1 << i for i in pending)
+    raw = RawRuns(
+        code, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=mask, physical=place
+    )
+    return Recorded(raw, notes)
+
+
+def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
+    """Settings of a run with every step recorded."""
     settings = unit_settings(plan, end, accuracy)
     settings.track, settings.record = True, True
-    code, events, _, notes, finish, trace, _ = _native.run_modal_windows(
-        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows, np.array([start]),
-        *contacts.rows(plan.feet, start),
-    )  # fmt: skip
-    return Recorded(int(code[0]), events, notes, finish[0], trace)
+    return settings
 
 
 @dataclass(frozen=True)
@@ -114,7 +127,7 @@ class Window:
     energy account being asked for; rows: every event as the engine has it, with what marks there are.
     """
 
-    plan: Plan
+    acting: Acting
     times: Floats
     states: Sampled
     code: ResultCode
@@ -129,11 +142,11 @@ class Window:
     @cached_property
     def forces(self) -> Mapping[str, Floats]:
         """Force [N] (m, nt) of every smooth law on the feet by name, positive along the normal."""
-        return acting.forces(self.plan, self.states.gap, self.states.rate, self.states.held, self.times)
+        return self.acting.forces(self.states.gap, self.states.rate, self.states.held, self.times)
 
 
 def simulate_window(
-    plan: Plan | WalkPlan,
+    plan: Plan,
     state: npt.ArrayLike,
     t0: float,
     times: npt.ArrayLike,
@@ -148,7 +161,7 @@ def simulate_window(
     Parameters
     ----------
     plan
-        The plan of a scene (`tarsus.plan.lowering.lower_scene`), or of a walker's (`tarsus.plan.walker.lower_walker`).
+        The plan of a scene (`tarsus.plan.lowering.lower_scene`).
     state
         Displacements and velocities (2n,) at the start [m, m/s].
     t0
@@ -170,30 +183,25 @@ def simulate_window(
     InputError
         For states, times or contacts that do not fit the plan.
     """
-    base = plan.plan if isinstance(plan, WalkPlan) else plan
     contacts = contacts or Contacts()
     when, first = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(state, dtype=float)
-    _check(base, first, t0, when, contacts)
+    _check(plan, first, t0, when, contacts)
     end = float(when[-1])
-    rows = rows_of(base) if rows is None else rows
+    rows = rows_of(plan) if rows is None else rows
     rows.initial[0] = first
-    sources = rows.sources[0]
-    if isinstance(plan, WalkPlan):
+    acts = Acting(plan, rows)
+    if plan.legs is not None:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
         raw = walk(
             plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
-            start=(t0, *(row[0] for row in contacts.rows(base.feet, t0))),
+            start=(t0, *(row[0] for row in contacts.rows(plan.feet, t0))),
         )  # fmt: skip
-        return _of_walk(plan, raw, when, sources)
-    book = shared if isinstance(shared, SharedBook) else SharedBook(base, end)
-    made = record(base, book, t0, end, rows=rows, contacts=contacts, accuracy=accuracy)
-    states = sample(sources, book.book, made.trace, when)
-    return Window(base, when, states, ResultCode.of(made.code), made.events)
-
-
-def _of_walk(plan: WalkPlan, raw: RawWalks, times: Floats, sources: Floats) -> Window:
-    states = motion_of(plan, raw.samples, times, sources).state
-    return Window(plan.plan, times, states, ResultCode.of(int(raw.codes[0])), raw.events)
+        states = unpacked(acts, raw.samples, when)[0]
+        return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
+    book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
+    made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
+    states = sample(rows.sources[0], book.book, made.trace, when)
+    return Window(acts, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
 
 
 def _check(plan: Plan, state: Floats, t0: float, times: Floats, contacts: Contacts) -> None:

@@ -21,7 +21,9 @@ Halves halves_of(nb::handle module) {
 
 // Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Beginning.
 //
-// Returns codes, events and where those of every run end, notes on them, finish, recorded steps and where those end.
+// Returns codes, events and where those of every run end, finish, recorded steps, and of the last run the contact mode it is in,
+// its state, feet held in the one it was about to enter (or None) and its place; then notes on the events, and where the
+// steps of every run end.
 nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                             nb::handle rows, const Doubles& times, const Flags& held, const Flags& leaving,
                             const Doubles& since) {
@@ -42,9 +44,17 @@ nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signa
     result = run_windows(book, nodes, signals, laws, settings, given.batch, starts);
   }
   ModalResult& r = result.runs;
+  nb::object pending = nb::none();
+  if (r.pending != nullptr) {
+    nb::list held;
+    for (int i : r.pending->held) held.append(i);
+    pending = held;
+  }
   return nb::make_tuple(returned(std::move(r.codes)), returned_rows(std::move(r.events)), returned(std::move(r.event_end)),
-                        returned_rows(std::move(result.notes)), returned(std::move(r.finish), 3),
-                        returned(std::move(r.trace), recorded_width(book.sizes)), returned(std::move(result.trace_end)));
+                        returned(std::move(r.finish), 3), returned(std::move(r.trace), recorded_width(book.sizes)),
+                        r.mode == nullptr ? 0 : r.mode->number, returned(std::move(r.state)), pending,
+                        returned(std::move(r.physical)), returned_rows(std::move(result.notes)),
+                        returned(std::move(result.trace_end)));
 }
 
 nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const Doubles& sources, const Doubles& trace,

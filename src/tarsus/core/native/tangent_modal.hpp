@@ -9,8 +9,9 @@
 
 namespace tarsus {
 
-// Why a derivative is not to be had, or from one side only.
-enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5 };
+// Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
+// integrated over the steps between them has no derivative here; all else has.
+enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6 };
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
@@ -118,7 +119,9 @@ class ModalTangent {
   std::vector<double> end_, rate_;  // the flowing state at the end of the step, and its rate there
   const StepClass* tables_ = nullptr;
   Recorded step_ = {};
-  std::vector<int> struck_;
+  std::vector<int> struck_;  // feet that have landed in this instant
+  int first_foot_ = -1;      // whose event this instant is
+  size_t event_ = 0;         // the next one
   Row shared_ = Row(0.0);  // derivative of the moment of the last event or moving kink, and that moment [s]
   double shared_at_ = -INF;
   const RunRecord* record_ = nullptr;
@@ -207,6 +210,9 @@ class ModalTangent {
       // within the rounding of the player; what lies further back is no kink, and nothing jumps there
       const double rounding = 2e-12 * (signals.end[was.piece] - signals.start[was.piece]) + 1e-14 * step_.time;
       if (std::fabs(kink.value - step_.time) > rounding) continue;
+      for (int lane = 0; lane < LANES && shared_at_ == step_.time; lane++) {
+        if (std::fabs(shared_[lane] - kink.slope[lane]) > 1e-9 * std::fabs(kink.slope[lane])) flag(event_, APART, lane);
+      }
       shared_ = slope_of(kink);
       shared_at_ = step_.time;
       if (!any_less(Row(0.0), magnitude(shared_))) continue;
@@ -282,7 +288,7 @@ class ModalTangent {
       }
     }
     Factored solver;
-    if (!solver.factor(std::move(matrix), size)) return lose(0);
+    if (!solver.factor(std::move(matrix), size)) return lose(event_);
     solver.solve(right.data());
     for (size_t a = 0; a < all.size(); a++) std::copy_n(&right[a * N], N, slope_.input(smooth[a]));
   }
@@ -411,6 +417,8 @@ class ModalTangent {
 
   // All events that happened when so many steps had been recorded. Returns the number of the next event.
   size_t happen(size_t event, size_t steps) {
+    event_ = event;
+    first_foot_ = -1;
     struck_.clear();
     for (; same_instant(event, steps); event++) {
       if (record_->notes[event].origin == MARKED) {
@@ -420,15 +428,17 @@ class ModalTangent {
       if (!moving_) begin_instant(event, steps);
       apply(event);
     }
-    return event;
+    return event_ = event;
   }
 
   void note_mark(size_t event) {
     const Event& e = record_->events[event];
     FootTangent& foot = feet_[int(e.foot)];
     Row* to = &out_->events[event * EVENT_WIDTH];
+    // one that is no end of a period is that of the run
     const double turns = std::isfinite(settings_.period) ? std::round(e.time / settings_.period) : 0.0;
-    to[0] = data_.period * turns;
+    const bool whole = std::fabs(e.time - turns * settings_.period) <= 1e-12 * e.time && e.time < settings_.end;
+    to[0] = whole ? data_.period * turns : Row(0.0);
     to[9] = foot.apex;
     to[10] = foot.apex_time;
     to[11] = foot.integral;
@@ -446,6 +456,7 @@ class ModalTangent {
       const bool lands = next.kind != RELEASE && next.kind != CONTACT_AT_START && other != foot;
       if (lands && !now_.mode->is_held[other] && at_ground(other)) foot = other;
     }
+    first_foot_ = foot;
     if (!(step_.fraction == 0.0 && shared_at_ >= now_.time.value - settings_.least_progress)) {
       const Shown<Row> shown = shown_at(step_, step_.fraction);
       const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
@@ -523,13 +534,14 @@ class ModalTangent {
     const int foot = int(e.foot);
     const EventKind kind = EventKind(int(e.kind));
     const bool lands = kind == BOUNCE || kind == CAPTURE || kind == REST;
-    const Row off = lands ? coincidence(foot) : Row(0.0);
+    const Row off = lands && foot != first_foot_ ? coincidence(foot) : Row(0.0);
     Row apart = Row(0.0);
     if (any_less(Row(0.0), magnitude(off))) {
       bool independent = true;
       for (int other : struck_) independent = independent && now_.independent(foot, other);
       if (independent) {
         apart = -off / now_.rate_at_ground(foot);
+        flag(event, APART, -1);
         now_.shift_moment(apart);
       }
       for (int lane = 0; lane < LANES && !independent; lane++) {
@@ -573,7 +585,7 @@ class ModalTangent {
   // How the gap of a foot that lands moves at an instant, where it does: beyond rounding of its terms.
   Row coincidence(int foot) const {
     const double* row = now_.mode->outputs + size_t(foot) * sizes_.state();
-    Row found = slope_of(now_.gap_of(foot)), size = Row(0.0);
+    Row found = slope_of(now_.gap_of(foot)), size = magnitude(slope_of(now_.biased(now_.mode->bias_feed, 2 * sizes_.feet, foot)));
     for (const Shadow& one : shadows_) one.add(one.instant.gap_of(foot).value, found);
     for (int k = 0; k < sizes_.state(); k++) size += magnitude(slope_of(now_.w[k])) * std::fabs(row[k]);
     Row out = Row(0.0);

@@ -47,6 +47,7 @@ WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, con
   }
   out.runs.events = std::move(system.log.events);
   out.runs.trace = std::move(system.trace);
+  note_end(system, out.runs);
   return out;
 }
 
