@@ -91,15 +91,49 @@ inline Ahead look_ahead(Modal& m) {
   return {goal, std::min(kink.left, goal - t), kink.reach};
 }
 
+// A step being tried: its class, and the class after it that its failures ask for.
+struct Trial {
+  int k, wanted;
+};
+
+// Go on to a class that fits what is ahead. False where all are too long.
+inline bool fit(const Modal& m, const Ahead& ahead, Trial& trial) {
+  const std::vector<double>& lengths = m.book.lengths;
+  int& k = trial.k;
+  while (k < int(lengths.size()) && lengths[k] > ahead.left && (m.mode->terms[k] == 0 || lengths[k] > ahead.reach)) k++;
+  return k < int(lengths.size());
+}
+
+// Whether a step's error is too large; then the next trial is shorter.
+inline bool rejects(Modal& m, double error, Trial& trial) {
+  if (0.0 <= error && error <= 1.0) return false;
+  m.clock.rejected++;
+  trial.k += classes_down(m, error);
+  trial.wanted = std::max(trial.wanted, trial.k);
+  return true;
+}
+
+// The state is at the end of a step: choose the next one.
+TARSUS_INLINE void end_step(Modal& m, const Trial& trial, double error, double h, bool event) {
+  if (m.launching) {
+    m.launching = false;
+    if (error > 0.0) m.last_launch = error < 1e-3 ? trial.k - 1 : trial.k;
+  }
+  m.step_class = next_class(m, trial.k, trial.wanted, error, h, event);
+}
+
+inline void raise_apexes(Modal& m, const StepClass& step, double fraction) {
+  if (!m.settings.track) return;
+  for (int i : m.mode->free) {
+    raise_apex(m.nodes, m.feet[i].apex, reinterpret_cast<const double*>(&m.outputs[i]), fraction, m.clock.time, step.length);
+  }
+}
+
 // Go on to the end of a step or to the event inside it. Returns whether all numbers are finite.
 template <class S>
 TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, const Ahead& ahead, double limit, int terms) {
   const double t = m.clock.time, h = step.length, fraction = at.foot >= 0 ? at.s : limit;
-  if (m.settings.track) {
-    for (int i : m.mode->free) {
-      raise_apex(m.nodes, m.feet[i].apex, reinterpret_cast<const double*>(&m.outputs[i]), fraction, t, h);
-    }
-  }
+  raise_apexes(m, step, fraction);
   m.record(step, fraction);
   bool finite = true;
   if (at.foot < 0 && h <= ahead.left) {
@@ -118,54 +152,54 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   return finite;
 }
 
+// How far of a step counts: up to what is ahead.
+TARSUS_INLINE double limit_of(const StepClass& step, const Ahead& ahead) { return std::min(1.0, ahead.left / step.length); }
+
+// After an attempt of that error, and a look at what may happen in it: take the step, or its part up to the first event or to
+// what is ahead. False where the next trial is a shorter one.
+template <class S>
+TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, double error, const Ahead& ahead, Trial& trial,
+                        Taken& taken) {
+  const std::vector<double>& lengths = m.book.lengths;
+  const int k = trial.k;
+  const double t = m.clock.time, h = step.length, limit = limit_of(step, ahead);
+  const double far = std::max(h > ahead.left ? limit : 0.0, seen.far);
+  const int terms = far > 0.0 ? landing_terms(*m.mode, lengths, k, std::min(far, limit)) : 0;
+  if (far > 0.0 && terms == 0) {
+    m.clock.rejected++;
+    trial.k = shorter_class(lengths, k, std::max(seen.interval < N ? m.nodes.tau[seen.interval - 1] : 0.0, 0.125));
+    return false;
+  }
+  if (seen.coarse && m.mode->terms[k] == 0) {
+    trial.k++;
+    return false;
+  }
+  Located at;
+  if (far > 0.0) {
+    scale_inputs(m, step);
+    if (seen.doubt) at = locate(m, step, t, limit, terms);
+  }
+  taken = {GOING_ON, at.foot};
+  if (!advance<S>(m, step, at, ahead, limit, terms)) {
+    taken.code = NOT_FINITE;
+  } else {
+    end_step(m, trial, error, h, at.foot >= 0);
+  }
+  return true;
+}
+
 // One step by a method with attempt(m, step, t) -> error and scan(m, step, t, limit) -> Scan.
 template <class S, class Method>
-TARSUS_INLINE Taken take_step(Modal& m, const Method& method, const Ahead& ahead) {
-  const std::vector<double>& lengths = m.book.lengths;
-  const ContactMode& mode = *m.mode;
-  const double t = m.clock.time;
-  int k = m.step_class, wanted = k;
-  for (;;) {
-    if (k >= int(lengths.size())) return {STEP_TOO_SMALL};
-    const double h = lengths[k];
-    if (h > ahead.left && (mode.terms[k] == 0 || h > ahead.reach)) {
-      k++;
-      continue;
-    }
-    const StepClass& step = m.take_class(k);
-    const double error = method.attempt(m, step, t);
-    if (!(0.0 <= error && error <= 1.0)) {
-      m.clock.rejected++;
-      k += classes_down(m, error);
-      wanted = std::max(wanted, k);
-      continue;
-    }
-    const double limit = std::min(1.0, ahead.left / h);
-    const Scan seen = method.scan(m, step, t, limit);
-    const double far = std::max(h > ahead.left ? limit : 0.0, seen.far);
-    const int terms = far > 0.0 ? landing_terms(mode, lengths, k, std::min(far, limit)) : 0;
-    if (far > 0.0 && terms == 0) {
-      m.clock.rejected++;
-      k = shorter_class(lengths, k, std::max(seen.interval < N ? m.nodes.tau[seen.interval - 1] : 0.0, 0.125));
-      continue;
-    }
-    if (seen.coarse && mode.terms[k] == 0) {
-      k++;
-      continue;
-    }
-    Located at;
-    if (far > 0.0) {
-      scale_inputs(m, step);
-      if (seen.doubt) at = locate(m, step, t, limit, terms);
-    }
-    if (!advance<S>(m, step, at, ahead, limit, terms)) return {NOT_FINITE};
-    if (m.launching) {
-      m.launching = false;
-      if (error > 0.0) m.last_launch = error < 1e-3 ? k - 1 : k;
-    }
-    m.step_class = next_class(m, k, wanted, error, h, at.foot >= 0);
-    return {GOING_ON, at.foot};
+TARSUS_INLINE Taken take_step(Modal& m, const Method& method, const Ahead& ahead, Trial trial) {
+  Taken taken{STEP_TOO_SMALL};
+  while (fit(m, ahead, trial)) {
+    const StepClass& step = m.take_class(trial.k);
+    const double error = method.attempt(m, step, m.clock.time);
+    if (rejects(m, error, trial)) continue;
+    const Scan seen = method.scan(m, step, m.clock.time, limit_of(step, ahead));
+    if (take<S>(m, step, seen, error, ahead, trial, taken)) break;
   }
+  return taken;
 }
 
 }  // namespace tarsus
