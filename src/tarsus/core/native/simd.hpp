@@ -163,6 +163,128 @@ TARSUS_INLINE void reciprocals(const Row& x, const Row& factor, Row& inverse, Ro
 #endif
 }
 
+// Of which entries of a row something is true.
+#ifdef __AVX512F__
+struct Mask {
+  __mmask8 bits = 0;
+  explicit operator bool() const { return bits != 0; }
+  bool operator[](int j) const { return bits >> j & 1; }
+  friend TARSUS_INLINE Mask operator&(Mask a, Mask b) { return {__mmask8(a.bits & b.bits)}; }
+  friend TARSUS_INLINE Mask operator|(Mask a, Mask b) { return {__mmask8(a.bits | b.bits)}; }
+  friend TARSUS_INLINE Mask operator~(Mask a) { return {__mmask8(~a.bits)}; }
+};
+TARSUS_INLINE Mask below(const Row& a, const Row& b) {
+  return {_mm512_cmp_pd_mask((__m512d)a.part[0], (__m512d)b.part[0], _CMP_LT_OQ)};
+}
+TARSUS_INLINE Mask at_most(const Row& a, const Row& b) {
+  return {_mm512_cmp_pd_mask((__m512d)a.part[0], (__m512d)b.part[0], _CMP_LE_OQ)};
+}
+TARSUS_INLINE Row pick(Mask where, const Row& then, const Row& other) {
+  Row out;
+  out.part[0] = (Vector)_mm512_mask_blend_pd(where.bits, (__m512d)other.part[0], (__m512d)then.part[0]);
+  return out;
+}
+#else
+struct Mask {
+  Bits part[PARTS] = {};
+  explicit operator bool() const {
+    long long some = 0;
+    for (int j = 0; j < N; j++) some |= part[j / WIDTH][j % WIDTH];
+    return some != 0;
+  }
+  bool operator[](int j) const { return part[j / WIDTH][j % WIDTH] != 0; }
+  friend TARSUS_INLINE Mask operator&(const Mask& a, const Mask& b) {
+    Mask out;
+    for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] & b.part[p];
+    return out;
+  }
+  friend TARSUS_INLINE Mask operator|(const Mask& a, const Mask& b) {
+    Mask out;
+    for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] | b.part[p];
+    return out;
+  }
+  friend TARSUS_INLINE Mask operator~(const Mask& a) {
+    Mask out;
+    for (int p = 0; p < PARTS; p++) out.part[p] = ~a.part[p];
+    return out;
+  }
+};
+TARSUS_INLINE Mask below(const Row& a, const Row& b) {
+  Mask out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] < b.part[p];
+  return out;
+}
+TARSUS_INLINE Mask at_most(const Row& a, const Row& b) {
+  Mask out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] <= b.part[p];
+  return out;
+}
+TARSUS_INLINE Row pick(const Mask& where, const Row& then, const Row& other) {
+  Row out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = where.part[p] ? then.part[p] : other.part[p];
+  return out;
+}
+#endif
+
+// A product that is rounded before it enters a sum: a sum across a row cannot fuse with it, one of rows could.
+TARSUS_INLINE Row rounded_product(const Row& a, const Row& b) {
+  Row out = a * b;
+#if defined(__AVX512F__)
+  asm("" : "+v"(out.part[0]));
+#elif defined(__FMA__)
+  for (int p = 0; p < PARTS; p++) asm("" : "+x"(out.part[p]));
+#elif defined(__aarch64__)
+  for (int p = 0; p < PARTS; p++) {
+    for (int j = 0; j < WIDTH; j++) {
+      double entry = out.part[p][j];
+      asm("" : "+w"(entry));
+      out.part[p][j] = entry;
+    }
+  }
+#endif
+  return out;
+}
+
+// The larger and the smaller at every entry.
+TARSUS_INLINE Row larger(const Row& a, const Row& b) {
+  Row out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] > b.part[p] ? a.part[p] : b.part[p];
+  return out;
+}
+TARSUS_INLINE Row smaller(const Row& a, const Row& b) {
+  Row out;
+  for (int p = 0; p < PARTS; p++) out.part[p] = a.part[p] < b.part[p] ? a.part[p] : b.part[p];
+  return out;
+}
+
+// Eight rows as a matrix of 8 x 8, transposed.
+TARSUS_INLINE void transpose(Row* rows) {
+#ifdef __AVX512F__
+  __m512d pair[N], four[N];
+  for (int j = 0; j < N; j += 2) {
+    pair[j] = _mm512_unpacklo_pd((__m512d)rows[j].part[0], (__m512d)rows[j + 1].part[0]);
+    pair[j + 1] = _mm512_unpackhi_pd((__m512d)rows[j].part[0], (__m512d)rows[j + 1].part[0]);
+  }
+  for (int j = 0; j < 4; j++) {
+    const int at = j < 2 ? j : j + 2;
+    four[at] = _mm512_shuffle_f64x2(pair[at], pair[at + 2], 0x88);
+    four[at + 2] = _mm512_shuffle_f64x2(pair[at], pair[at + 2], 0xdd);
+  }
+  for (int j = 0; j < 4; j++) {
+    // entries j % 2 of each pair, quarters 0 and 2 or 1 and 3 of a row
+    rows[j % 2 + 2 * (j / 2)].part[0] = (Vector)_mm512_shuffle_f64x2(four[j], four[j + 4], 0x88);
+    rows[j % 2 + 2 * (j / 2) + 4].part[0] = (Vector)_mm512_shuffle_f64x2(four[j], four[j + 4], 0xdd);
+  }
+#else
+  alignas(64) double from[N][N], to[N][N];
+  for (int j = 0; j < N; j++) store(from[j], rows[j]);
+  for (int j = 0; j < N; j++) {
+    for (int k = 0; k < N; k++) to[k][j] = from[j][k];
+  }
+  for (int j = 0; j < N; j++) rows[j] = load(to[j]);
+#endif
+}
+
 TARSUS_INLINE bool finite(const Row& a) { return std::isfinite(total(a)); }
 
 // sum_j rows[j] x[j], rows of 8 one after the other: a matrix of 8 x 8, row j what a unit at node j gives.
