@@ -25,17 +25,13 @@ TARSUS_INLINE Row flowing_output(const Modal& m, const StepClass& step, int outp
   return even + odd;
 }
 
-// The blocks of packs p of a state (x, y), times a matrix of (4, stride). Sums begin at zero, so that which of two products is
-// fused with their sum is not the compiler's choice: lanes of a batch do the same.
+// The blocks of packs p of a state (x, y), times a matrix of (4, stride).
 template <class S>
 TARSUS_INLINE void turn(const double* matrix, int stride, int p, const typename S::Pack& x, const typename S::Pack& y,
                         typename S::Pack& u, typename S::Pack& v) {
   const double* at = matrix + p * S::WIDTH;
-  u = v = typename S::Pack{};
-  u += S::get(at) * x;
-  v += S::get(at + 2 * stride) * x;
-  u += S::get(at + stride) * y;
-  v += S::get(at + 3 * stride) * y;
+  u = S::get(at) * x + S::get(at + stride) * y;
+  v = S::get(at + 2 * stride) * x + S::get(at + 3 * stride) * y;
 }
 
 // State at the end of the whole step: exp(T h) w and what the inputs add. Returns whether all of it is finite.

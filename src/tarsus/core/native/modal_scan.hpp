@@ -15,10 +15,6 @@ inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& v
   return holds;
 }
 
-// By how much of the bound of its first interval a foot that starts at the ground must have risen there, for the chord to
-// beat the steepest parabola of that bound; 0 for a foot under way.
-inline double least_rise(int departure) { return departure == RISING ? 4.0 : departure == FROM_REST ? 8.0 : 0.0; }
-
 // Node intervals in which a foot may have its event before the scaled time ``limit``; bound: what its margin may do
 // between two nodes beyond their chord. Returns whether there is any.
 inline bool find_doubt(const Modal& m, int foot, const double* margin, double bound, double limit, double zero, Doubt& doubt) {
@@ -31,7 +27,8 @@ inline bool find_doubt(const Modal& m, int foot, const double* margin, double bo
     const bool crossing = margin[j] < -zero;
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {
-      unsure = margin[1] <= least_rise(departure) * local;
+      // it starts at zero and rises: the chord must beat the steepest parabola of that bound
+      unsure = margin[1] <= (departure == RISING ? 4.0 : 8.0) * local;
     } else {
       // a parabola of that bound b below a chord that rises by r dips (4 b - r)^2 / 16 b below its lower end
       const double low = 4.0 * local - std::fabs(margin[j] - margin[j - 1]);

@@ -6,27 +6,18 @@
 
 namespace tarsus {
 
-// How often a step may be halved and still be as long as a fraction (0, 1) of it: the whole part of -log2.
-inline int halvings(double fraction) {
-  int exponent;
-  const double rest = std::frexp(fraction, &exponent);  // in [0.5, 1)
-  return rest > 0.5 ? -exponent : 1 - exponent;
-}
-
 // Classes to go down after a step with that error. A step that was not tried for where it leads (negative room) is cut
 // down to what may be used of it. One that runs into the ground fails for what lies below it: one class down often ends
 // above.
 inline int classes_down(const Modal& m, double error) {
   for (int i : m.mode->free) {
-    if (m.room[i] < 0.0) return 1 + halvings(1.0 + m.room[i]);
+    if (m.room[i] < 0.0) return 1 + int(-std::log2(1.0 + m.room[i]));
   }
   for (int i : m.mode->free) {
     if (m.linear[i][N - 1] < 0.0) return 1;
   }
   if (!(error > 1.0)) return 2;
-  int down = 1;  // the error goes with h^9
-  for (double most = 512.0; error > most && down < 10; most *= 512.0) down++;
-  return down;
+  return 1 + int(std::min(std::log2(error), 90.0) * 0.11);
 }
 
 // First step class in a contact mode: one to land in, or what the film let pass at the last start.
@@ -49,10 +40,6 @@ inline int landing_terms(const ContactMode& mode, const std::vector<double>& len
   return mode.terms[n];
 }
 
-// Shares of the error that let a step be one, two and three classes longer, and the share beyond which it is shorter.
-constexpr double LONGER[3] = {1e-3, 1e-6, 1e-9}, SHORTER = 0.5;
-constexpr double FILM_GROWTH = 1.8;  // of a film over the next step at most, as it grew over the last node interval
-
 // Class to try next. The tail of a step goes with h^9 and with the growth of the forces that caused it: a class longer for
 // every ten powers of two that are left. An event that linear motion puts inside the next step needs one to land in.
 inline int next_class(const Modal& m, int k, int wanted, double error, double h, bool event) {
@@ -63,10 +50,10 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
     expected = error * m.growth_after * m.growth_after;
     one = m.growth_before * m.growth_before;
   }
-  if (expected > SHORTER * one) {
+  if (expected > 0.5 * one) {
     wanted = std::max(wanted, k + 1);
   } else if (k <= wanted) {
-    wanted = std::max(k - (expected < LONGER[0] * one) - (expected < LONGER[1] * one) - (expected < LONGER[2] * one), 0);
+    wanted = std::max(k - (expected < 1e-3 * one) - (expected < 1e-6 * one) - (expected < 1e-9 * one), 0);
   }
   wanted = std::min(wanted, last);
   const double dt = (m.nodes.tau[N - 1] - m.nodes.tau[N - 2]) * h;
@@ -80,7 +67,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
       drops = drop;
     }
     if (m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
-    const double film = m.values[i][N - 1] - m.values[i][N - 2], room = FILM_GROWTH * m.values[i][N - 1] * dt;
+    const double film = m.values[i][N - 1] - m.values[i][N - 2], room = 1.8 * m.values[i][N - 1] * dt;
     while (film > 0.0 && lengths[wanted] * film > room && wanted < last) wanted++;
   }
   while (m.mode->terms[wanted] == 0 && lengths[wanted] * drops > ahead && wanted < last) wanted++;
@@ -126,11 +113,13 @@ inline bool rejects(Modal& m, double error, Trial& trial) {
   return true;
 }
 
-// A step was taken: what the first one in a contact mode tells.
-TARSUS_INLINE void note_launch(Modal& m, const Trial& trial, double error) {
-  if (!m.launching) return;
-  m.launching = false;
-  if (error > 0.0) m.last_launch = error < 1e-3 ? trial.k - 1 : trial.k;
+// The state is at the end of a step: choose the next one.
+TARSUS_INLINE void end_step(Modal& m, const Trial& trial, double error, double h, bool event) {
+  if (m.launching) {
+    m.launching = false;
+    if (error > 0.0) m.last_launch = error < 1e-3 ? trial.k - 1 : trial.k;
+  }
+  m.step_class = next_class(m, trial.k, trial.wanted, error, h, event);
 }
 
 inline void raise_apexes(Modal& m, const StepClass& step, double fraction) {
@@ -194,8 +183,7 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
   if (!advance<S>(m, step, at, ahead, limit, terms)) {
     taken.code = NOT_FINITE;
   } else {
-    note_launch(m, trial, error);
-    m.step_class = next_class(m, k, trial.wanted, error, h, at.foot >= 0);
+    end_step(m, trial, error, h, at.foot >= 0);
   }
   return true;
 }

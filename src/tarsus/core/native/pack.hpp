@@ -34,9 +34,8 @@ struct Shape {
   }
   // Lengths sqrt(x^2 + y^2).
   static TARSUS_INLINE Pack length(const Pack& x, const Pack& y) {
-    Pack square = {}, out;
-    square += x * x;
-    square += y * y;
+    const Pack square = x * x + y * y;
+    Pack out;
 #ifdef __AVX512F__
     if constexpr (WIDTH == 8) return (Pack)_mm512_sqrt_pd((__m512d)square);
     if constexpr (WIDTH == 4) return (Pack)_mm256_sqrt_pd((__m256d)square);

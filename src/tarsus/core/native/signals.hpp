@@ -72,9 +72,6 @@ struct Player {
     return {kink - t, reach - t};
   }
 
-  // [s] Until then no channel changes its piece or its value, where all have constant pieces now.
-  double calm_until() const { return std::min({kink, same_until, flat_until}); }
-
   template <class Real>
   TARSUS_INLINE Real polynomial(const Change& change, int64_t p, const Real& xi) const {
     const double* k = signals.coef.data() + DEGREE * p;
