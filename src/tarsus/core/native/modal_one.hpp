@@ -145,15 +145,15 @@ TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass
   m.drive(t, step.length);
   const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
   const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
-  const double first = linear[0], height = first + foot.thickness, inverse = 1.0 / height, tolerance = 0.05 * m.settings.gap;
-  const double held = foot.half * inverse * inverse;
+  const double first = linear[0], height = first + foot.thickness, tolerance = 0.05 * m.settings.gap;
+  if (!(m.film_now >= 0.0)) m.film_now = foot.half / (height * height);
   m.linear[0] = linear;
   m.room[0] = 0.0;
   Row gap, film;
-  if (2.0 * held * std::fabs(inverse * last) > STIFFNESS) {
+  if (2.0 * m.film_now * std::fabs(last) > STIFFNESS * std::fabs(height)) {
     if (!solve_stiff(m, foot, step, t, linear, gap, film)) return UNSETTLED;
   } else {
-    gap = linear + constant * held;
+    gap = linear + constant * m.film_now;
     if (foot.half > 0.0 && any_less(gap, Row(first - DEEP * height))) {
       m.room[0] = height;
       runs_deep(m, 0, gap);

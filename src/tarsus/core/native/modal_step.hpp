@@ -6,18 +6,27 @@
 
 namespace tarsus {
 
+// How often a step may be halved and still be as long as a fraction (0, 1) of it: the whole part of -log2.
+inline int halvings(double fraction) {
+  int exponent;
+  const double rest = std::frexp(fraction, &exponent);  // in [0.5, 1)
+  return rest > 0.5 ? -exponent : 1 - exponent;
+}
+
 // Classes to go down after a step with that error. A step that was not tried for where it leads (negative room) is cut
 // down to what may be used of it. One that runs into the ground fails for what lies below it: one class down often ends
 // above.
 inline int classes_down(const Modal& m, double error) {
   for (int i : m.mode->free) {
-    if (m.room[i] < 0.0) return 1 + int(-std::log2(1.0 + m.room[i]));
+    if (m.room[i] < 0.0) return 1 + halvings(1.0 + m.room[i]);
   }
   for (int i : m.mode->free) {
     if (m.linear[i][N - 1] < 0.0) return 1;
   }
   if (!(error > 1.0)) return 2;
-  return 1 + int(std::min(std::log2(error), 90.0) * 0.11);
+  int down = 1;  // the error goes with h^9
+  for (double most = 512.0; error > most && down < 10; most *= 512.0) down++;
+  return down;
 }
 
 // First step class in a contact mode: one to land in, or what the film let pass at the last start.
@@ -38,6 +47,14 @@ inline int landing_terms(const ContactMode& mode, const std::vector<double>& len
   int n = k;
   while (n < int(lengths.size()) - 1 && lengths[n + 1] >= fraction * lengths[k]) n++;
   return mode.terms[n];
+}
+
+// How much a film has grown over the last node interval of a step, as it grows at the end of it: by the parabola through
+// three nodes.
+inline double growth_at_end(const Nodes& nodes, const Row& film) {
+  const double last = nodes.tau[N - 1] - nodes.tau[N - 2], before = nodes.tau[N - 2] - nodes.tau[N - 3];
+  const double grown = film[N - 1] - film[N - 2];
+  return grown + (grown - (last / before) * (film[N - 2] - film[N - 3])) * (last / (last + before));
 }
 
 // Class to try next. The tail of a step goes with h^9 and with the growth of the forces that caused it: a class longer for
@@ -67,7 +84,8 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
       drops = drop;
     }
     if (m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
-    const double film = m.values[i][N - 1] - m.values[i][N - 2], room = 1.8 * m.values[i][N - 1] * dt;
+    // a film P ~ 1/(g + g0)^2 is 2 P/P' away from where it is infinite: not more than DEEP of that (see runs_deep)
+    const double film = growth_at_end(m.nodes, m.values[i]), room = 2.0 * DEEP * m.values[i][N - 1] * dt;
     while (film > 0.0 && lengths[wanted] * film > room && wanted < last) wanted++;
   }
   while (m.mode->terms[wanted] == 0 && lengths[wanted] * drops > ahead && wanted < last) wanted++;
@@ -139,7 +157,9 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   if (at.foot < 0 && h <= ahead.left) {
     finite = flow<S>(m, step);
     m.clock.time = t + h;
+    m.film_now = m.values[0][N - 1];
   } else {
+    m.film_now = NOT_A_NUMBER;
     finite = state_at<S>(m, step, terms, fraction);
     m.clock.time = at.foot >= 0 ? t + fraction * h : ahead.left == ahead.goal - t ? ahead.goal : t + ahead.left;
   }
