@@ -1,31 +1,11 @@
-"""Block-diagonal form of a structure and the exponential of its blocks."""
+"""Block-diagonal form of a structure."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
-from tarsus.core.blocks import block_exponential, split_modes
-
-
-@pytest.mark.parametrize(
-    "block",
-    [
-        [[-3.0, 40.0], [-40.0, -3.0]],  # underdamped
-        [[0.0, 50.0], [-2.0, -50.0]],  # overdamped
-        [[0.0, 5.0], [-5.0, -10.0]],  # critical
-        [[0.0, 7.0], [0.0, 0.0]],  # rigid
-        [[0.0, 7.0], [0.0, -2.0]],  # rigid with friction
-    ],
-    ids=["under", "over", "critical", "rigid", "rubbing"],
-)
-def test_exponential_of_every_kind_of_block(block):
-    times = np.array([0.0, 1e-9, 1e-3, 0.07, 2.0])
-    got = block_exponential(np.array([block]), times)
-    for t, matrix in zip(times, got[:, 0], strict=True):
-        exact = expm(np.array(block) * t)
-        np.testing.assert_allclose(matrix, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
+from tarsus.core.blocks import split_modes
 
 
 def check(mass, damping, stiffness):
