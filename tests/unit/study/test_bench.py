@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tarsus.solve.engine import execute
 from tarsus.study import bench
 
 REFERENCE = Path(__file__).parents[3] / "benchmarks" / "reference"
@@ -53,14 +52,6 @@ def test_errors_of_pairs_are_counted():
 def test_whole_sequences_are_right(n):
     chain = bench.Chain(n)
     assert bench.wrong_impacts(chain.impacts(), bench.reference_impacts(n)) == 0
-
-
-def test_few_steps_are_tried_too_long():
-    chain = bench.Chain(2)
-    raw = execute(chain.plan, chain.duration, book=chain.book, accuracy=chain.accuracy, track=False)
-    _, steps, rejected = raw.finish[0]
-    # 4130 steps and 548 that were too long; 843 where a film's growth is taken as its mean over the last node interval
-    assert steps < 4300 and rejected < 0.15 * steps
 
 
 def test_members_of_the_batch_are_right():
