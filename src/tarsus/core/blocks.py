@@ -1,11 +1,7 @@
 """Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode (numpy only).
 
 A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
-(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential (native/matrix2.hpp) has a closed form,
-
-    exp(T h) = e^{s h} [ c(D h^2) I + h S(D h^2) (T - s I) ],   s = tr T / 2,  D = s^2 - det T,
-
-with c = cosh(sqrt), S = sinhc(sqrt) for D >= 0 and cos, sinc for D < 0.
+(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form.
 """
 
 from __future__ import annotations

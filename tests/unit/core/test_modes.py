@@ -31,25 +31,6 @@ def test_free_mode_is_the_structure():
     np.testing.assert_allclose(mode.mobility, np.diag(inverse), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("damping", "stiffness"),
-    [(6.0, 1609.0), (50.0, 100.0), (10.0, 25.0), (0.0, 0.0), (2.0, 0.0)],
-    ids=["under", "over", "critical", "rigid", "rubbing"],
-)
-def test_flow_of_every_kind_of_block(damping, stiffness):
-    one = np.ones((1, 1))
-    system = LinearSystem(
-        mass=one, damping=damping * one, stiffness=stiffness * one, normals=one, rest_gap=np.ones(1), loads=one,
-        weight=np.zeros(1),
-    )  # fmt: skip
-    book = ModeBook(system, 2.0 ** (1.0 - np.arange(31)))
-    q = book.require(0)
-    for k in (0, 5, 11, 30):
-        exact = expm(book.modes[q].blocks[0] * book.lengths[k])
-        got = book.flow(q, k)[0].reshape(2, 2)
-        np.testing.assert_allclose(got, exact, rtol=0.0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
-
-
 @pytest.mark.parametrize("mask", [1, 2, 3])
 def test_held_feet_stay_on_the_ground_and_take_the_momentum(mask):
     mode = contact_mode(SYSTEM, mask)
