@@ -6,26 +6,29 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tarsus.core.blocks import block_exponential, split_modes
+from tarsus.core.blocks import split_modes
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import LinearSystem
 
 
 @pytest.mark.parametrize(
-    "block",
-    [
-        [[-3.0, 40.0], [-40.0, -3.0]],  # underdamped
-        [[0.0, 50.0], [-2.0, -50.0]],  # overdamped
-        [[0.0, 5.0], [-5.0, -10.0]],  # critical
-        [[0.0, 7.0], [0.0, 0.0]],  # rigid
-        [[0.0, 7.0], [0.0, -2.0]],  # rigid with friction
-    ],
+    ("damping", "stiffness"),
+    [(6.0, 1600.0), (50.0, 100.0), (10.0, 25.0), (0.0, 0.0), (2.0, 0.0)],
     ids=["under", "over", "critical", "rigid", "rubbing"],
 )
-def test_exponential_of_every_kind_of_block(block):
-    times = np.array([0.0, 1e-9, 1e-3, 0.07, 2.0])
-    got = block_exponential(np.array([block]), times)
-    for t, matrix in zip(times, got[:, 0], strict=True):
-        exact = expm(np.array(block) * t)
-        np.testing.assert_allclose(matrix, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
+def test_exponential_of_every_kind_of_block(damping, stiffness):
+    """The engine's flow over steps of every length, of one mass on a spring and a damper."""
+    none = np.zeros((1, 0))
+    system = LinearSystem(
+        np.eye(1), np.array([[damping]]), np.array([[stiffness]]), none, np.zeros(0), none, np.zeros(1)
+    )
+    book = ModeBook(system, 4.0 * 0.5 ** np.arange(36))
+    book.require(0)
+    block = book.modes[0].blocks[0]
+    for k, length in enumerate(book.lengths):
+        exact = expm(block * length)
+        got = book.flow(0, k)[0][:, 0].reshape(2, 2)
+        np.testing.assert_allclose(got, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
 
 
 def check(mass, damping, stiffness):
