@@ -83,7 +83,7 @@ struct Account {
       const double high = s.laws.momentum(leg.foot, path.high + leg.gap);
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
-    if (d == UP && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
+    if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
     s.energy.work += integral(over.of(r.load[d]) * rate) * span;
