@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, perturbed
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
-from tarsus.scene import Scene
-from tarsus.spec import float_paths
+from tarsus.model.scene import Scene
 
 DEVICE, SPREAD = "cantilever-capture", 0.2
 FILM = "C / g0^3"

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify import Frf, ModalFit, identify_modes
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
 
 POINTS = 8
 BAND = (100.0, 6800.0)

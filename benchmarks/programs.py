@@ -14,8 +14,8 @@ from collections.abc import Callable
 import numpy as np
 
 from tarsus.core import _native
-from tarsus.laws import Electrostatic, Film, LegElectrostatic
-from tarsus.laws.translate import translate
+from tarsus.model.laws import Electrostatic, Film, LegElectrostatic
+from tarsus.model.laws.translate import translate
 
 ROWS, PASSES = 4000, 200
 

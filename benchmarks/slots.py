@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import tarsus as ts
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.study import bench
 
 VOLTS, HERTZ = 8.0, 50.0
@@ -42,7 +42,9 @@ def kinds(count: int) -> dict[str, tuple[str, Scene, dict[str, np.ndarray]]]:
         "offset": (one, square, {"signals.pull.offset": spread}),
         "phase": (one, square, {"signals.pull.phase": np.pi * (1.0 + spread)}),
         "gain": (
-            one, square, {"robot.drives.pull.law.gain": square.robot.drives["pull"].law.gain * (1.0 + 0.1 * spread)}
+            one,
+            square,
+            {"robot.drives.pull.law.gain": square.robot.drives["pull"].law.gain * (1.0 + 0.1 * spread)},
         ),
         "duty": (one, square, {"signals.pull.duty": 0.5 + 0.2 * spread}),
         "switching time": (one, switched, {"signals.pull.durations.0": 0.01 * (1.0 + 0.1 * spread)}),
@@ -66,7 +68,9 @@ def measure(count: int, seconds: float, repeats: int) -> None:
             spent[name].append(time.process_time() - begun)
     for name, (against, _, _) in cases.items():
         own, base = float(np.median(spent[name])), float(np.median(spent[against]))
-        print(f"{count:5d} runs of {seconds:g} s  {name:24s} {1e3 * own / count:8.3f} ms a run  {own / base:6.2f}")
+        print(
+            f"{count:5d} runs of {seconds:g} s  {name:24s} {1e3 * own / count:8.3f} ms a run  {own / base:6.2f}"
+        )
 
 
 def main() -> None:

@@ -17,14 +17,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 import tarsus as ts
-from tarsus.core.arrays import PERIOD_MARK
-from tarsus.plan import lower_scene
-from tarsus.scene import Scene
+from tarsus.base.events import EventKind
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.walker import lower_walker
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import SharedBook, execute
 from tarsus.solve.march import tables_of, walk
 from tarsus.solve.simulate import RECORDED
-from tarsus.walkplan import lower_walker
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import many_legs
@@ -63,7 +63,7 @@ def beside_modes(scene: Scene, duration: float, repeats: int) -> tuple[float, fl
     def by_modes() -> np.ndarray:
         return structured_events(execute(other, duration, book=book, accuracy=RECORDED).events)
 
-    one, two = (events[events["kind"] != PERIOD_MARK] for events in (by_legs(), by_modes()))
+    one, two = (events[events["kind"] != EventKind.PERIOD_MARK] for events in (by_legs(), by_modes()))
     same = one[["kind", "foot"]].tolist() == two[["kind", "foot"]].tolist()
     if not same or np.abs(one["time"] - two["time"]).max() > TOLERANCE:
         raise SystemExit("the two engines disagree: no times")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tarsus.core.walk.states import NAMES, TRANSITIONS
+from tarsus.base.events import TRANSITIONS, FootState
 from tarsus.report.flowchart import flowchart
 
 TARGET = Path(__file__).with_name("flowchart.svg")
@@ -10,7 +10,7 @@ TARGET = Path(__file__).with_name("flowchart.svg")
 
 def drawing() -> str:
     """The picture's text."""
-    return flowchart(TRANSITIONS, NAMES)
+    return flowchart(TRANSITIONS, {state: state.words for state in FootState})
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 import tarsus as ts
 from tarsus.files.toml import write_scene
 from tarsus.measure.mac import mac
-from tarsus.scene import Provenance, Scene, Source
+from tarsus.model.scene import Provenance, Scene, Source
 from tarsus_reproduce.printed import (
     ModalForm,
     PrintedModel,

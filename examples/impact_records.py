@@ -26,8 +26,8 @@ from tarsus.experiment import (
     subtract,
 )
 from tarsus.experiment.impacts import PlainFigures
-from tarsus.measurement import Measurement
-from tarsus.structure import Structure
+from tarsus.model.structure import Structure
+from tarsus.records.measurement import Measurement
 
 FOOT = "foot1"
 POINTS = tuple(f"foot{i}" for i in range(1, 7))

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from tarsus.base.spec import with_values
 from tarsus.design import Landscape, LinkDesign, design_links, landscape, step_lift
-from tarsus.spec import with_values
-from tarsus.structure.leg import Leg
+from tarsus.model.structure.leg import Leg
 from tarsus_reproduce.legs import millipede_leg
 
 SHORTEST, LONGEST = 100e-6, 500e-6

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import StateSpace, step
 
-from tarsus.structure.leg import Leg, SingleMode
-from tarsus.structure.leg_motion import LegMotion, step_response
+from tarsus.model.structure.leg import Leg, SingleMode
+from tarsus.model.structure.leg_motion import LegMotion, step_response
 from tarsus_reproduce.legs import millipede_leg
 
 

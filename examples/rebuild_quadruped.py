@@ -35,8 +35,8 @@ from scipy.special import expit, log_expit, logit
 import tarsus as ts
 from tarsus.files.toml import write_scene
 from tarsus.measure.mac import mac
-from tarsus.scene import Provenance, Source
-from tarsus.structure.base import Matrices
+from tarsus.model.scene import Provenance, Source
+from tarsus.model.structure.base import Matrices
 from tarsus_reproduce.printed import (
     ModalForm,
     PrintedModel,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tarsus as ts
 from scene_files import SCENES
-from tarsus.laws import Law
+from tarsus.model.laws import Law
 
 OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLES: list[Law] = [

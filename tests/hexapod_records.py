@@ -9,7 +9,7 @@ import numpy as np
 import tarsus as ts
 from printed_robots import POINTS, hexapod, printed
 from tarsus.experiment.vibrometer import Vibrometer
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.solve import Run
 
 RESTITUTION = 0.51

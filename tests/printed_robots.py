@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
-from tarsus.laws.impact_map import Body, Given
+from tarsus.model.laws.impact_map import Body, Given
 
 POINTS = tuple(f"foot{i}" for i in range(1, 7))
 UNIT = 1e-6

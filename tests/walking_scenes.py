@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
-from tarsus.drive.laws import LinearForce
-from tarsus.laws import Friction
-from tarsus.scene import Drive, Foot, Ground, Initial, PointLoad, Robot, Scene
-from tarsus.structure import Walker, WalkerBody, WalkerLeg
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.laws import Friction
+from tarsus.model.scene import Drive, Foot, Ground, Initial, PointLoad, Robot, Scene
+from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 
 GRAVITY = 9.81
 LOOSE = {"stiffness_v": 0.0, "damping_v": 0.0, "stiffness_l": 0.0, "damping_l": 0.0}

@@ -1,7 +1,6 @@
 """Attraction between two small magnets, one in the foot and one below the ground (axial dipoles)."""
 
-from tarsus.laws import SmoothLaw
-from tarsus.spec import quantity
+from tarsus import SmoothLaw, quantity
 
 
 class Magnet(SmoothLaw):

@@ -8,13 +8,19 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from tarsus.base import moved
+
 if TYPE_CHECKING:
+    from tarsus.base.errors import InputError
+    from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
     from tarsus.calibrate.mixture import load_mixture
-    from tarsus.drive.amplifier import Amplifier
-    from tarsus.drive.gait import Alternating, Free, Ripple, Tripod, Wave
-    from tarsus.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
-    from tarsus.drive.waveforms import (
+    from tarsus.files.library import device_names, load_scene
+    from tarsus.files.toml import read_scene, write_scene
+    from tarsus.model.drive.amplifier import Amplifier
+    from tarsus.model.drive.gait import Alternating, Free, Ripple, Tripod, Wave
+    from tarsus.model.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
+    from tarsus.model.drive.waveforms import (
         Constant,
         OnOff,
         Poling,
@@ -25,10 +31,7 @@ if TYPE_CHECKING:
         Square,
         SweptSine,
     )
-    from tarsus.errors import InputError
-    from tarsus.files.library import device_names, load_scene
-    from tarsus.files.toml import read_scene, write_scene
-    from tarsus.laws import (
+    from tarsus.model.laws import (
         Adhesion,
         AdhesiveFriction,
         CaptureUnlessPulled,
@@ -49,11 +52,10 @@ if TYPE_CHECKING:
         SmoothLaw,
         load_laws,
     )
-    from tarsus.robot import Drive, Foot, ModalLoad, PointLoad, Robot
-    from tarsus.scene import Ground, Initial, Scene
+    from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot
+    from tarsus.model.scene import Ground, Initial, Scene
+    from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
     from tarsus.solve import Accuracy, Batch, Run, Session, simulate, simulate_batch
-    from tarsus.spec import float_paths, get_value, quantity, with_values
-    from tarsus.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
 
 __all__ = [
     "Accuracy",
@@ -130,25 +132,28 @@ __all__ = [
 _HOMES = {
     "tarsus.calibrate.calibrating": "calibrate",
     "tarsus.calibrate.mixture": "load_mixture",
-    "tarsus.drive.gait": "Alternating Free Ripple Tripod Wave",
-    "tarsus.drive.amplifier": "Amplifier",
-    "tarsus.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
-    "tarsus.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
-    "tarsus.errors": "InputError",
+    "tarsus.model.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.model.drive.amplifier": "Amplifier",
+    "tarsus.model.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
+    "tarsus.model.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
+    "tarsus.base.errors": "InputError",
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
-    "tarsus.laws": (
+    "tarsus.model.laws": (
         "Adhesion AdhesiveFriction CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity "
         "ImpactLaw LatchLaw LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution "
         "SmoothLaw load_laws"
     ),
-    "tarsus.robot": "Drive Foot ModalLoad PointLoad Robot",
-    "tarsus.scene": "Ground Initial Scene",
+    "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
+    "tarsus.model.scene": "Ground Initial Scene",
     "tarsus.solve": "Accuracy Batch Run Session simulate simulate_batch",
-    "tarsus.spec": "float_paths get_value quantity with_values",
-    "tarsus.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
+    "tarsus.base.spec": "float_paths get_value quantity with_values",
+    "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
+
+
+moved.install()
 
 
 def __getattr__(name: str) -> Any:

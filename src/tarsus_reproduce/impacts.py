@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.laws import DominantMode, Given, ImpactMap, MassWeighted
-from tarsus.measure.history import IMPACTS
+from tarsus.base.events import IMPACTS
 from tarsus.measure.mac import mac
-from tarsus.scene import Scene
+from tarsus.model.laws import DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.model.scene import Scene
+from tarsus.model.structure import Modal
 from tarsus.solve import Run
-from tarsus.structure import Modal
 from tarsus.study.impacts import directed
 from tarsus_reproduce.printed import modal_form, printed_model
 

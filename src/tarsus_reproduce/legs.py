@@ -8,9 +8,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from tarsus.scene import Provenance
-from tarsus.spec import Description, FrozenDict, validate
-from tarsus.structure.leg import Leg
+from tarsus.base.spec import Description, FrozenDict, validate
+from tarsus.model.scene import Provenance
+from tarsus.model.structure.leg import Leg
 
 __all__ = ["KnownLeg", "millipede_leg"]
 

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, with_values
 from tarsus.files.library import device_names, load_scene
 from tarsus.measure import STANDSTILL, Measure
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
+from tarsus.model.structure import Walker
 from tarsus.solve import Run, simulate
-from tarsus.spec import float_paths, with_values
-from tarsus.structure import Walker
 from tarsus.study.scores import offered
 from tarsus.study.studyfile import load_sweep
 from tarsus.study.sweep import Sweep
@@ -339,7 +339,9 @@ def _measured(said: Sequence[Trend], scored_only: bool) -> dict[str, tuple[str, 
     needed: dict[str, tuple[str, ...]] = {}
     for trend in said:
         own = needed.get(trend.study, ())
-        needed[trend.study] = (*own, trend.measures[0]) if scored_only and trend.measures[0] not in own else own
+        needed[trend.study] = (
+            (*own, trend.measures[0]) if scored_only and trend.measures[0] not in own else own
+        )
     return needed
 
 

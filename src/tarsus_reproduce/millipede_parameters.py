@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tarsus.errors import InputError
-from tarsus.scene import Provenance, Source
-from tarsus.structure.leg import Leg, SingleMode
+from tarsus.base.errors import InputError
+from tarsus.model.scene import Provenance, Source
+from tarsus.model.structure.leg import Leg, SingleMode
 
 __all__ = ["LEGS", "PAYLOAD_KNEE", "Derived", "MillipedeParameters", "millipede_parameters", "swing_mass"]
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus_reproduce.millipede_parameters import PAYLOAD_KNEE
 from tarsus_reproduce.trends import Claim, Direction, Falls, HasExtrema, HasMaximum, Rises
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from tarsus.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
-from tarsus.scene import Provenance, Source
+from tarsus.model.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
+from tarsus.model.scene import Provenance, Source
 from tarsus_reproduce.millipede_parameters import Derived, MillipedeParameters
 from tarsus_reproduce.walker_settings import Setting, assumed
 

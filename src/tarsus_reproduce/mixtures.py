@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.mixture import Mixture, load_mixture
 from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
-from tarsus.errors import InputError
 from tarsus.files.library import load_scene
-from tarsus.spec import with_values
 from tarsus_reproduce.predictions import Member
 
 __all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]

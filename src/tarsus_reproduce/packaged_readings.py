@@ -12,7 +12,7 @@ import io
 from dataclasses import asdict
 from importlib.resources import files
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus_reproduce.millipede import Score
 from tarsus_reproduce.readings import CHOICES, RANGES, Reading, Readings, drawn
 

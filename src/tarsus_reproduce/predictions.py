@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.calibrate.prediction import Miss, median_and_interval
-from tarsus.errors import InputError
 from tarsus.files.library import load_scene
-from tarsus.scene import Scene, Source
+from tarsus.model.scene import Scene, Source
 
 __all__ = ["Member", "Prediction", "Samples", "members_of", "predict", "role_of"]
 

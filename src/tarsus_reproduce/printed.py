@@ -15,10 +15,10 @@ from importlib.resources import files
 
 import numpy as np
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
-from tarsus.structure.base import Array, Matrices
-from tarsus.structure.modal import Modal
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.model.structure.base import Array, Matrices
+from tarsus.model.structure.modal import Modal
 
 __all__ = [
     "ModalForm",

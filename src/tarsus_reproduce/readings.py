@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.files.store import package_version
-from tarsus.laws.friction import AdhesiveFriction, AnyFriction, Friction
-from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
-from tarsus.scene import Initial, Scene, Standing
-from tarsus.spec import with_values
-from tarsus.structure import Walker
+from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
+from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
+from tarsus.model.scene import Initial, Scene, Standing
+from tarsus.model.structure import Walker
 from tarsus_reproduce.millipede import Coarse, Score, judge_scene
 from tarsus_reproduce.millipede_trends import FilmReading
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Square
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
-from tarsus.scene import Scene
+from tarsus.model.drive.waveforms import Square
+from tarsus.model.scene import Scene
 from tarsus.solve import Run, simulate
-from tarsus.spec import with_values
 from tarsus_reproduce.impacts import ImpactEnergies, impact_energies
 from tarsus_reproduce.robots import OBSERVED, SETTLE, Progress, describe, drive_frequency, scenario_scene
 from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios

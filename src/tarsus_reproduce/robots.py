@@ -9,12 +9,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.calibrate.prediction import Miss
-from tarsus.drive.waveforms import Sine, Square
-from tarsus.errors import InputError
 from tarsus.files.library import changed
-from tarsus.scene import Scene
-from tarsus.spec import with_values
+from tarsus.model.drive.waveforms import Sine, Square
+from tarsus.model.scene import Scene
 from tarsus.study.relative import relative_error
 from tarsus.study.seeds import Statistics, foot_statistics
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.errors import InputError
-from tarsus.scene import Scene
-from tarsus.spec import float_paths, with_values
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, with_values
+from tarsus.model.scene import Scene
 from tarsus_reproduce.millipede import Coarse, Outcome, Score, judge_scene
 
 __all__ = ["SPREAD", "scatter_scores", "scatter_table", "scattered"]

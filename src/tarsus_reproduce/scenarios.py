@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.study.rows import Columns, parse_lines, read_text
 
 COLUMNS = Columns(

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tarsus.laws import Adhesion, Electrostatic, Film, Friction, Gravity, Restitution
-from tarsus.laws.friction import AnyFriction
-from tarsus.laws.landing import AnyLanding
-from tarsus.scene import Ground, Provenance, Source
+from tarsus.model.laws import Adhesion, Electrostatic, Film, Friction, Gravity, Restitution
+from tarsus.model.laws.friction import AnyFriction
+from tarsus.model.laws.landing import AnyLanding
+from tarsus.model.scene import Ground, Provenance, Source
 
 __all__ = ["Setting", "assumed", "printed"]
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tarsus.drive.gait import Alternating, AnyGait, Tripod
-from tarsus.drive.laws import LinearForce
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 from tarsus.files.library import load_scene
-from tarsus.robot import Drive, Foot, PointLoad, Robot
-from tarsus.scene import Initial, Provenance, Scene, Source, Standing
-from tarsus.structure import Walker, WalkerBody, WalkerLeg
+from tarsus.model.drive.gait import Alternating, AnyGait, Tripod
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.robot import Drive, Foot, PointLoad, Robot
+from tarsus.model.scene import Initial, Provenance, Scene, Source, Standing
+from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import LEGS, Derived, MillipedeParameters, millipede_parameters
 from tarsus_reproduce.millipede_variants import millipede_variants

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.laws import AdhesiveFriction, Friction
+from tarsus.model.laws import AdhesiveFriction, Friction
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
 CAPTURE, RELEASE, SLIP, STICK = 2, 3, 7, 8

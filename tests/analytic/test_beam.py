@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tarsus.structure import Beam
-from tarsus.structure.cantilever import RigidTip, cantilever_modes
+from tarsus.model.structure import Beam
+from tarsus.model.structure.cantilever import RigidTip, cantilever_modes
 
 ELEMENTS = 60
 

@@ -9,10 +9,10 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.core.modes import contact_mode
-from tarsus.drive.laws import LinearForce
 from tarsus.experiment.force import point_matrices
 from tarsus.measure.history import PERIOD_MARK
-from tarsus.plan import lower_scene
+from tarsus.model.drive.laws import LinearForce
+from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED

@@ -9,10 +9,10 @@ import pytest
 from scipy.optimize import brentq
 
 import tarsus as ts
-from tarsus.laws import Friction
 from tarsus.measure.history import PERIOD_MARK
-from tarsus.plan import lower_scene
-from tarsus.scene import Ground, Initial
+from tarsus.model.laws import Friction
+from tarsus.model.scene import Ground, Initial
+from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
 from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED

@@ -106,8 +106,8 @@ LAWS = {
     "syntax.py": ("x = 1\ndef law(:\n", ("line 2",)),
     "empty.py": ("x = 1\n", ("no law",)),
     "divides.py": (
-        "from tarsus.laws import SmoothLaw\n"
-        "from tarsus.spec import quantity\n"
+        "from tarsus.model.laws import SmoothLaw\n"
+        "from tarsus.base.spec import quantity\n"
         "class Divides(SmoothLaw):\n"
         "    strength: float = quantity('N', 'strength', default=1.0)\n"
         "    @staticmethod\n"

@@ -62,7 +62,9 @@ def test_a_folder_with_anything_in_it_is_refused_before_any_work(tarsus, verbs, 
     (folder / "notes.md").write_text("mine", encoding="utf-8")
     refused = tarsus(*verbs[verb], "-o", folder)
     assert refused.code == 2 and len(refused.sentences) == 1
-    assert "'" + str(folder) + "' is not empty" in refused.sentences[0] and "--overwrite" in refused.sentences[0]
+    assert (
+        "'" + str(folder) + "' is not empty" in refused.sentences[0] and "--overwrite" in refused.sentences[0]
+    )
     with pytest.raises(Worked):
         tarsus(*verbs[verb], "-o", folder, "--overwrite")
     with pytest.raises(Worked):

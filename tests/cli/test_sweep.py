@@ -94,7 +94,9 @@ def test_an_occupied_folder_is_refused_and_resumed(tarsus, study, tmp_path):
 
 def test_the_frozen_study_is_a_study(tarsus, study, tmp_path):
     assert tarsus("sweep", study(), "-o", tmp_path / "out").code == 0
-    assert tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again", "--threads", "1").code == 0
+    assert (
+        tarsus("sweep", tmp_path / "out" / "study.toml", "-o", tmp_path / "again", "--threads", "1").code == 0
+    )
     assert files(tmp_path / "again") == files(tmp_path / "out")
 
 

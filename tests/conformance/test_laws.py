@@ -9,7 +9,7 @@ import tarsus as ts
 from example_laws import EXAMPLES, OWN
 from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+from tarsus.model.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)

@@ -13,8 +13,8 @@ import tarsus as ts
 from scene_files import SCENES, scene
 from tarsus.core.arrays import E_FOOT, E_KIND
 from tarsus.files.toml import parse_scene
-from tarsus.plan import lower_scene
-from tarsus.slots import rows_of
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve.engine import Accuracy, SharedBook, execute
 from tarsus.study import bench
 

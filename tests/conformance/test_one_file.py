@@ -12,14 +12,14 @@ from pathlib import Path
 import pytest
 
 import tarsus as ts
-from tarsus.ground import Ground
-from tarsus.laws import registry
+from tarsus.model.ground import Ground
+from tarsus.model.laws import registry
 
 LAWS = {
     "suction": '''
 """A seal between foot and ground."""
-from tarsus.laws.base import ResistiveLaw
-from tarsus.spec import quantity
+from tarsus.model.laws.base import ResistiveLaw
+from tarsus.base.spec import quantity
 
 class Suction(ResistiveLaw):
     slot = "suction"
@@ -35,8 +35,8 @@ class Suction(ResistiveLaw):
 ''',
     "wind": '''
 """A breeze from below."""
-from tarsus.laws.base import SmoothLaw
-from tarsus.spec import quantity
+from tarsus.model.laws.base import SmoothLaw
+from tarsus.base.spec import quantity
 
 class Wind(SmoothLaw):
     title = "breeze"
@@ -52,9 +52,9 @@ WAVE = '''
 """A ramp up and down."""
 from typing import Literal
 import numpy as np
-from tarsus.drive.signal import Signal
-from tarsus.drive.track import linear_track
-from tarsus.spec import quantity
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.track import linear_track
+from tarsus.base.spec import quantity
 
 class Tooth(Signal):
     kind: Literal["tooth"] = "tooth"
@@ -79,7 +79,7 @@ def run_beside(folder: Path, script: str) -> dict:
         "home = pathlib.Path(tarsus.__file__).parent\n"
         "class Beside:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
-        "        for package, at in (('tarsus.laws', 'laws'), ('tarsus.drive.waveforms', 'waves')):\n"
+        "        for package, at in (('tarsus.model.laws', 'laws'), ('tarsus.model.drive.waveforms', 'waves')):\n"
         "            if name == package:\n"
         "                inside = home.joinpath(*package.split('.')[1:])\n"
         "                return importlib.util.spec_from_file_location(name, inside / '__init__.py',\n"
@@ -100,7 +100,7 @@ import tarsus as ts
 from tarsus.cli.summary import run_object
 from tarsus.files.store import read_run, write_run
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.laws.registry import built_in
+from tarsus.model.laws.registry import built_in
 from tarsus.report import write_report
 
 suction, wind = built_in()["suction"], built_in()["wind"]
@@ -197,7 +197,9 @@ def test_law_files_know_no_other_law():
         imported = {
             node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module
         }
-        assert {name for name in imported if name.startswith("tarsus.laws")} == {"tarsus.laws.base"}
+        assert {name for name in imported if name.startswith("tarsus.model.laws")} == {
+            "tarsus.model.laws.base"
+        }
 
 
 def test_every_slot_that_type_checkers_see_is_one():

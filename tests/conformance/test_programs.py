@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 import tarsus as ts
 from example_laws import EXAMPLES, OWN
+from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.errors import InputError
-from tarsus.laws import Law, LegElectrostatic, RestituteFirst
-from tarsus.laws.program import Builder, Op, Program, add_programs
-from tarsus.laws.translate import translate
+from tarsus.model.laws import Law, LegElectrostatic, RestituteFirst
+from tarsus.model.laws.program import Builder, Op, Program, add_programs
+from tarsus.model.laws.translate import translate
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ts.load_laws(ROOT / "examples" / "laws" / "magnet.py")["magnet"]
@@ -386,7 +386,7 @@ def _larger(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
 def test_random_expressions(tmp_path_factory, expression, random):
     file = tmp_path_factory.mktemp("law") / "law.py"
     file.write_text(
-        "import math\nfrom tarsus.laws import SmoothLaw\nfrom tarsus.spec import quantity\n\n\nclass A(SmoothLaw):\n"
+        "import math\nfrom tarsus import SmoothLaw, quantity\n\n\nclass A(SmoothLaw):\n"
         "    k: float = quantity('1', 'k', default=1.5)\n\n    def force(x, y, volts, time, k):\n"
         f"        return float({expression})\n"
     )

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.scene import Ground, Initial, Scene, Standing
-from tarsus.slots import rows_of
+from tarsus.model.scene import Ground, Initial, Scene, Standing
+from tarsus.plan.slots import rows_of
+from tarsus.plan.walker import lower_walker
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import RawWalks, walk
 from tarsus.solve.simulate import RECORDED
-from tarsus.walkplan import lower_walker
 from walking_devices import creeping_millipede
 from walking_scenes import block, moving, sticky, trotter
 
@@ -127,7 +127,9 @@ def varied() -> tuple[RawWalks, list[RawWalks]]:
     one = rows_of(plan.plan, 1, 1e-3)
     alone = [
         walk(
-            plan, 5e-3, rows=dataclasses.replace(one, parameters=parameters[i : i + 1], initial=initial[i : i + 1])
+            plan,
+            5e-3,
+            rows=dataclasses.replace(one, parameters=parameters[i : i + 1], initial=initial[i : i + 1]),
         )
         for i in range(4)
     ]

@@ -28,8 +28,8 @@ def test_e6_printed_quadruped_impact_drives_the_foot_into_the_ground(robots):
 
 
 def test_e6_a_negative_restitution_is_refused():
-    from tarsus.errors import InputError
-    from tarsus.laws import Restitution
+    from tarsus.base.errors import InputError
+    from tarsus.model.laws import Restitution
 
     assert Restitution(coefficient=0.39).parameters() == (0.39,)
     for wrong in (-0.5, 1.01):
@@ -62,8 +62,8 @@ def test_e8_quadruped_stiffness_is_not_symmetric_in_one_pair(robots):
 
 
 def test_e9_quadruped_mass_matrix_is_not_one_and_is_refused(robots):
-    from tarsus.errors import InputError
-    from tarsus.structure import Lumped
+    from tarsus.base.errors import InputError
+    from tarsus.model.structure import Lumped
 
     mass, damping, stiffness = matrices(robots["quadruped"])
     assert np.count_nonzero(np.linalg.eigvalsh(mass) < 0.0) == 2

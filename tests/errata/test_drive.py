@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.drive.laws import Cubic, PrandtlIshlinskii, TwoBranch
+from tarsus.model.drive.laws import Cubic, PrandtlIshlinskii, TwoBranch
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tarsus.laws import Film
-from tarsus.units import parse_quantity
+from tarsus.base.units import parse_quantity
+from tarsus.model.laws import Film
 
 GAP_AT_REST, PRINTED_GAP = 70e-6, 58e-6  # d_p and g_p of Table 2.2 [m]
 
@@ -38,7 +38,7 @@ def test_e3_as_printed_the_film_is_singular_before_contact():
 
 
 def test_e3_without_a_residual_thickness_the_film_is_refused():
-    from tarsus.errors import InputError
+    from tarsus.base.errors import InputError
 
     with pytest.raises(InputError, match="thickness"):
         Film(coefficient="1.747e-15 uN m^2 s", thickness=0.0)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.errors import InputError
 from tarsus.design import step_lift
-from tarsus.errors import InputError
-from tarsus.structure.leg_motion import equilibrium, step_response
+from tarsus.model.structure.leg_motion import equilibrium, step_response
 from tarsus_reproduce.legs import millipede_leg
 
 

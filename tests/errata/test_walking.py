@@ -7,8 +7,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.design import step_lift
-from tarsus.structure.leg import SingleMode
-from tarsus.structure.leg_motion import GRAVITY, step_response
+from tarsus.model.structure.leg import SingleMode
+from tarsus.model.structure.leg_motion import GRAVITY, step_response
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_trends import FilmReading, examples
 

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from example_files import load
-from tarsus.spec import float_paths
+from tarsus.base.spec import float_paths
 
 
 # Slow: 58 records are identified. unit/identify/test_chain.py asks the same of a smaller campaign by default.

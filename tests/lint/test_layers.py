@@ -9,6 +9,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -62,3 +64,35 @@ def test_no_source_file_configures_anything_at_import():
                 called = node.value.func
                 name = called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
                 assert name not in forbidden, f"{path} calls {name}() when it is imported"
+
+
+def test_the_engine_numbers_events_codes_and_states_as_python_does():
+    from tarsus.base.events import EventKind, FootState
+    from tarsus.core import arrays
+
+    text = (PACKAGE / "tarsus" / "core" / "native" / "kinds.hpp").read_text(encoding="utf-8")
+    enums = {
+        name: re.sub(r"//.*", "", body) for name, body in re.findall(r"enum (\w+) \{(.*?)\}", text, re.DOTALL)
+    }
+    kinds = dict(re.findall(r"(\w+) = (\d+)", enums["EventKind"]))
+    assert {name: int(number) for name, number in kinds.items()} == {one.name: one.value for one in EventKind}
+    assert [one.strip() for one in enums["Contact"].split(",")] == [one.name for one in FootState]
+    codes = [one.strip() for one in enums["Code"].split(",")][:-1]  # the last one never leaves the engine
+    assert [getattr(arrays, name) for name in codes] == list(range(len(codes)))
+
+
+def test_modules_are_found_by_their_former_names():
+    import importlib
+
+    from tarsus.base.moved import MOVED
+
+    for home, names in MOVED.items():
+        for name in names.split():
+            with pytest.warns(DeprecationWarning, match=rf"tarsus\.{name} is now tarsus\.{home}\.{name}"):
+                sys.modules.pop(f"tarsus.{name}", None)
+                former = importlib.import_module(f"tarsus.{name}")
+            assert former is importlib.import_module(f"tarsus.{home}.{name}")
+    with pytest.warns(DeprecationWarning):
+        assert importlib.import_module("tarsus.laws.film") is importlib.import_module(
+            "tarsus.model.laws.film"
+        )

@@ -131,4 +131,6 @@ def test_the_packaged_mixture_predicts_with_intervals():
 @pytest.mark.slow  # all rows with all members take 20 s; one row stays in the default lane
 def test_the_packaged_mixture_agrees_as_the_gallery_says():
     table = reproduce_cantilever().summary()["ours"]
-    assert table["peak"]["mean_absolute_percent"] <= 11.6 and table["contact"]["mean_absolute_percent"] <= 18.0
+    assert (
+        table["peak"]["mean_absolute_percent"] <= 11.6 and table["contact"]["mean_absolute_percent"] <= 18.0
+    )

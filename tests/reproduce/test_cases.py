@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus_reproduce.cases import COLUMNS, Observation, packaged_cases, parse_cases, read_cases
 
 

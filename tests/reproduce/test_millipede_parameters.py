@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 import tarsus as ts
-from tarsus.errors import InputError
-from tarsus.structure.leg import SingleMode
-from tarsus.units import parse_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.units import parse_quantity
+from tarsus.model.structure.leg import SingleMode
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters, swing_mass
 

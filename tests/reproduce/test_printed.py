@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.library import load_scene
 from tarsus.measure.mac import mac
-from tarsus.structure import Matrices, Modal
+from tarsus.model.structure import Matrices, Modal
 from tarsus_reproduce.printed import (
     interval,
     modal_form,

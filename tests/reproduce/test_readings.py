@@ -9,8 +9,8 @@ import pytest
 
 import tarsus as ts
 from reproduce.coarse_studies import overdamped, ringing
-from tarsus.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
-from tarsus.spec import get_value
+from tarsus.base.spec import get_value
+from tarsus.model.laws import AdhesiveFriction, Friction, PullAsPrinted, RestituteFirst
 from tarsus_reproduce import readings, scatter
 from tarsus_reproduce.millipede import Coarse, Score, damping_ratio, stands
 from tarsus_reproduce.packaged_readings import packaged_readings, parse_readings, readings_text

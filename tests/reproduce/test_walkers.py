@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.scene import Source, provenance_problems
+from tarsus.model.scene import Source, provenance_problems
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import hexapod_walker, many_legs, millipede, packaged_walkers

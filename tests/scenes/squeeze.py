@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tarsus.laws import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
-from tarsus.spec import quantity
+from tarsus.base.spec import quantity
+from tarsus.model.laws import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
 
 
 class OwnFilm(ResistiveLaw):

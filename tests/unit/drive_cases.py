@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from tarsus.drive.laws import Cubic, TwoBranch
-from tarsus.drive.signal import Signal
-from tarsus.drive.waveforms import (
+from tarsus.model.drive.laws import Cubic, TwoBranch
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import (
     Constant,
     OnOff,
     Poling,
@@ -19,7 +19,7 @@ from tarsus.drive.waveforms import (
     Square,
     SweptSine,
 )
-from tarsus.drive.waveforms.sampled import Interpolation
+from tarsus.model.drive.waveforms.sampled import Interpolation
 
 RISING = Cubic(constant=1.4796e-6, linear=-0.7057e-6, quadratic=-0.0255e-6, cubic=0.0016e-6)
 FALLING = Cubic(constant=-0.6350e-6, linear=-0.6062e-6, quadratic=0.0076e-6)

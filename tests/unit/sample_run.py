@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 import xarray
 
-from tarsus.drive.laws import LinearForce
-from tarsus.drive.waveforms import Square
 from tarsus.files.series import Variables, variables_of
-from tarsus.laws import Adhesion, Film, Restitution
-from tarsus.scene import Drive, Foot, Ground, PointLoad, Provenance, Robot, Scene, Source
-from tarsus.structure.modal import Modal
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.waveforms import Square
+from tarsus.model.laws import Adhesion, Film, Restitution
+from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Provenance, Robot, Scene, Source
+from tarsus.model.structure.modal import Modal
 
 EVENT = np.dtype(
     [("time", "f8"), ("foot", "i8"), ("kind", "i1")]

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.drive.hysteresis import PrandtlIshlinskii
-from tarsus.drive.signal import Signal
-from tarsus.drive.waveforms import OnOff, Sampled, Sine
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import OnOff, Sampled, Sine
 from tarsus.solve import Run
 
 AIR = 0.03

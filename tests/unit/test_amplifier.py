@@ -9,17 +9,17 @@ import pytest
 from numpy.typing import NDArray
 
 import tarsus as ts
-from tarsus.drive.amplifier import Amplifier
-from tarsus.drive.hysteresis import fit_branches
-from tarsus.drive.lower import evaluate, lower
-from tarsus.drive.output import Stage
-from tarsus.drive.signal import Signal
-from tarsus.drive.waveforms import Constant, Ramp, RampedSquare, Sine, Square, SweptSine
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, with_values
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.measure.switching import rise_squares
-from tarsus.robot import Drive
-from tarsus.spec import float_paths, with_values
+from tarsus.model.drive.amplifier import Amplifier
+from tarsus.model.drive.hysteresis import fit_branches
+from tarsus.model.drive.lower import evaluate, lower
+from tarsus.model.drive.output import Stage
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import Constant, Ramp, RampedSquare, Sine, Square, SweptSine
+from tarsus.model.robot import Drive
 from unit.drive_cases import FALLING, RISING, WAVEFORMS
 from unit.test_drive_lower import check_shape
 
@@ -293,7 +293,7 @@ def test_what_an_amplifier_cannot_be(text: str, said: str) -> None:
 
 
 def test_an_amplifier_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tarsus.drive.output.MOST_SETTLING", 100)
+    monkeypatch.setattr("tarsus.model.drive.output.MOST_SETTLING", 100)
     slow = Amplifier(bandwidth=0.01).output(
         RampedSquare(amplitude=1.0, frequency=100.0, duty=0.5, offset=1.0)
     )

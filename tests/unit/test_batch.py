@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.workers import spread, workers
 from tarsus.solve import Batch, ResultCode
-from tarsus.workers import spread, workers
 from walking_devices import creeping_millipede
 
 SCENES = Path(__file__).parent.parent / "scenes"

@@ -46,8 +46,8 @@ def test_the_session_on_the_page_of_slots_runs():
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )
 def test_every_signal_on_the_file_format_page_exists(kind):
-    from tarsus.drive.waveforms import Waveform
-    from tarsus.explain import alternatives, kind_of
+    from tarsus.base.messages import alternatives, kind_of
+    from tarsus.model.drive.waveforms import Waveform
 
     page = (DOCS / "file-format.md").read_text(encoding="utf-8")
     (row,) = [line for line in page.splitlines() if line.startswith(f"| `{kind}`")]
@@ -77,8 +77,8 @@ def test_the_walker_on_the_walking_page_is_one():
 
 @pytest.mark.parametrize("page", ["file-format.md", "walking.md"])
 def test_every_gait_is_on_the_pages(page):
-    from tarsus.drive.gait import AnyGait
-    from tarsus.explain import alternatives, kind_of
+    from tarsus.base.messages import alternatives, kind_of
+    from tarsus.model.drive.gait import AnyGait
 
     text = (DOCS / page).read_text(encoding="utf-8")
     for gait in alternatives(AnyGait):
@@ -86,7 +86,7 @@ def test_every_gait_is_on_the_pages(page):
 
 
 def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
-    from tarsus.units import parse_quantity
+    from tarsus.base.units import parse_quantity
 
     page = (DOCS / "errata.md").read_text(encoding="utf-8")
     (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', page)

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tarsus.drive.hysteresis import PrandtlIshlinskii, fit_branches
-from tarsus.drive.laws import LinearForce, TwoBranch
-from tarsus.drive.plays import play_states
-from tarsus.errors import InputError
-from tarsus.spec import validate, with_values
+from tarsus.base.errors import InputError
+from tarsus.base.spec import validate, with_values
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.laws import LinearForce, TwoBranch
+from tarsus.model.drive.plays import play_states
 from unit.drive_cases import FALLING, PRINTED, RISING
 
 volts = st.floats(-12.0, 12.0)

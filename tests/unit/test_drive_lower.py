@@ -10,13 +10,13 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from effort import calls
-from tarsus.drive.hysteresis import PrandtlIshlinskii, fit_branches
-from tarsus.drive.law import VoltageLaw
-from tarsus.drive.laws import LinearForce
-from tarsus.drive.lower import Pieces, evaluate, lower
-from tarsus.drive.signal import Signal
-from tarsus.drive.waveforms import Constant, OnOff, RampedSquare, Sampled, Sine, Square
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.law import VoltageLaw
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.lower import Pieces, evaluate, lower
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sampled, Sine, Square
 from unit.drive_cases import FALLING, PRINTED, RISING, WAVEFORMS, grid, jumps
 
 LAWS: dict[str, VoltageLaw] = {
@@ -291,8 +291,8 @@ def test_lowering_loads_no_scipy() -> None:
     import sys
 
     code = (
-        "import sys; from tarsus.drive.lower import lower; from tarsus.drive.waveforms import Sine;"
-        "from tarsus.drive.laws import PrandtlIshlinskii as P;"
+        "import sys; from tarsus.model.drive.lower import lower; from tarsus.model.drive.waveforms import Sine;"
+        "from tarsus.model.drive.laws import PrandtlIshlinskii as P;"
         "lower(Sine(amplitude=1.0, frequency=1.0), P(linear=1.0, thresholds=(0.5,), weights=(1.0,)));"
         "print([m for m in ('scipy', 'numba', 'matplotlib') if m in sys.modules])"
     )

@@ -11,9 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from tarsus.drive.laws import LinearForce
-from tarsus.drive.lower import evaluate, lower
-from tarsus.drive.waveforms import (
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value, validate, with_values
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.lower import evaluate, lower
+from tarsus.model.drive.waveforms import (
     RampedSquare,
     Sampled,
     Sine,
@@ -21,9 +23,7 @@ from tarsus.drive.waveforms import (
     SweptSine,
     Waveform,
 )
-from tarsus.drive.waveforms.sampled import Interpolation
-from tarsus.errors import InputError
-from tarsus.spec import float_paths, get_value, validate, with_values
+from tarsus.model.drive.waveforms.sampled import Interpolation
 from unit.drive_cases import WAVEFORMS, grid
 
 
@@ -275,7 +275,7 @@ def test_bad_files_are_refused_in_one_sentence(tmp_path: Path) -> None:
     ],
 )
 def test_bad_parameters_are_refused_in_one_sentence(raw: dict[str, object], sentence: str) -> None:
-    from tarsus.spec import Description
+    from tarsus.base.spec import Description
 
     class Holder(Description):
         signal: Waveform

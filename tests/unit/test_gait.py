@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.drive.gait import Alternating, Free, Gait, Layout, Reach, Ripple, Tripod, Wave
-from tarsus.drive.waveforms import Square
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.model.drive.gait import Alternating, Free, Gait, Layout, Reach, Ripple, Tripod, Wave
+from tarsus.model.drive.waveforms import Square
 
 PERIOD = 0.02
 COMMON = {"frequency": 1.0 / PERIOD, "high": "14 V"}

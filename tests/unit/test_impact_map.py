@@ -9,7 +9,7 @@ import pytest
 
 import tarsus as ts
 from printed_robots import POINTS, body, hexapod, printed, printed_map
-from tarsus.laws.impact_map import Directed, DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.model.laws.impact_map import Directed, DominantMode, Given, ImpactMap, MassWeighted
 
 NORMAL = np.eye(6)[0]
 

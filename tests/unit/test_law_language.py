@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
-from tarsus.laws.translate import translate
+from tarsus.base.errors import InputError
+from tarsus.model.laws.translate import translate
 
 
 def _while(x):

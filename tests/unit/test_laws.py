@@ -4,8 +4,9 @@ from typing import ClassVar
 
 import pytest
 
-from tarsus.errors import InputError
-from tarsus.laws import (
+from tarsus.base.errors import InputError
+from tarsus.base.spec import quantity
+from tarsus.model.laws import (
     Adhesion,
     Electrostatic,
     Film,
@@ -18,7 +19,6 @@ from tarsus.laws import (
     SmoothLaw,
     load_laws,
 )
-from tarsus.spec import quantity
 
 GOOD = '''
 """A magnet under the ground."""
@@ -27,8 +27,8 @@ from __future__ import annotations
 
 import math
 
-from tarsus.laws import ImpactLaw, SmoothLaw
-from tarsus.spec import quantity
+from tarsus.model.laws import ImpactLaw, SmoothLaw
+from tarsus.base.spec import quantity
 
 
 class MagnetPull(SmoothLaw):
@@ -174,7 +174,7 @@ def test_an_edited_file_gives_the_new_law(tmp_path: Path) -> None:
     assert (before(1.0, 0.0), after(1.0, 0.0)) == (1.0, 0.5)
 
 
-HEAD = "from tarsus.laws import SmoothLaw\nfrom tarsus.spec import quantity\n"
+HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import quantity\n"
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ import math
 import pytest
 
 import tarsus as ts
+from tarsus.base.spec import validate
 from tarsus.cli import main
 from tarsus.files.toml import write_scene
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve.codes import CLOSED, ResultCode
-from tarsus.spec import validate
 from tarsus.study.workunit import OUTCOMES
 from walking_scenes import block
 

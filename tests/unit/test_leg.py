@@ -7,10 +7,10 @@ import pytest
 from scipy.linalg import expm
 
 import tarsus as ts
-from tarsus.errors import InputError
-from tarsus.spec import float_paths
-from tarsus.structure.leg import SingleMode
-from tarsus.structure.leg_motion import equilibrium, free_motion, step_response
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths
+from tarsus.model.structure.leg import SingleMode
+from tarsus.model.structure.leg_motion import equilibrium, free_motion, step_response
 from tarsus_reproduce.legs import millipede_leg
 
 BENT = {

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from tarsus.drive.waveforms import RampedSquare, Sine, Square
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value
 from tarsus.files import installed, library
 from tarsus.files.library import device_names, load_scene
 from tarsus.files.toml import write_scene
-from tarsus.scene import Source
-from tarsus.spec import float_paths, get_value
+from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
+from tarsus.model.scene import Source
 from tarsus.study.studyfile import calibration_names, load_sweep, study_names
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.measure.mac import mac
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.measure import (
     CautionKind,
     Counting,
@@ -191,7 +191,9 @@ def test_a_measure_that_was_renamed_says_its_present_name():
 
 
 def test_names_of_the_whole_run_begin_alike():
-    assert all(re.match("(max|total|longest)_", name) for name in whole_run_statistics(Hand(table(), 1.0, 0.25)))
+    assert all(
+        re.match("(max|total|longest)_", name) for name in whole_run_statistics(Hand(table(), 1.0, 0.25))
+    )
 
 
 def test_feet_are_told_apart():

@@ -11,7 +11,7 @@ import pytest
 import tarsus as ts
 from tarsus.measure import Judgement, RunTable, Scope, histories_of, measures_of, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve.codes import EVENT_TYPE
 from tarsus.solve.walkrun import structured_marks
 from walking_devices import creeping_millipede

@@ -7,7 +7,7 @@ import pytest
 
 import tarsus as ts
 from hexapod_records import measurement
-from tarsus.measurement import (
+from tarsus.records.measurement import (
     Channel,
     FrequencyResponse,
     Measurement,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.output import MANIFEST, OutputFolder
 
 FILES = ("a.txt", "units/[0-9].npz")
@@ -33,7 +33,9 @@ def test_new_and_empty_folders_are_written(tmp_path):
 
 def test_a_folder_that_holds_anything_is_refused(tmp_path):
     (tmp_path / "notes.md").write_text("mine", encoding="utf-8")
-    with pytest.raises(InputError, match=r"is not empty; give .* or --overwrite to replace what `tarsus work`"):
+    with pytest.raises(
+        InputError, match=r"is not empty; give .* or --overwrite to replace what `tarsus work`"
+    ):
         output(tmp_path).check()
     with pytest.raises(InputError, match=r"continue there with --resume, give another folder"):
         output(tmp_path, resumable=True).check()

@@ -1,10 +1,10 @@
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.scene import Provenance, Source, override, provenance_problems
-from tarsus.spec import with_values
+from tarsus.model.scene import Provenance, Source, override, provenance_problems
 
 GAP, RATIOS = "robot.feet.tip.gap", "robot.structure.damping_ratios"
 

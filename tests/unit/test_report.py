@@ -12,7 +12,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.store import read_run, write_run
 from tarsus.measure import Caution, CautionKind, Measures
 from tarsus.report import write_report

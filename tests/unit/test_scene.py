@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from effort import calls
-from tarsus.drive.laws import LinearForce
-from tarsus.drive.waveforms import Sine
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, quantity, with_values
 from tarsus.files.library import load_scene
-from tarsus.laws import Electrostatic, Film, Gravity, Restitution, SmoothLaw
-from tarsus.scene import (
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.waveforms import Sine
+from tarsus.model.laws import Electrostatic, Film, Gravity, Restitution, SmoothLaw
+from tarsus.model.scene import (
     Drive,
     Foot,
     Ground,
@@ -22,8 +23,7 @@ from tarsus.scene import (
     Source,
     override,
 )
-from tarsus.spec import float_paths, quantity, with_values
-from tarsus.structure import Lumped, Modal
+from tarsus.model.structure import Lumped, Modal
 
 
 def chain(**changes: object) -> Lumped:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.drive.signal import Signal
-from tarsus.scene import Scene
-from tarsus.slots import Kind, slot, slots
+from tarsus.model.drive.signal import Signal
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Kind, slot, slots
 from tarsus.solve import Accuracy
 from tarsus.solve.engines import Shared
 from tarsus.study import bench
@@ -167,7 +167,9 @@ def test_what_is_data_and_what_enters_tables():
     assert found["ground.gravity.acceleration"].kind is Kind.GRAVITY
     assert found["ground.film.thickness"].kind is Kind.LAW
     assert found["signals.pull.phase"].kind is Kind.DRIVE
-    assert not [path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))]
+    assert not [
+        path for path in found if path.startswith(("robot.structure", "robot.drives.pull.load", "duration"))
+    ]
     walker = slots(walking())
     assert walker["gait.high"].kind is Kind.GAIT and walker["robot.feet.L1.gap"].at == 0
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
 from tarsus.core import arrays as a
-from tarsus.errors import InputError
 from tarsus.measure import Flights
 from tarsus.solve import Accuracy, ResultCode
 from tarsus.solve.codes import EventLog, structured_events
@@ -117,17 +118,23 @@ def test_dataset_has_dimensions_units_and_names(run):
 
 def test_events_of_runs_made_together_are_those_of_each():
     runs = [
-        [_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 1, a.PERIOD_MARK), _row(2.7, 0, a.RELEASE)],
+        [
+            _row(1.0, 0, 1),
+            _row(3.0, 0, EventKind.REST),
+            _row(2.0, 1, 1),
+            _row(2.5, 1, EventKind.PERIOD_MARK),
+            _row(2.7, 0, EventKind.RELEASE),
+        ],
         [],
-        [_row(0.5, 1, 1), _row(0.5, 0, a.PERIOD_MARK)],
-        [_row(4.0, 0, a.REST), _row(3.0, 1, 1)],
+        [_row(0.5, 1, 1), _row(0.5, 0, EventKind.PERIOD_MARK)],
+        [_row(4.0, 0, EventKind.REST), _row(3.0, 1, 1)],
     ]
     rows = np.array([row for run in runs for row in run])
     log = EventLog(rows, np.cumsum([len(run) for run in runs]))
     for i, run in enumerate(runs):
         alone = structured_events(np.array(run).reshape(-1, rows.shape[1]))
         np.testing.assert_array_equal(log.all_of(i), alone)
-        np.testing.assert_array_equal(log.of(i), alone[alone["kind"] != a.PERIOD_MARK])
+        np.testing.assert_array_equal(log.of(i), alone[alone["kind"] != EventKind.PERIOD_MARK])
 
 
 def test_result_codes_are_sentences():
@@ -150,11 +157,17 @@ def _row(time: float, foot: int, kind: int) -> np.ndarray:
 
 def test_events_are_in_time_order_and_keep_the_order_of_a_foot():
     rows = np.array(
-        [_row(1.0, 0, 1), _row(3.0, 0, a.REST), _row(2.0, 1, 1), _row(2.5, 0, a.RELEASE), _row(2.5, 1, 1)]
+        [
+            _row(1.0, 0, 1),
+            _row(3.0, 0, EventKind.REST),
+            _row(2.0, 1, 1),
+            _row(2.5, 0, EventKind.RELEASE),
+            _row(2.5, 1, 1),
+        ]
     )
     events = structured_events(rows)
     assert events["time"].tolist() == [1.0, 2.0, 2.5, 2.5, 2.5]
-    assert events["kind"][events["foot"] == 0].tolist() == [1, a.REST, a.RELEASE]
+    assert events["kind"][events["foot"] == 0].tolist() == [1, EventKind.REST, EventKind.RELEASE]
 
 
 # Slow: every third bound up to 60. The first, one in the middle and the last stay.

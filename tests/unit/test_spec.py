@@ -8,8 +8,8 @@ import pytest
 from pydantic import Field
 
 from effort import calls
-from tarsus.errors import InputError
-from tarsus.spec import (
+from tarsus.base.errors import InputError
+from tarsus.base.spec import (
     Description,
     FloatInfo,
     FrozenDict,

@@ -17,7 +17,7 @@ import pytest
 import xarray
 from scipy.io import loadmat
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files import store
 from tarsus.files.store import read_run, write_run, write_text
 from unit.sample_run import SampleRun, make_run

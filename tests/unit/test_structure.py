@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from effort import calls
-from tarsus.errors import InputError
-from tarsus.structure import Beam, Lumped, Modal
+from tarsus.base.errors import InputError
+from tarsus.model.structure import Beam, Lumped, Modal
 
 TWO = {"coordinates": ["tip", "base"], "mass": ["1 mg", "2 mg"], "stiffness": [[2.0, -2.0], [-2.0, 5.0]]}
 

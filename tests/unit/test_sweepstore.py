@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.sweepstore import PLAN_FILE, SweepStore
 
 TEXTS = {"study.toml": "a = 1\n", "scene.toml": "b = 2\n"}

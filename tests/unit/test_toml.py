@@ -4,12 +4,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.files.library import device_names, load_scene
 from tarsus.files.toml import parse_scene, read_scene, scene_text, write_scene
-from tarsus.laws import load_laws
-from tarsus.scene import Scene
-from tarsus.spec import float_paths, get_value, with_values
+from tarsus.model.laws import load_laws
+from tarsus.model.scene import Scene
 
 BALL = """
 name = "ball"
@@ -34,8 +34,8 @@ displacement = ["1 m"]
 """
 
 LAW = """
-from tarsus.laws import SmoothLaw
-from tarsus.spec import quantity
+from tarsus.model.laws import SmoothLaw
+from tarsus.base.spec import quantity
 
 
 class Magnet(SmoothLaw):

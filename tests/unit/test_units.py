@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tarsus.errors import InputError
-from tarsus.units import describe_unit, format_quantity, parse_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.units import describe_unit, format_quantity, parse_quantity
 
 UNITS = [
     "m",

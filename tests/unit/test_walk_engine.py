@@ -13,10 +13,10 @@ import tarsus as ts
 from tarsus.core import _native
 from tarsus.core.book import NODES
 from tarsus.core.nodes import TAU, interpolation
-from tarsus.laws import Friction, SmoothLaw
+from tarsus.model.laws import Friction, SmoothLaw
+from tarsus.model.structure import Walker
 from tarsus.solve import batch as batches
 from tarsus.solve.codes import ResultCode
-from tarsus.structure import Walker
 from walking_devices import creeping_millipede
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 

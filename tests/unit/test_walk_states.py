@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.core.walk.states import AIR, SLIPPING, STUCK, TRANSITIONS
-from tarsus.files.store import EVENT_WORDS
-from tarsus.laws import Friction
+from tarsus.base.events import EVENT_WORDS, TRANSITIONS, EventKind, FootState
+from tarsus.model.laws import Friction
 from walking_devices import creeping_millipede
 from walking_scenes import sticky, trotter
-
-REST = 4
 
 
 def changes(run, foot):
@@ -20,10 +17,11 @@ def changes(run, foot):
     own = run.events[run.events["foot"] == foot]
     edges = np.concatenate([[0.0], own["time"], [run.duration]])
     series = run.at(0.5 * (edges[1:] + edges[:-1]))
-    state = np.where(series.state.held[foot], np.where(series.slipping[foot], SLIPPING, STUCK), AIR)
+    held = np.where(series.slipping[foot], FootState.SLIPPING, FootState.STUCK)
+    state = np.where(series.state.held[foot], held, FootState.AIR)
     apart = np.diff(edges) > 1e-12
     # a rest is logged with the end of its accumulation, and held from its last bounce on
-    resting = np.concatenate([own["kind"] == REST, [False]])
+    resting = np.concatenate([own["kind"] == EventKind.REST, [False]])
     for n, event in enumerate(own):
         if apart[n] and apart[n + 1] and not resting[n] and not resting[n + 1]:
             yield int(state[n]), int(state[n + 1]), EVENT_WORDS[event["kind"]]

@@ -3,8 +3,8 @@ import itertools
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
-from tarsus.structure import Walker, WalkerBody, WalkerLeg
+from tarsus.base.errors import InputError
+from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 
 LEG = {"mass": "1 ug", "stiffness_v": 1.2, "damping_v": 1e-3, "stiffness_l": 0.7, "damping_l": 2e-4}
 PLACES = {"front": ("3 mm", "1 mm", "-0.2 mm"), "rear": ("-2 mm", "-1.5 mm", "0.1 mm")}

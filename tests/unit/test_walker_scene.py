@@ -12,11 +12,11 @@ import pytest
 import tomlkit
 
 import tarsus as ts
-from tarsus.drive.gait import Reach
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.robot import ModalLoad
-from tarsus.scene import Scene
+from tarsus.model.drive.gait import Reach
+from tarsus.model.robot import ModalLoad
+from tarsus.model.scene import Scene
 
 BASE = """
 name = "two legs"

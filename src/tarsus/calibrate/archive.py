@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.calibrate.problem import Problem
-from tarsus.errors import InputError
 from tarsus.files.sweepstore import SweepStore
 
 __all__ = ["Archive"]

@@ -22,8 +22,8 @@ from tarsus.calibrate.search import Found, budget, search_branches
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
-from tarsus.laws import Law
-from tarsus.plan import source_hash
+from tarsus.model.laws import Law
+from tarsus.plan.lowering import source_hash
 
 __all__ = ["Calibrated", "Solution", "calibrate", "solve"]
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.spec import with_values
+from tarsus.base.units import parse_quantity
 from tarsus.calibrate.description import MeasureColumn, Study
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.objective import Cells, Limit
@@ -15,8 +17,6 @@ from tarsus.calibrate.readings import unit_of
 from tarsus.calibrate.scenes import RunBranch
 from tarsus.calibrate.table import Table, number_of
 from tarsus.measure import scene_period
-from tarsus.spec import with_values
-from tarsus.units import parse_quantity
 
 __all__ = ["OtherCells", "absolute_of", "cells_of", "limits_of"]
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, model_validator
 
-from tarsus.explain import PathErrors
-from tarsus.scene import Scene
-from tarsus.spec import Description, Name, quantity
+from tarsus.base.messages import PathErrors
+from tarsus.base.spec import Description, Name, quantity
+from tarsus.model.scene import Scene
 
 __all__ = [
     "Along",

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from types import CodeType
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 
 __all__ = ["FUNCTIONS", "Expression"]
 

@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from tarsus.errors import InputError
-from tarsus.scene import Scene
-from tarsus.spec import FloatInfo, get_value, with_values
-from tarsus.units import parse_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.spec import FloatInfo, get_value, with_values
+from tarsus.base.units import parse_quantity
+from tarsus.model.scene import Scene
 
 __all__ = ["Faults"]
 

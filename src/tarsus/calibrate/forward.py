@@ -9,18 +9,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.base.workers import spread
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings
 from tarsus.calibrate.scenes import Row, RunBranch, finite
-from tarsus.errors import InputError
 from tarsus.measure import scene_period
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
 from tarsus.solve.engines import Shared
-from tarsus.spec import with_values
 from tarsus.study.seeds import random_velocities
-from tarsus.workers import spread
 
 __all__ = ["Forward"]
 

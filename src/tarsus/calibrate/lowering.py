@@ -10,6 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, with_values
+from tarsus.base.units import parse_quantity
 from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Option, Study
 from tarsus.calibrate.expressions import Expression
@@ -20,12 +24,8 @@ from tarsus.calibrate.problem import Given, Problem, Unknowns
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
 from tarsus.calibrate.table import Table, number_of
-from tarsus.errors import InputError
-from tarsus.explain import nearest
 from tarsus.measure import no_measure
-from tarsus.scene import Scene
-from tarsus.spec import float_paths, with_values
-from tarsus.units import parse_quantity
+from tarsus.model.scene import Scene
 
 __all__ = ["Lowered", "conditions_of", "lower_study", "run_rows"]
 

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.calibrate.cells import absolute_of
 from tarsus.calibrate.ensemble import Ensemble
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.lowering import Lowered, conditions_of, lower_study, run_rows
 from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
-from tarsus.errors import InputError
-from tarsus.laws import Law
 from tarsus.measure import scene_period
-from tarsus.scene import Scene
-from tarsus.spec import with_values
+from tarsus.model.laws import Law
+from tarsus.model.scene import Scene
 
 __all__ = ["MIXTURE_FILE", "Mixture", "load_mixture", "mixture_table"]
 

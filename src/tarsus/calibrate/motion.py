@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate
 
 __all__ = ["motion_of", "oscillations_per_step", "swing"]

@@ -6,17 +6,17 @@ import json
 from pathlib import Path
 from typing import Any
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.account import calibration_table, device_file
 from tarsus.calibrate.calibrating import Calibrated
 from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.studyfile import TABLE_FILE
-from tarsus.errors import InputError
 from tarsus.files.store import REPORT_FILE, write_text
 from tarsus.files.sweepstore import SWEEP_FILES
 from tarsus.files.toml import scene_text
-from tarsus.scene import Provenance, Scene, Source
-from tarsus.spec import get_value, with_values
+from tarsus.model.scene import Provenance, Scene, Source
 
 __all__ = ["CALIBRATION_FILE", "CALIBRATION_FILES", "branch_scene", "mixture_of", "write_outputs"]
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tarsus.calibrate.expressions import Expression
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 
 __all__ = ["Interpolated", "Row", "RunBranch", "Setting", "finite"]
 

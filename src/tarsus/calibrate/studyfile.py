@@ -8,11 +8,11 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.table import Table, parse_table
-from tarsus.errors import InputError
-from tarsus.laws import Law
-from tarsus.spec import validate
+from tarsus.model.laws import Law
 from tarsus.study.rows import read_text
 from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, read_table, scene_of_study, study_path
 

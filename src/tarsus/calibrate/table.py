@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 
 __all__ = ["Table", "number_of", "parse_table"]
 

@@ -115,7 +115,7 @@ def run(argv: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as error:
-        from tarsus.errors import InputError
+        from tarsus.base.errors import InputError
 
         if isinstance(error, InputError):
             console.complain(error.problems)

@@ -46,12 +46,12 @@ def calibrate(
     json
         print one JSON object instead of the tables.
     """
+    from tarsus.base.errors import InputError
     from tarsus.calibrate.account import calibration_table
     from tarsus.calibrate.calibrating import calibrate as run
     from tarsus.calibrate.outputs import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study
     from tarsus.cli import console, requests
-    from tarsus.errors import InputError
     from tarsus.files.output import OutputFolder
 
     described = load_study(study, requests.laws_of(law or ()))

@@ -18,9 +18,9 @@ def check(file: Path, /, *, law: Annotated[list[Path] | None, Parameter(negative
     law
         a Python file with laws that the scene uses; may be repeated.
     """
+    from tarsus.base.spec import float_paths
     from tarsus.cli.requests import laws_of
     from tarsus.files.toml import read_scene
-    from tarsus.spec import float_paths
 
     scene = read_scene(file, laws_of(law or ()))
     counts = (

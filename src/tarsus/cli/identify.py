@@ -70,11 +70,11 @@ def identify(
 
 
 def _show(found: Identification) -> None:
+    from tarsus.base.spec import float_paths
     from tarsus.cli import console
     from tarsus.identify.assessment import assessed
     from tarsus.identify.result import TAKEN
     from tarsus.identify.verdict import Determined
-    from tarsus.spec import float_paths
 
     units = float_paths(found.model.scene)
     judged = assessed(found)

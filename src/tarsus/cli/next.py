@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 if TYPE_CHECKING:
     from tarsus.identify.ranking import Ranking
-    from tarsus.scene import Scene
+    from tarsus.model.scene import Scene
 
 SHOWN = 12
 """Signals that the table names; --json gives all."""
@@ -60,8 +60,8 @@ def next(
     json
         print one JSON object instead of the table.
     """
+    from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
-    from tarsus.errors import InputError
     from tarsus.identify.belief import Belief, read_draws, unknown_paths
     from tarsus.identify.candidates import grid_about
     from tarsus.identify.ranking import rank
@@ -104,8 +104,8 @@ def _numbers(option: str, text: str | None, unit: str, problems: list[str]) -> l
 
 def _number(option: str, text: str, unit: str, problems: list[str]) -> float:
     """One SI number; what is wrong with it is added to ``problems``."""
-    from tarsus.errors import InputError
-    from tarsus.units import parse_quantity
+    from tarsus.base.errors import InputError
+    from tarsus.base.units import parse_quantity
 
     try:
         return parse_quantity(text, unit)
@@ -123,9 +123,9 @@ def _known(std: float) -> str:
 
 
 def _print(found: Ranking, scene: Scene, paths: tuple[str, ...]) -> None:
+    from tarsus.base.spec import float_paths
+    from tarsus.base.units import format_quantity
     from tarsus.cli import console
-    from tarsus.spec import float_paths
-    from tarsus.units import format_quantity
 
     info = float_paths(scene)[found.parameter]
     others = [path for path in paths if path != found.parameter]

@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 if TYPE_CHECKING:
-    from tarsus.laws import Law
-    from tarsus.scene import Scene
+    from tarsus.model.laws import Law
+    from tarsus.model.scene import Scene
 
 _LAWS = "ground.laws."
 
@@ -58,8 +58,8 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
 
     if not law_files:
         return load_scene(name, **values)
-    from tarsus.scene import override
-    from tarsus.spec import validate
+    from tarsus.base.spec import validate
+    from tarsus.model.scene import override
 
     laws = laws_of(law_files)
     in_file = load_scene(name, laws=laws).ground.laws
@@ -82,7 +82,7 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
 
 def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
     """The laws of all files by name."""
-    from tarsus.laws import load_laws
+    from tarsus.model.laws import load_laws
 
     laws: dict[str, type[Law]] = {}
     for file in law_files:
@@ -95,8 +95,8 @@ def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
+    from tarsus.base.units import parse_quantity
     from tarsus.study.cost import MOST_STEPS, estimated_steps
-    from tarsus.units import parse_quantity
 
     if text is None:
         seconds = scene.duration

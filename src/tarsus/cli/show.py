@@ -30,10 +30,10 @@ def show(
     json
         print one JSON object instead of a table.
     """
+    from tarsus.base.spec import float_paths
     from tarsus.cli import console
     from tarsus.cli.requests import laws_of
     from tarsus.files.library import load_scene
-    from tarsus.spec import float_paths
 
     scene = load_scene(name, laws=laws_of(law or ()))
     rows = [_row(scene, path, info) for path, info in float_paths(scene).items()]
@@ -84,7 +84,7 @@ def _impact(scene: Any) -> dict[str, Any] | None:
     """The impact map at the first foot, and the largest factor by which it can multiply kinetic energy."""
     if not scene.robot.feet:
         return None
-    from tarsus.laws import MassWeighted
+    from tarsus.model.laws import MassWeighted
     from tarsus.study.impacts import directed
 
     chosen = scene.ground.impact or MassWeighted()
@@ -115,7 +115,7 @@ def _without_index(path: str) -> str:
 
 def _values(group: list[dict[str, Any]]) -> str:
     """One value, or a short list, or the size and range of a long one."""
-    from tarsus.units import format_quantity
+    from tarsus.base.units import format_quantity
 
     texts = [format_quantity(row["value"], row["unit"]) for row in group]
     if len(texts) <= LONGEST_LIST:
@@ -127,7 +127,7 @@ def _values(group: list[dict[str, Any]]) -> str:
 
 def _intervals(group: list[dict[str, Any]]) -> str:
     """95 % intervals of one value or a short list: as wide on both sides where they are, else from where to where."""
-    from tarsus.units import format_quantity
+    from tarsus.base.units import format_quantity
 
     if len(group) > LONGEST_LIST or not any(row["interval"] for row in group):
         return ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 if TYPE_CHECKING:
-    from tarsus.scene import Scene
+    from tarsus.model.scene import Scene
 
 
 def simulate(

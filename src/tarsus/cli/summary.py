@@ -12,8 +12,9 @@ ROUNDING = 1e-9
 
 def run_object(run: Any, written: Sequence[Path]) -> dict[str, Any]:
     """What `simulate --json` prints: plain data, SI units."""
+    from tarsus.base.events import EVENT_WORDS
     from tarsus.files.ledger import ledger_table
-    from tarsus.files.store import EVENT_WORDS, measures_table, warnings_table
+    from tarsus.files.store import measures_table, warnings_table
 
     kinds = run.events["kind"].tolist()
     return {

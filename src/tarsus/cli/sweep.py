@@ -38,8 +38,8 @@ def sweep(
     import shlex
     import time
 
+    from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
-    from tarsus.errors import InputError
     from tarsus.files.output import OutputFolder
     from tarsus.files.sweepstore import SWEEP_FILES
     from tarsus.study.studyfile import load_sweep

@@ -41,12 +41,12 @@ def synthesize(
     overwrite
         replace what `synthesize` wrote into the folder before; other files stay.
     """
+    from tarsus.base.errors import InputError
+    from tarsus.base.units import parse_quantity
     from tarsus.cli import console, requests
-    from tarsus.errors import InputError
     from tarsus.experiment.campaign_folder import CAMPAIGN_FILES, write_campaign
     from tarsus.experiment.synthesis import Instrument, perturbed
     from tarsus.files.output import OutputFolder
-    from tarsus.units import parse_quantity
 
     scene = requests.scene_for(device, requests.settings(set_ or ()), ())
     try:

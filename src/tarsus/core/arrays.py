@@ -1,6 +1,8 @@
-"""What runs are made of as arrays: laws of feet, columns of events and of recorded steps, kinds and codes."""
+"""What runs are made of as arrays: columns of events and of recorded steps, codes; a legged body and its energies."""
 
 from __future__ import annotations
+
+from collections import namedtuple
 
 # columns of an event row
 (E_TIME, E_FOOT, E_KIND, E_BEFORE, E_AFTER, E_PULL, E_STRENGTH, E_ENERGY, E_ADHESION, E_APEX, E_APEX_TIME,
@@ -10,7 +12,19 @@ EVENT_WIDTH = 12
 T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)
 TRACE_HEAD = 5
 
-BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
+# Return codes of the engine, as in native/kinds.hpp.
+DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE = range(5)
 
-# Return codes of the kernel.
-DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, NEED_MODE, EVENTS_FULL, TRACE_FULL = range(8)
+# What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks.
+# Direction 0 is upward, 1 along the way.
+# body_mass, body_weight (nb,); lever (nb,) largest hip entry; mass (nl,); stiffness, damping (nl, 2); hip (nl, 2, nb);
+# gap (nl,) clearance at rest; foot (nl,) number of its foot or -1; leg (m,) leg of a foot; kind (nl, 2) of its blocks;
+# weight (nl,); first (nl + 1,), drive, gain (., 2): drives that act on the foot of each leg; body_load (nd, nb).
+Body = namedtuple(
+    "Body",
+    "body_mass body_weight lever mass stiffness damping hip gap foot leg kind weight first drive gain body_load",
+)
+
+# Work done by drives and weight, and by dampers, films, smooth forces and friction, in samples and at the end of a run.
+WORK, DAMPING, FILM, SMOOTH, FRICTION = range(5)
+ENERGIES = 5

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.design.step_lift import StepLift, step_lift
-from tarsus.errors import InputError
-from tarsus.spec import with_values
-from tarsus.structure.base import Array
-from tarsus.structure.leg import Leg
-from tarsus.structure.leg_motion import GRAVITY
+from tarsus.model.structure.base import Array
+from tarsus.model.structure.leg import Leg
+from tarsus.model.structure.leg_motion import GRAVITY
 
 __all__ = ["LENGTHS", "Landscape", "LinkDesign", "design_links", "landscape"]
 

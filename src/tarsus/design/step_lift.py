@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tarsus.structure.base import Array
-from tarsus.structure.leg import Leg
-from tarsus.structure.leg_motion import standing_load
+from tarsus.model.structure.base import Array
+from tarsus.model.structure.leg import Leg
+from tarsus.model.structure.leg_motion import standing_load
 
 __all__ = ["StepLift", "step_lift"]
 

@@ -11,8 +11,8 @@ from scipy.ndimage import convolve1d
 from scipy.optimize import fminbound
 from scipy.signal import correlate, correlation_lags, firwin
 
-from tarsus.errors import InputError
-from tarsus.measurement import Measurement, check_sampled_together
+from tarsus.base.errors import InputError
+from tarsus.records.measurement import Measurement, check_sampled_together
 
 __all__ = ["Alignment", "align", "delayed", "subtract"]
 

@@ -6,9 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tarsus.drive.hysteresis import PrandtlIshlinskii
-from tarsus.drive.laws import LinearForce
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.experiment.record_files import write_csv, write_hdf, write_mat, write_polytec, write_uff
 from tarsus.experiment.synthesis import (
     Instrument,
@@ -19,15 +18,16 @@ from tarsus.experiment.synthesis import (
     recordings,
     rest_of,
 )
-from tarsus.files.readers.choices import ChannelChoice
 from tarsus.files.store import write_text
 from tarsus.files.toml import description_text, write_scene
 from tarsus.identify.campaign import Campaign, RecordSet
 from tarsus.identify.known import PLACEHOLDER
-from tarsus.measurement import Measurement
-from tarsus.scene import ModalLoad, Provenance, Scene, Source
-from tarsus.spec import with_values
-from tarsus.structure import Beam, Modal
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.scene import ModalLoad, Provenance, Scene, Source
+from tarsus.model.structure import Beam, Modal
+from tarsus.records.measurement import Measurement
+from tarsus.records.readers.choices import ChannelChoice
 
 __all__ = ["CAMPAIGN_FILES", "unknown_device", "write_campaign"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, t
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 __all__ = ["Spread", "common_ratio", "spread"]
 

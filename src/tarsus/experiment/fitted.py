@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from tarsus.experiment.free import FreeResponse, ImpactFit, fit_impact
 from tarsus.experiment.impacts import Impacts
-from tarsus.measurement import Measurement
+from tarsus.records.measurement import Measurement
 
 __all__ = ["FittedImpacts", "Window", "fit_impacts", "joined", "usable"]
 

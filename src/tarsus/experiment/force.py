@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.free import point_rows
-from tarsus.measurement import Measurement, Quantity
-from tarsus.structure.base import Matrices, Structure
+from tarsus.model.structure.base import Matrices, Structure
+from tarsus.records.measurement import Measurement, Quantity
 
 __all__ = ["ForceEstimate", "ImpactForces", "estimate_forces", "impact_forces", "integrate", "point_matrices"]
 

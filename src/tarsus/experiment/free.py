@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh, expm
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
-from tarsus.structure.base import Structure
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.model.structure.base import Structure
 
 __all__ = ["FreeResponse", "ImpactFit", "fit_impact", "point_rows"]
 

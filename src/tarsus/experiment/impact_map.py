@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.alignment import Alignment, align, delayed, subtract
 from tarsus.experiment.estimates import Spread, common_ratio
 from tarsus.experiment.fitted import FittedImpacts, Window, fit_impacts, joined, usable
 from tarsus.experiment.free import FreeResponse
 from tarsus.experiment.gate import RESIDUAL_LIMIT, Verdict, residual_gate
 from tarsus.experiment.impacts import Impacts, detect_impacts
-from tarsus.measurement import Measurement, Quantity
-from tarsus.structure.base import Structure
+from tarsus.model.structure.base import Structure
+from tarsus.records.measurement import Measurement, Quantity
 
 __all__ = ["ImpactMapEstimate", "Repeat", "estimate_impact_map"]
 

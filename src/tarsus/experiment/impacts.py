@@ -9,9 +9,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.estimates import Spread, spread
-from tarsus.measurement import Measurement, Quantity, check_sampled_together
+from tarsus.records.measurement import Measurement, Quantity, check_sampled_together
 
 __all__ = ["Impacts", "PlainFigures", "detect_impacts", "plain_figures"]
 

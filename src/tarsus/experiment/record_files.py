@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.files.readers.choices import ChannelChoice
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.records.measurement import Channel, Measurement, Quantity
+from tarsus.records.readers.choices import ChannelChoice
 
 __all__ = ["write_csv", "write_hdf", "write_mat", "write_polytec", "write_uff"]
 

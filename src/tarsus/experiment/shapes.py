@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.free import point_rows
 from tarsus.measure.mac import mac
-from tarsus.structure.base import Structure
+from tarsus.model.structure.base import Structure
 
 __all__ = ["ShapeComparison", "compare_with_modes", "mode_shapes", "normalised"]
 

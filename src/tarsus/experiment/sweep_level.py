@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.robot import Drive
+from tarsus.model.robot import Drive
 
 __all__ = ["sweep_level"]
 

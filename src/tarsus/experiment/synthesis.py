@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from tarsus.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.base.spec import float_paths, with_values
 from tarsus.experiment.sweep_level import sweep_level
-from tarsus.measurement import Channel, Measurement, Quantity
-from tarsus.scene import Scene
+from tarsus.model.drive.waveforms import RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
+from tarsus.model.scene import Scene
+from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.solve import ResultCode, simulate
-from tarsus.spec import float_paths, with_values
 
 __all__ = [
     "Instrument",
@@ -456,10 +457,10 @@ def _squares() -> list[list[Square]]:
 
 def _clear_bounces(events: np.ndarray, wave: Square, rate: float, seconds: float) -> int:
     """Bounces with samples enough between them and the touches and jumps of the drive on both sides."""
-    touch = events[events["kind"] != 3]
+    touch = events[events["kind"] != EventKind.RELEASE]
     jumps = 0.5 / wave.frequency * np.arange(round(2.0 * seconds * wave.frequency) + 1)
     ends = np.sort(np.concatenate([touch["time"], jumps]))
-    bounces = touch["time"][touch["kind"] == 1]
+    bounces = touch["time"][touch["kind"] == EventKind.BOUNCE]
     place = np.searchsorted(ends, bounces)
     inside = (place > 0) & (place < len(ends) - 1)
     before = bounces[inside] - ends[place[inside] - 1]

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.signal import lfilter
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
-from tarsus.measurement import Channel, Measurement, Quantity
-from tarsus.spec import Description, quantity, with_values
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import Description, quantity, with_values
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 if TYPE_CHECKING:
     from tarsus.solve import Run

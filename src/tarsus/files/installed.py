@@ -10,8 +10,8 @@ from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 
 __all__ = ["DEVICES", "STUDIES", "file_names", "named_file"]
 

@@ -10,13 +10,13 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
-from tarsus.explain import alternatives, kind_of, nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import alternatives, kind_of, nearest
 from tarsus.files.installed import DEVICES, file_names, named_file
 from tarsus.files.toml import read_scene
-from tarsus.laws import Law
-from tarsus.scene import Scene, override
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.laws import Law
+from tarsus.model.scene import Scene, override
 
 __all__ = ["changed", "device_names", "load_scene"]
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 __all__ = ["MANIFEST", "OutputFolder"]
 

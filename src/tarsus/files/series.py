@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 if TYPE_CHECKING:
     import xarray

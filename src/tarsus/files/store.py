@@ -23,7 +23,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.events import EVENT_WORDS
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 
@@ -48,17 +49,6 @@ RUN_FILES = (
     REPORT_FILE,
 )  # fmt: skip
 """Everything that a run's folder may hold of the run."""
-
-EVENT_WORDS: dict[int, str] = {
-    1: "bounce",
-    2: "capture",
-    3: "release",
-    4: "rest",
-    5: "contact at start",
-    7: "slip begins",
-    8: "stick begins",
-}
-"""Kind number of an event -> the word used in `events.csv` and in reports."""
 
 EVENT_UNITS: dict[str, str] = {
     "time": "s",
@@ -276,7 +266,7 @@ def _measured(run: RunLike) -> dict[str, Any]:
 
 def provenance_table(scene: Any) -> dict[str, dict[str, Any]]:
     """Provenance by path: source, note, and the value with its SI unit if it is one number."""
-    from tarsus.spec import float_paths
+    from tarsus.base.spec import float_paths
 
     values = float_paths(scene)
     table: dict[str, dict[str, Any]] = {}

@@ -16,7 +16,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.output import MANIFEST
 from tarsus.files.series import Variables, write_netcdf
 

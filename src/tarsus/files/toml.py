@@ -11,12 +11,12 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from tarsus.errors import InputError
-from tarsus.laws import Law
-from tarsus.scene import Scene, provenance_problems, table_faults
-from tarsus.spec import Description, quantity_units, validate
-from tarsus.structure import AnyStructure
-from tarsus.units import format_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.spec import Description, quantity_units, validate
+from tarsus.base.units import format_quantity
+from tarsus.model.laws import Law
+from tarsus.model.scene import Scene, provenance_problems, table_faults
+from tarsus.model.structure import AnyStructure
 
 __all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "write_scene"]
 

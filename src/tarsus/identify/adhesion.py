@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.breakoff import BreakOffs
 from tarsus.identify.draws import drawn_counts, student
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.touchdown import Contacts, seen_contacts, simulated_contacts
+from tarsus.model.drive.waveforms import Waveform
 
 __all__ = ["Line", "identify_adhesion"]
 

@@ -11,10 +11,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.frf import estimate_frf
 from tarsus.identify.step import LeftOut
-from tarsus.measurement import Measurement, Quantity
+from tarsus.records.measurement import Measurement, Quantity
 
 __all__ = ["Agreed", "agreeing"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.chain import Identification
 from tarsus.identify.known import Known
 from tarsus.identify.verdict import Assessment, judge_samples

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, qmc
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import float_paths, get_value
 from tarsus.identify.ranges import LEVEL
-from tarsus.scene import Scene
-from tarsus.spec import float_paths, get_value
+from tarsus.model.scene import Scene
 
 __all__ = ["Belief", "read_draws", "unknown_paths"]
 

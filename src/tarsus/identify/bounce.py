@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 from pydantic import Field, field_validator
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.messages import PathErrors, nearest
+from tarsus.base.spec import Description, Named, quantity, validate
 from tarsus.experiment.synthesis import Purpose
-from tarsus.explain import PathErrors, nearest
 from tarsus.files.library import load_scene
-from tarsus.files.readers import read_measurement
-from tarsus.files.readers.choices import Choices
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
-from tarsus.measurement import Measurement
-from tarsus.scene import Scene
-from tarsus.spec import Description, Named, quantity, validate
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.scene import Scene
+from tarsus.records.measurement import Measurement
+from tarsus.records.readers import read_measurement
+from tarsus.records.readers.choices import Choices
 
 __all__ = ["Campaign", "Opened", "Reading", "RecordSet", "drive_problems", "read_campaign", "read_records"]
 

@@ -7,12 +7,12 @@ from itertools import product
 
 from pydantic import Field
 
-from tarsus.drive.waveforms import RampedSquare, Waveform
-from tarsus.errors import InputError
-from tarsus.explain import nearest
-from tarsus.scene import Scene
-from tarsus.spec import Description, quantity, with_values
-from tarsus.units import format_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import Description, quantity, with_values
+from tarsus.base.units import format_quantity
+from tarsus.model.drive.waveforms import RampedSquare, Waveform
+from tarsus.model.scene import Scene
 
 __all__ = ["Candidate", "candidate_grid", "grid_about"]
 

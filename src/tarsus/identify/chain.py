@@ -9,8 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import SweptSine
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.campaign import Opened, Reading
@@ -29,6 +28,7 @@ from tarsus.identify.resonance import Resonances, identify_resonances, static_re
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Used
 from tarsus.identify.traces import Trace
+from tarsus.model.drive.waveforms import SweptSine
 
 __all__ = ["Chain", "Identification", "identify"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 __all__ = ["Circle", "CircleFit", "fit_circle", "fit_mode_circle"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 __all__ = ["Coordinates"]
 

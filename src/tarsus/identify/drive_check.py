@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Waveform
 from tarsus.identify.traces import jumps_of
+from tarsus.model.drive.waveforms import Waveform
 
 __all__ = ["DriveFit", "Fitted", "cut_short", "drive_faults", "fit_drive", "stated_length"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.campaign import Opened, Reading, read_records
 from tarsus.identify.consistency import not_together, odd_ones

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.features import Features, Instrument, simulated
 from tarsus.identify.limits import field_limits
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
 __all__ = ["FeatureLikelihood", "Observed"]

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import Description, quantity
 from tarsus.measure import PER_WINDOW, Judged, Judgement, Moments, RunTable, by_period
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
-from tarsus.spec import Description, quantity
 
 __all__ = [
     "FEATURES",

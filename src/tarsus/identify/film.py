@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.breakoff import WORST, BreakOffs, FilmGuess, Fitted, find_break_offs
 from tarsus.identify.draws import carried, newton_draws
 from tarsus.identify.foot import FootModel

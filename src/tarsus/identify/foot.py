@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.laws import VoltageLaw
-from tarsus.drive.waveforms import Waveform
+from tarsus.base.spec import with_values
 from tarsus.experiment.synthesis import rest_state
-from tarsus.scene import Scene
-from tarsus.spec import with_values
+from tarsus.model.drive.laws import VoltageLaw
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.scene import Scene
 
 __all__ = ["FootModel"]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import csd
 
-from tarsus.errors import InputError
-from tarsus.measurement import FrequencyResponse, Measurement, Quantity
+from tarsus.base.errors import InputError
+from tarsus.records.measurement import FrequencyResponse, Measurement, Quantity
 
 __all__ = ["Estimator", "Frf", "estimate_frf"]
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.bounce import impacts_of
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import Curve, Panel
@@ -28,6 +27,7 @@ from tarsus.measure import (
     by_window,
     periods_used,
 )
+from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import ResultCode, simulate
 
 __all__ = ["Comparison", "Contacts", "Moved", "compare", "contacts_of", "moved"]

@@ -1,6 +1,6 @@
 """Static loops -> the drive's hysteresis operator, and how its force is shared out over the structure.
 
-``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of `tarsus.drive.hysteresis`. All
+``K x = load F(V)``, equation (2.8) for any linear structure, with F of the form of `tarsus.model.drive.hysteresis`. All
 parameters of F are linear, so that loops are a linear least-squares problem. Where the foot stands on the ground the
 combination of points counts that the ground's force does not move. Displacements are known from the rest after poling
 only; the neutral position, and with it the constant of F, follows from the gap: the foot at rest is at ``-gap -
@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.laws import PrandtlIshlinskii, VoltageLaw
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
@@ -23,7 +22,8 @@ from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
-from tarsus.scene import ModalLoad
+from tarsus.model.drive.laws import PrandtlIshlinskii, VoltageLaw
+from tarsus.model.scene import ModalLoad
 
 __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
 

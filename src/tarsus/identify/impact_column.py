@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.estimates import common_ratio
 from tarsus.identify.breakoff import WORST
 from tarsus.identify.draws import DRAWS

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import t
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.bootstrap import Basis, Interval
 from tarsus.identify.frf import Frf
 from tarsus.identify.modal import IdentifiedMode, ModalFit, Verdict

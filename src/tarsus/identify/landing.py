@@ -14,12 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.foot import FootModel
 from tarsus.identify.heldout import moved
 from tarsus.identify.traces import STILL, Trace
-from tarsus.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
 
 __all__ = ["LandingFit", "LandingVerdict", "judge_landing"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.errors import InputError
-from tarsus.scene import Scene
-from tarsus.spec import Description, float_paths, get_value
+from tarsus.base.errors import InputError
+from tarsus.base.spec import Description, float_paths, get_value
+from tarsus.model.scene import Scene
 
 __all__ = ["field_limits"]
 

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.traces import STILL, Trace
 from tarsus.identify.volts import Volts
+from tarsus.model.drive.laws import LinearForce, PrandtlIshlinskii, VoltageLaw
 
 __all__ = ["Block", "Sums", "across", "basis_of", "blocks_of", "law_paths", "law_with"]
 

@@ -9,15 +9,15 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.bootstrap import Basis, Interval, pole_intervals
 from tarsus.identify.frf import Frf
 from tarsus.identify.lscf import fit_poles
 from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.pole_search import candidate_poles, poles_of_parts, reach
 from tarsus.identify.refine import LocalFit, refine_pole
-from tarsus.measurement import FrequencyResponse
-from tarsus.structure.modal import Modal
+from tarsus.model.structure.modal import Modal
+from tarsus.records.measurement import FrequencyResponse
 
 __all__ = ["IdentifiedMode", "ModalFit", "Verdict", "identify_modes"]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Waveform
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
 from tarsus.experiment.estimates import Spread
 from tarsus.experiment.impact_map import ImpactMapEstimate, estimate_impact_map
 from tarsus.experiment.synthesis import IN_AIR, rest_state
@@ -18,9 +18,9 @@ from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import Trace
-from tarsus.measurement import Measurement, Quantity
+from tarsus.model.drive.waveforms import Waveform
+from tarsus.records.measurement import Measurement, Quantity
 from tarsus.solve import ResultCode, simulate
-from tarsus.spec import with_values
 
 __all__ = ["InAir", "Pair", "compare_in_air", "map_from_pairs", "told_by_pairs"]
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.belief import Belief
 from tarsus.identify.correlation import Ties
 from tarsus.identify.profile import LogLikelihood

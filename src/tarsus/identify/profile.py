@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq, minimize
 from scipy.stats import chi2, qmc
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.ranges import LEVEL, Range
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.correlation import Combination, Sum, Ties, find_exponents, find_weight
 from tarsus.identify.profile import LogLikelihood, Profile, Profiler, one_by_one

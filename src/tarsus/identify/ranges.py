@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import bootstrap, norm, t
 
-from tarsus.errors import InputError
-from tarsus.units import format_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.units import format_quantity
 
 __all__ = ["LEVEL", "Range", "Resampled", "over_repeats", "range_of_draws", "range_of_repeats"]
 

@@ -11,13 +11,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
-from tarsus.explain import nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
 from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate
 from tarsus.identify.features import Features, Instrument, simulated
 from tarsus.identify.limits import field_limits
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
 __all__ = ["RANKED", "Plan", "Ranked", "Ranking", "rank"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import t
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.agreement import Agreed, agreeing
 from tarsus.identify.bootstrap import Interval
 from tarsus.identify.draws import DRAWS, drawn_counts, student
@@ -29,9 +29,9 @@ from tarsus.identify.lsfd import residues_of, synthesise
 from tarsus.identify.modal import IdentifiedMode, ModalFit, identify_modes
 from tarsus.identify.step import Residual, StepResult, Used
 from tarsus.measure.mac import mac
-from tarsus.measurement import Measurement
-from tarsus.scene import ModalLoad
-from tarsus.structure import Beam, Modal
+from tarsus.model.scene import ModalLoad
+from tarsus.model.structure import Beam, Modal
+from tarsus.records.measurement import Measurement
 
 __all__ = ["Resonances", "identify_resonances"]
 

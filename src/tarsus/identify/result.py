@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.spec import FrozenDict, float_paths, with_values
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
 from tarsus.identify.assessment import assessed
@@ -15,8 +16,7 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.landing import LandingVerdict
 from tarsus.identify.step import StepResult
 from tarsus.identify.verdict import Assessment
-from tarsus.scene import Provenance, Scene, Source
-from tarsus.spec import FrozenDict, float_paths, with_values
+from tarsus.model.scene import Provenance, Scene, Source
 
 __all__ = ["RESULT_FILES", "TAKEN", "identified_device", "summary_of", "write_identification"]
 

@@ -14,18 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.waveforms import Waveform
+from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.identify.breakoff import BreakOffs, Fitted
 from tarsus.identify.foot import FootModel
+from tarsus.model.drive.waveforms import Waveform
 from tarsus.solve import simulate
 
 __all__ = ["Contacts", "seen_contacts", "simulated_contacts"]
 
 Floats = NDArray[np.float64]
 
-RELEASE = 3
-_TOUCHES = (2, 4, 5)
-"""Events with which a contact begins: captured, come to rest, in contact at the start."""
 _BEGIN = 1.5
 _END = 2.0
 """Samples within which a simulated contact must begin and end where the recorded one does."""
@@ -89,7 +87,7 @@ def _contacts(model: FootModel, offs: BreakOffs, name: str, signal: Waveform) ->
     early, those before."""
     until = max(float(t.time[-1]) for t in offs.traces if t.set == name)
     events = simulate(model.driven(signal), until).events
-    events = events[np.isin(events["kind"], (*_TOUCHES, RELEASE))]
-    ended = np.flatnonzero(events["kind"][1:] == RELEASE)
-    ended = ended[np.isin(events["kind"][ended], _TOUCHES)]
+    events = events[np.isin(events["kind"], (*CONTACT_BEGINS, EventKind.RELEASE))]
+    ended = np.flatnonzero(events["kind"][1:] == EventKind.RELEASE)
+    ended = ended[np.isin(events["kind"][ended], CONTACT_BEGINS)]
     return events["time"][ended], events["time"][ended + 1]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.errors import InputError
-from tarsus.measurement import Measurement, Quantity
+from tarsus.base.errors import InputError
+from tarsus.records.measurement import Measurement, Quantity
 
 __all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
 

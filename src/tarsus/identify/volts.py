@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.laws import VoltageLaw
 from tarsus.identify.flight import SUBSTEPS
+from tarsus.model.drive.laws import VoltageLaw
 
 __all__ = ["Volts"]
 

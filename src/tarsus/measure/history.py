@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.events import EventKind
 from tarsus.measure.segments import Floats, Rows, firsts, largest, last_at, owners
 
 RESOLUTION = 1e-7
@@ -26,9 +27,7 @@ COUNTED = (
 )
 """What is counted as a bounce unless height and dwell are given, for a table of several drive periods."""
 
-# Kinds of events, as in ``tarsus.core.arrays``.
-BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = 1, 2, 3, 4, 5, 6
-IMPACTS = (BOUNCE, CAPTURE, REST)
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, PERIOD_MARK = list(EventKind)[:6]
 """Kinds of events that are impacts."""
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 __all__ = ["mac"]
 

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.explain import nearest
+from tarsus.base.messages import nearest
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.measure.cautions import cautions
 from tarsus.measure.history import RESOLUTION, Counting, EventHistories, Histories
 from tarsus.measure.measure import Caution, Definition, Measure, Measured, Measures, Moments, Scope, of_feet

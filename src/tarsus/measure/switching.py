@@ -14,9 +14,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from tarsus.drive.signal import Signal
 from tarsus.measure.segments import Floats
-from tarsus.robot import Drive
+from tarsus.model.drive.signal import Signal
+from tarsus.model.robot import Drive
 
 __all__ = ["charging_energy", "rise_squares"]
 

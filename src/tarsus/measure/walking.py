@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.measure.history import RESOLUTION
 from tarsus.measure.measure import Definition, Measured, Measures, Moments, Scope, of_feet, of_robot
 from tarsus.measure.periods import by_period, cautions_of
@@ -18,7 +18,7 @@ from tarsus.measure.segments import Floats, Rows, firsts, largest, owners, place
 from tarsus.measure.switching import charging_energy
 from tarsus.measure.table import Judged, Judgement, RunTable
 from tarsus.measure.whole import in_whole_run
-from tarsus.structure import Walker
+from tarsus.model.structure import Walker
 
 __all__ = ["STANDSTILL", "measured", "measures_of", "walk_statistics"]
 

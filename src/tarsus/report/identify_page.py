@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tarsus.base.spec import float_paths
 from tarsus.files.store import package_version, write_text
 from tarsus.identify.assessment import assessed
 from tarsus.identify.chain import Identification
@@ -32,7 +33,6 @@ from tarsus.report.html import (
     warning,
 )
 from tarsus.report.style import figure_style
-from tarsus.spec import float_paths
 
 __all__ = ["identify_html", "write_identify_report"]
 

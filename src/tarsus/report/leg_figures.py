@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from tarsus.base.spec import float_paths, get_value
 from tarsus.design.links import Landscape, LinkDesign
+from tarsus.model.structure.base import Array
+from tarsus.model.structure.leg import Leg
+from tarsus.model.structure.leg_motion import LegMotion
 from tarsus.report.figures import Plate
 from tarsus.report.style import (
     BLUE,
@@ -19,10 +23,6 @@ from tarsus.report.style import (
     stack,
     to_svg,
 )
-from tarsus.spec import float_paths, get_value
-from tarsus.structure.base import Array
-from tarsus.structure.leg import Leg
-from tarsus.structure.leg_motion import LegMotion
 
 __all__ = ["landscape_figure", "step_figure"]
 

@@ -9,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
 from tarsus.report.series import drive_period

@@ -10,8 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
+from tarsus.base.spec import float_paths
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
-from tarsus.files.store import EVENT_WORDS, EVENTS_FILE, RunLike, counted, package_version, write_text
+from tarsus.files.store import EVENTS_FILE, RunLike, counted, package_version, write_text
+from tarsus.model.structure import Walker
 from tarsus.report import figures
 from tarsus.report.circular import circular
 from tarsus.report.html import (
@@ -33,8 +36,6 @@ from tarsus.report.series import Series, joined, series_of
 from tarsus.report.style import figure_style, scale_of
 from tarsus.report.values import value_rows
 from tarsus.report.walk_page import walk_sections
-from tarsus.spec import float_paths
-from tarsus.structure import Walker
 from tarsus.study.impacts import creation_warning
 
 MOST_EVENTS = 500
@@ -49,12 +50,9 @@ ROUNDING = 1e-9
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail."""
 
-SLIDING = (7, 8)
-"""Kinds of events along the ground: slip begins, stick begins."""
-
 _LANDING = ("speed_before", "speed_after", "pull", "strength", "energy", "apex")
 _HOLDING = ("pull", "strength")
-EVENT_FIELDS = {1: _LANDING, 2: _LANDING, 3: _HOLDING, 4: _LANDING, 5: _HOLDING, 7: _HOLDING, 8: _HOLDING}
+EVENT_FIELDS = {kind: _LANDING if kind in IMPACTS else _HOLDING for kind in EVENT_WORDS}
 """What an event of each kind has a value for: leaving the ground is no impact and ends no flight."""
 
 

@@ -9,12 +9,12 @@ from typing import Any, cast
 
 import numpy as np
 
+from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.files.series import Variables
 from tarsus.files.store import RunLike
-from tarsus.laws.base import Law
+from tarsus.model.laws.base import Law
 from tarsus.solve import Run
 
-BOUNCE, CAPTURE, RELEASE, REST, AT_START = 1, 2, 3, 4, 5
 """Kind numbers of the event table."""
 
 Window = tuple[float, float]
@@ -161,9 +161,9 @@ def contact_intervals(events: np.ndarray, foot: int, end: float) -> list[Window]
     since: float | None = None
     mine = events[events["foot"] == foot]
     for time, kind in zip(mine["time"].tolist(), mine["kind"].tolist(), strict=True):
-        if kind in (CAPTURE, REST, AT_START) and since is None:
+        if kind in CONTACT_BEGINS and since is None:
             since = time
-        elif kind in (RELEASE, BOUNCE) and since is not None:
+        elif kind in (EventKind.RELEASE, EventKind.BOUNCE) and since is not None:
             out.append((since, time))
             since = None
     if since is not None:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
+from tarsus.base.spec import float_paths
+from tarsus.base.units import format_quantity
 from tarsus.report.html import number, pretty_unit, set_power
-from tarsus.spec import float_paths
-from tarsus.units import format_quantity
 
 LONGEST_LIST = 6
 """Values of a list shown one by one; longer lists are described by their length and range."""

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 from tarsus.core import _native
 from tarsus.core.replay import Part
-from tarsus.drive.pieces import evaluate
-from tarsus.laws.base import Law
-from tarsus.plan import program_of
+from tarsus.model.drive.pieces import evaluate
+from tarsus.model.laws.base import Law
+from tarsus.plan.lowering import program_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from tarsus.plan import Plan
-    from tarsus.scene import Ground
+    from tarsus.model.scene import Ground
+    from tarsus.plan.lowering import Plan
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]

@@ -7,17 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import with_values
+from tarsus.base.workers import spread
 from tarsus.measure import scene_period
-from tarsus.scene import Scene
-from tarsus.slots import check_bounds, rows_for, rows_of, slot
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import check_bounds, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, engine_for
 from tarsus.solve.results import Batch, BatchRun, Part
 from tarsus.solve.simulate import check_duration, simulate
-from tarsus.spec import with_values
-from tarsus.workers import spread
 
 __all__ = ["Batch", "BatchRun", "simulate_batch"]
 
@@ -44,7 +44,7 @@ def simulate_batch(
         The scene; values that do not vary are its own.
     vary
         Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
-        length, run i having the values number i. Runs that differ in slots only (`tarsus.slots`: laws,
+        length, run i having the values number i. Runs that differ in slots only (`tarsus.plan.slots`: laws,
         gaps, gravity, initial state, drives over time) share one plan and its tables; every other value makes a plan,
         and as a rule tables, of its own.
     duration
@@ -77,7 +77,9 @@ def simulate_batch(
     count = len(next(iter(values.values()))) if values else 1
     data, rest = _divided(scene, values)
     groups: dict[tuple[float, ...], list[int]] = {}
-    for i, chosen in enumerate(zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count):
+    for i, chosen in enumerate(
+        zip(*(values[path].tolist() for path in rest), strict=True) if rest else [()] * count
+    ):
         groups.setdefault(chosen, []).append(i)
     shared = Shared() if shared is None else shared
     periods = np.zeros(count)
@@ -110,7 +112,9 @@ def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str],
     for path, place in places.items():
         if place is not None and place.bounded:
             check_bounds(scene, path, values[path])
-    return [path for path, p in places.items() if p is not None], [path for path, p in places.items() if p is None]
+    return [path for path, p in places.items() if p is not None], [
+        path for path, p in places.items() if p is None
+    ]
 
 
 def _with_accounts(
@@ -127,7 +131,10 @@ def _with_accounts(
 
     def work(i: int) -> tuple[Part, bool]:
         run = simulate(
-            with_values(scene, {path: float(v[i]) for path, v in values.items()}), seconds, accuracy, shared=shared
+            with_values(scene, {path: float(v[i]) for path, v in values.items()}),
+            seconds,
+            accuracy,
+            shared=shared,
         )
         periods[i] = run.period
         open_ = run.code is ResultCode.LEDGER_OPEN

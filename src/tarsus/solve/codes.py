@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from tarsus.base.events import EventKind
 from tarsus.core import arrays as a
 
 
@@ -113,7 +114,7 @@ class EventLog:
         for run in np.unique(np.searchsorted(ends, late, side="right")):
             part = slice(ends[run - 1] if run else 0, ends[run])
             self._all[part] = structured_events(rows[part])
-        kept = self._all["kind"] != a.PERIOD_MARK
+        kept = self._all["kind"] != EventKind.PERIOD_MARK
         self._events = self._all.take(np.flatnonzero(kept))
         self._ends = ends
         self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]

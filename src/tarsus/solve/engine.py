@@ -13,8 +13,8 @@ from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.book import NODES, ModeBook, step_lengths
 from tarsus.core.nodes import N
-from tarsus.plan import Plan
-from tarsus.slots import Rows, rows_of
+from tarsus.plan.lowering import Plan
+from tarsus.plan.slots import Rows, rows_of
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,7 @@ def execute(
     rows = rows_of(plan, 1, period) if rows is None else rows
     settings = unit_settings(plan, duration, accuracy or Accuracy())
     settings.track, settings.record = track, record
-    codes, *rest = _native.run_modal(
-        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows
-    )
+    codes, *rest = _native.run_modal(book.book.native, NODES, rows.signals, plan.laws.native, settings, rows)
     events, event_end, finish, trace, mode, state, pending, physical = rest
     return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
 

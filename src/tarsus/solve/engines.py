@@ -10,17 +10,17 @@ from typing import Any, Protocol
 
 from tarsus.core import _native
 from tarsus.core.book import step_lengths
-from tarsus.drive.law import VoltageLaw
-from tarsus.drive.lower import lower
-from tarsus.drive.pieces import Pieces
-from tarsus.drive.signal import Signal
-from tarsus.plan import Plan, lower_scene
-from tarsus.scene import Scene
-from tarsus.slots import Rows
+from tarsus.model.drive.law import VoltageLaw
+from tarsus.model.drive.lower import lower
+from tarsus.model.drive.pieces import Pieces
+from tarsus.model.drive.signal import Signal
+from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.slots import Rows
+from tarsus.plan.walker import WalkPlan, lower_walker
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute, structure_key
 from tarsus.solve.march import RawWalks, tables_of, walk
-from tarsus.structure.walker import Walker
-from tarsus.walkplan import WalkPlan, lower_walker
 
 __all__ = ["Engine", "Shared", "engine_for", "shared_book", "shared_tables"]
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from tarsus.base.spec import float_paths
 from tarsus.files.series import Variable
 from tarsus.measure import Measured, Scope
 from tarsus.solve.codes import ResultCode
-from tarsus.spec import float_paths
 
 if TYPE_CHECKING:
     from tarsus.solve.results import Batch

@@ -9,9 +9,9 @@ import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.book import NODES, step_lengths
-from tarsus.slots import Rows, rows_of
+from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.walker import WalkPlan
 from tarsus.solve.engine import Accuracy, unit_settings
-from tarsus.walkplan import WalkPlan
 
 
 @dataclass(frozen=True)

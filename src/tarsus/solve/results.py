@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core.arrays import PERIOD_MARK
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.base.spec import with_values
 from tarsus.measure import (
     EventHistories,
     Judgement,
@@ -23,15 +24,14 @@ from tarsus.measure import (
     measures_of,
     no_measure,
 )
-from tarsus.plan import initial_column, law_column
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.plan.lowering import initial_column, law_column
 from tarsus.solve import shown
 from tarsus.solve.codes import EventColumns, EventLog, ResultCode
 from tarsus.solve.engine import RawRuns
 from tarsus.solve.march import RawWalks
 from tarsus.solve.walkrun import structured_marks
-from tarsus.spec import with_values
-from tarsus.structure.walker import Walker
 
 if TYPE_CHECKING:
     import xarray
@@ -76,7 +76,7 @@ class BatchRun:
     @property
     def events(self) -> np.ndarray:
         """Events in time order, without the period marks."""
-        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+        return self.all_events[self.all_events["kind"] != EventKind.PERIOD_MARK]
 
     @property
     def end_time(self) -> float:

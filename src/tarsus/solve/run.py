@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tarsus.core.arrays import PERIOD_MARK
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
 from tarsus.files.ledger import Ledger
 from tarsus.measure import Measures, measures_of
-from tarsus.plan import Plan
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import Plan
 from tarsus.solve import shown
 from tarsus.solve.codes import CLOSED, ResultCode, structured_events
 from tarsus.solve.engine import RawRuns
@@ -104,7 +104,7 @@ class Run:
     @cached_property
     def events(self) -> np.ndarray:
         """Events in time order, a structured array; see `tarsus.solve.codes.EVENT_TYPE` for fields and units."""
-        return self.all_events[self.all_events["kind"] != PERIOD_MARK]
+        return self.all_events[self.all_events["kind"] != EventKind.PERIOD_MARK]
 
     @cached_property
     def measures(self) -> Measures:

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.events import CONTACT_BEGINS
 from tarsus.core.modes import ContactMode, contact_mode
 from tarsus.core.replay import Integrals, Sampled, integrate
 from tarsus.core.replay import sample as sample_states
-from tarsus.drive.pieces import evaluate
+from tarsus.model.drive.pieces import evaluate
 from tarsus.solve import acting
 from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
-    from tarsus.scene import Scene
+    from tarsus.model.scene import Scene
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -121,7 +122,7 @@ def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     if not laws:
         return strength
     for i in range(len(held)):
-        begun = run.events[(run.events["foot"] == i) & np.isin(run.events["kind"], (2, 4, 5))]["time"]
+        begun = run.events[(run.events["foot"] == i) & np.isin(run.events["kind"], CONTACT_BEGINS)]["time"]
         if not len(begun):
             continue
         since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]

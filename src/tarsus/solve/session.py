@@ -7,14 +7,14 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from tarsus.scene import Scene
-from tarsus.slots import Place, slots
+from tarsus.base.spec import with_values
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared
 from tarsus.solve.run import Run
 from tarsus.solve.simulate import simulate
-from tarsus.spec import with_values
 
 __all__ = ["Session"]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tarsus.errors import InputError
-from tarsus.scene import Scene
-from tarsus.units import format_quantity
+from tarsus.base.errors import InputError
+from tarsus.base.units import format_quantity
+from tarsus.model.scene import Scene
 
 if TYPE_CHECKING:
     from tarsus.solve.results import Batch
@@ -48,7 +48,7 @@ def runs_of(batch: Batch) -> str:
 
 def batch_table(batch: Batch) -> str:
     """A batch and what varies in it as an HTML table."""
-    from tarsus.spec import float_paths
+    from tarsus.base.spec import float_paths
 
     known = float_paths(batch.scene)
     rows = [

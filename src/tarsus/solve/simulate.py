@@ -6,15 +6,15 @@ import math
 import time
 from dataclasses import replace
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.measure import scene_period
-from tarsus.plan import lower_scene
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.plan.lowering import lower_scene
 from tarsus.solve.engine import Accuracy, execute, row_bytes
 from tarsus.solve.engines import Shared, shared_book
 from tarsus.solve.run import Run
 from tarsus.solve.walkrun import run_walker
-from tarsus.structure.walker import Walker
 
 RECORDED = Accuracy(gap=1e-10)
 """Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the

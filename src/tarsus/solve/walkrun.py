@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tarsus.measure import scene_period
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
+from tarsus.model.structure.walker import Walker
+from tarsus.plan.walker import WalkPlan, lower_walker
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, shared_tables
 from tarsus.solve.march import RawWalks, walk
 from tarsus.solve.run import Ledger, Run, increasing
 from tarsus.solve.series import grid
-from tarsus.structure.walker import Walker
-from tarsus.walkplan import WalkPlan, lower_walker
 
 if TYPE_CHECKING:
     from tarsus.core.replay import Integrals, Sampled
@@ -115,9 +115,7 @@ class WalkRun(Run):
         return to_walk_variables(self, self.series if times is None else self.at(times))
 
 
-def run_walker(
-    scene: Scene, seconds: float, accuracy: Accuracy, shared: Shared | None = None
-) -> WalkRun:
+def run_walker(scene: Scene, seconds: float, accuracy: Accuracy, shared: Shared | None = None) -> WalkRun:
     """Simulate a walker for ``seconds``.
 
     Raises

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.events import AIR, SLIPPING, STUCK
+from tarsus.core import arrays as a
 from tarsus.core.replay import Sampled
-from tarsus.core.walk import arrays as a
-from tarsus.core.walk.states import AIR, SLIPPING, STUCK
-from tarsus.drive.pieces import evaluate
+from tarsus.model.drive.pieces import evaluate
 from tarsus.solve import acting
 from tarsus.solve import series as of_any
 from tarsus.solve.run import Ledger

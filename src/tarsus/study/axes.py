@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from tarsus.explain import PathErrors
-from tarsus.spec import Description
+from tarsus.base.messages import PathErrors
+from tarsus.base.spec import Description
 
 __all__ = ["AnyAxis", "AnyDesign", "Axis", "Grid", "Linspace", "Logspace", "Sobol", "Values"]
 

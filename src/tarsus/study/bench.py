@@ -22,15 +22,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.drive.laws import LinearForce
-from tarsus.drive.waveforms import Square
-from tarsus.laws import Adhesion, Film, Restitution
-from tarsus.measure.history import IMPACTS
-from tarsus.plan import Plan, lower_scene
-from tarsus.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
+from tarsus.base.events import IMPACTS
+from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.waveforms import Square
+from tarsus.model.laws import Adhesion, Film, Restitution
+from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
+from tarsus.model.structure import Lumped
+from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy, SharedBook, execute
-from tarsus.structure import Lumped
 
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]

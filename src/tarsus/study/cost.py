@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tarsus.scene import Scene
+    from tarsus.model.scene import Scene
 
 MOST_STEPS = 1e8
 """Longest run that is started: about an hour of computing and more samples than anyone reads."""

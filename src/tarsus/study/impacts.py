@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tarsus.laws import ImpactMap
-from tarsus.laws.impact_map import Body, Directed
-from tarsus.scene import Scene
+from tarsus.model.laws import ImpactMap
+from tarsus.model.laws.impact_map import Body, Directed
+from tarsus.model.scene import Scene
 
 ROUNDING = 1e-9
 """A gain above 1 by no more than this creates no energy."""

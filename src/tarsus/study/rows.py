@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 
 WAVES = ("square", "sine")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tarsus.measure import Measure, measures_of, scene_period
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 from tarsus.solve.batch import BatchRun
 from tarsus.solve.codes import EVENT_TYPE, ResultCode
 

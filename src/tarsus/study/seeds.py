@@ -14,15 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.workers import spread
 from tarsus.measure import RESOLUTION, Counting, by_window, scene_period
-from tarsus.plan import lower_scene
-from tarsus.scene import Scene
-from tarsus.slots import rows_of
+from tarsus.model.scene import Scene
+from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve import Accuracy, Batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import SharedBook, execute
 from tarsus.solve.results import Part
-from tarsus.workers import spread
 
 Floats = NDArray[np.float64]
 

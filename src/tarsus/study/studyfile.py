@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
+from tarsus.base.spec import validate
 from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
-from tarsus.laws import Law
-from tarsus.scene import Scene, override
-from tarsus.spec import validate
+from tarsus.model.laws import Law
+from tarsus.model.scene import Scene, override
 from tarsus.study.sweep import Sweep
 
 __all__ = [
@@ -76,7 +76,6 @@ def study_path(name: str | os.PathLike[str]) -> Path:
     if text.endswith(".toml") or os.sep in text:
         return Path(text)
     return named_file(STUDIES, text, "study")
-
 
 
 def read_table(file: Path) -> dict[str, Any]:

@@ -17,15 +17,15 @@ from pydantic import (
     model_validator,
 )
 
-from tarsus.errors import InputError
-from tarsus.explain import PathErrors, located_faults, nearest
+from tarsus.base.errors import InputError
+from tarsus.base.messages import PathErrors, located_faults, nearest
+from tarsus.base.spec import Description, FloatInfo, FrozenDict, float_paths, get_value, quantity, with_values
+from tarsus.base.units import parse_quantity
 from tarsus.measure import no_measure
-from tarsus.scene import Scene
-from tarsus.spec import Description, FloatInfo, FrozenDict, float_paths, get_value, quantity, with_values
+from tarsus.model.scene import Scene
 from tarsus.study.axes import AnyAxis, AnyDesign, Axis, Floats, Grid
 from tarsus.study.cost import MOST_STEPS, estimated_steps
 from tarsus.study.scores import offered
-from tarsus.units import parse_quantity
 
 __all__ = ["MOST_RUNS", "Sweep"]
 

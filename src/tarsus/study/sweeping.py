@@ -12,19 +12,19 @@ from pathlib import Path
 
 import numpy as np
 
+from tarsus.base.spec import float_paths
+from tarsus.base.workers import spread, workers
 from tarsus.files.series import Variable
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
-from tarsus.plan import source_hash
+from tarsus.plan.lowering import source_hash
 from tarsus.solve.engines import Shared
 from tarsus.solve.labelled import measure_variables, outcome_variable
-from tarsus.spec import float_paths
 from tarsus.study.axes import Floats, Grid
 from tarsus.study.scores import offered
 from tarsus.study.studyfile import frozen_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.workunit import OUTCOMES, work_unit
-from tarsus.workers import spread, workers
 
 __all__ = ["SweepResult", "collected_variables", "plan_digest", "run_sweep", "score_runs"]
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.solve import Batch, simulate_batch
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared

@@ -65,7 +65,7 @@ def reproduce(
     json
         print one JSON object instead of tables.
     """
-    from tarsus.errors import InputError
+    from tarsus.base.errors import InputError
     from tarsus_reproduce.cli import cantilever, everything, millipede, robot
 
     drawn = max(readings, scatter)

@@ -9,8 +9,8 @@ from typing import Any
 
 from tarsus.files.library import load_scene
 from tarsus.files.store import package_version, write_text
+from tarsus.model.scene import Source
 from tarsus.report.html import Cell, Column, Markup, escape, page, table
-from tarsus.scene import Source
 
 __all__ = ["EXPERIMENTS", "Experiment", "index_html", "write_index"]
 

@@ -12,11 +12,11 @@ import pytest
 from calibrate.toys import BALL, ball_study
 
 import tarsus as ts
+from tarsus.base.errors import InputError
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.lowering import lower_study
 from tarsus.calibrate.mixture import load_mixture
 from tarsus.calibrate.studyfile import STUDY_FILE, load_study
-from tarsus.errors import InputError
 
 DOCS = Path(__file__).parents[3] / "docs"
 TRUTH = {"e": 0.8, "push": 0.6}

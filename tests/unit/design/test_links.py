@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.errors import InputError
 from tarsus.design import design_links, landscape, step_lift
-from tarsus.errors import InputError
-from tarsus.structure.leg import SingleMode
-from tarsus.structure.leg_motion import equilibrium, standing_load, step_response
+from tarsus.model.structure.leg import SingleMode
+from tarsus.model.structure.leg_motion import equilibrium, standing_load, step_response
 from tarsus_reproduce.legs import millipede_leg
 
 BOUNDS = (100e-6, 500e-6)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.errors import InputError
 from tarsus.design import standing
-from tarsus.errors import InputError
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.structure import Walker
+from tarsus.model.structure import Walker
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters
 from tarsus_reproduce.walkers import many_legs

@@ -11,7 +11,7 @@ import tarsus as ts
 from hexapod_records import POINTS, measurement, records, runs
 from tarsus.experiment.alignment import align, delayed, subtract
 from tarsus.experiment.gate import residual_gate
-from tarsus.files.readers import read_measurement
+from tarsus.records.readers import read_measurement
 
 SHOCK = Path(__file__).parents[2] / "data" / "shock"
 CHANNELS = {"excitation_composite": "V", "accelerometer_base": "m/s^2"}

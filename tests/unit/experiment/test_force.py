@@ -12,7 +12,7 @@ from tarsus.experiment.force import CLEAR, estimate_forces, impact_forces, point
 from tarsus.experiment.impacts import detect_impacts
 from tarsus.experiment.shapes import compare_with_modes, mode_shapes, normalised
 from tarsus.experiment.vibrometer import point_velocities
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 SMALL = ts.Lumped(
     coordinates=("a", "b"),

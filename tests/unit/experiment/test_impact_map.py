@@ -17,8 +17,8 @@ from printed_robots import hexapod
 from tarsus.experiment import ImpactMapEstimate, Window, estimate_impact_map, plain_figures, subtract
 from tarsus.experiment.shapes import mode_shapes, normalised
 from tarsus.experiment.vibrometer import Vibrometer
-from tarsus.laws import DominantMode
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.model.laws import DominantMode
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 RECOVERY = Path(__file__).parents[3] / "benchmarks" / "recovery.py"
 

@@ -9,7 +9,7 @@ import tarsus as ts
 from hexapod_records import POINTS, measurement, records, runs
 from tarsus.experiment.alignment import align, subtract
 from tarsus.experiment.impacts import detect_impacts, plain_figures
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 NOISE = 1e-3
 

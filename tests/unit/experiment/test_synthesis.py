@@ -9,12 +9,12 @@ import pytest
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.drive.waveforms import SweptSine
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment import synthesis
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.sweep_level import sweep_level
 from tarsus.experiment.synthesis import Instrument, Purpose, Take, recordings
+from tarsus.model.drive.waveforms import SweptSine
 
 
 def test_a_drive_that_follows_about_0_volts_is_swept_there() -> None:

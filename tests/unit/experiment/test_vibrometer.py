@@ -9,7 +9,7 @@ import tarsus as ts
 from hexapod_records import POINTS, runs, vibrometer
 from tarsus.experiment.force import integrate
 from tarsus.experiment.vibrometer import Vibrometer, point_velocities
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
 
 FEET = POINTS[:2]
 

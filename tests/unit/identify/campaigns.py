@@ -17,7 +17,7 @@ from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Identification, identify
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 
 KEPT = (
     "sweep-1",

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.io import loadmat
 
 from tarsus.identify import Frf
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
 
 DATA = Path(__file__).parents[2] / "data" / "real"
 

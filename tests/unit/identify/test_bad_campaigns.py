@@ -15,7 +15,7 @@ from identify.campaigns import copied, identified, truth
 from identify.campaigns import folder as folder_of_all
 from scipy.io import loadmat, savemat
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.agreement import agreeing
 from tarsus.identify.campaign import drive_problems, read_campaign, read_records
@@ -23,8 +23,8 @@ from tarsus.identify.chain import Chain
 from tarsus.identify.resonance import identify_resonances
 from tarsus.identify.restitution import identify_restitution
 from tarsus.identify.traces import trace_of
-from tarsus.measurement import Channel, Measurement, Quantity
-from tarsus.structure import Beam
+from tarsus.model.structure import Beam
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 MAT = "ramps-20hz-50-2.mat"
 

@@ -9,12 +9,12 @@ import pytest
 from identify.campaigns import folder, identified, truth
 
 import tarsus as ts
+from tarsus.base.spec import float_paths
 from tarsus.files.toml import read_scene
 from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.result import identified_device, summary_of, write_identification
-from tarsus.scene import Source
-from tarsus.spec import float_paths
+from tarsus.model.scene import Source
 
 GOALS = {
     "robot.structure.frequencies.0": 5e-4,

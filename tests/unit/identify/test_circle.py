@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify import fit_mode_circle
 from tarsus.identify.circle import fit_circle
 

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from laboratory import LABORATORY
-from tarsus.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.experiment.synthesis import (
     IN_AIR,
     RAMPS,
@@ -25,6 +24,7 @@ from tarsus.experiment.synthesis import (
 from tarsus.files.library import load_scene
 from tarsus.identify.consistency import not_together
 from tarsus.identify.traces import Trace, trace_of
+from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 
 
 def held_out(volts: float, hz: float, kind: type[Square] | type[Sine]) -> Take:

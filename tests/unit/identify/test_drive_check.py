@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.drive.waveforms import Constant, Poling, RampedSquare, Sampled, Sine, Square, SweptSine, Waveform
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive, stated_length
+from tarsus.model.drive.waveforms import (
+    Constant,
+    Poling,
+    RampedSquare,
+    Sampled,
+    Sine,
+    Square,
+    SweptSine,
+    Waveform,
+)
 
 RATE = 20e3
 REST = 0.01

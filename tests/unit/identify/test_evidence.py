@@ -11,6 +11,7 @@ from identify.campaigns import copied, folder, modes_as_found, only, truth
 from scipy.io import loadmat, savemat
 
 from laboratory import LABORATORY
+from tarsus.base.spec import float_paths
 from tarsus.experiment.campaign_folder import write_campaign
 from tarsus.experiment.synthesis import Instrument, Purpose, perturbed, planned
 from tarsus.files.library import load_scene
@@ -20,8 +21,7 @@ from tarsus.identify.chain import Chain, identify
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.result import identified_device, summary_of
-from tarsus.scene import Source
-from tarsus.spec import float_paths
+from tarsus.model.scene import Source
 
 MAT = "ramps-20hz-50-2.mat"
 

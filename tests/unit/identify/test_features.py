@@ -8,7 +8,7 @@ import pytest
 import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import FEATURES, Features, Instrument, features_of, simulated
 from tarsus.identify.limits import field_limits

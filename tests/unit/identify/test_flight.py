@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from laboratory import LABORATORY
+from tarsus.base.spec import with_values
 from tarsus.experiment.synthesis import rest_state
 from tarsus.files.library import load_scene
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.solve import simulate
-from tarsus.spec import with_values
 
 
 @pytest.fixture(scope="module")

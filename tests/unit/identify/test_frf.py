@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import chirp, lfilter
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify import Estimator, Verdict, estimate_frf, identify_modes
-from tarsus.measurement import Channel, Measurement, Quantity
+from tarsus.records.measurement import Channel, Measurement, Quantity
 
 RATE = 4096.0
 BAND = (50.0, 1500.0)

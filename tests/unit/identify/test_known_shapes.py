@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.frf import Frf
 from tarsus.identify.known_shapes import fit_known_shapes
 from tarsus.identify.modal import Verdict
-from tarsus.measurement import Quantity
-from tarsus.structure import Modal
+from tarsus.model.structure import Modal
+from tarsus.records.measurement import Quantity
 
 
 def quadruped() -> Modal:

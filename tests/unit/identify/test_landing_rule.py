@@ -7,11 +7,11 @@ import pytest
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.drive.waveforms import Sine
 from tarsus.identify.foot import FootModel
 from tarsus.identify.landing import judge_landing
 from tarsus.identify.traces import Trace
-from tarsus.laws.landing import CaptureUnlessPulled, RestituteFirst
+from tarsus.model.drive.waveforms import Sine
+from tarsus.model.laws.landing import CaptureUnlessPulled, RestituteFirst
 
 CAPTURE, RESTITUTE = CaptureUnlessPulled(), RestituteFirst(speed=20e-3)
 SIGNALS = {

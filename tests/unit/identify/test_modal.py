@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify import Frf, Verdict, identify_modes
 from tarsus.identify.bootstrap import Basis
-from tarsus.measurement import Channel, FrequencyResponse, Quantity
+from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
 
 _FILE = Path(__file__).parents[3] / "benchmarks" / "modal_recovery.py"
 _SPEC = importlib.util.spec_from_file_location("modal_recovery", _FILE)

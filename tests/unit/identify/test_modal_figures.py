@@ -5,7 +5,7 @@ from __future__ import annotations
 from identify.test_modal import responses
 
 from tarsus.identify import identify_modes
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
 from tarsus.report.modal_figures import nyquist, stabilisation, synthesis
 from tarsus.report.style import figure_style
 

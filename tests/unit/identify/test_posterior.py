@@ -9,7 +9,7 @@ import pytest
 
 import tarsus as ts
 from laboratory import LABORATORY
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.belief import Belief
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import features_of

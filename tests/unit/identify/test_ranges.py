@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, t
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.ranges import Range, over_repeats, range_of_draws, range_of_repeats
 
 

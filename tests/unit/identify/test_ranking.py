@@ -8,7 +8,7 @@ import pytest
 import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate, candidate_grid
 from tarsus.identify.features import Instrument, simulated

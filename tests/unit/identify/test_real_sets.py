@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from identify.real_sets import beam, cued, vtb
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify import Verdict, fit_mode_circle, identify_modes
 from tarsus.identify.bootstrap import Basis
 

@@ -13,7 +13,7 @@ from tarsus.identify.campaign import read_campaign
 from tarsus.identify.chain import Chain
 from tarsus.identify.result import identified_device, summary_of
 from tarsus.identify.step import StepResult
-from tarsus.scene import Source
+from tarsus.model.scene import Source
 
 FILM = "ground.film.coefficient"
 

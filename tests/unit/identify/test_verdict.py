@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.identify.correlation import Sum, Ties
 from tarsus.identify.profile import one_by_one
 from tarsus.identify.profiled import judge_likelihood, judge_steps

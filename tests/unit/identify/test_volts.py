@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.drive.waveforms import RampedSquare, Sine, Square
 from tarsus.files.library import load_scene
 from tarsus.identify.volts import Volts
+from tarsus.model.drive.waveforms import RampedSquare, Sine, Square
 
 RATE = 20e3
 

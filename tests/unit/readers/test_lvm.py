@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.files.readers import read_measurement
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
+from tarsus.records.readers import read_measurement
 
 SHOCK = Path(__file__).parents[2] / "data" / "shock"
 CHANNELS = {"accelerometer_base": "m/s^2", "excitation_composite": "V"}

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import savemat
 
 import tarsus as ts
-from tarsus.files.readers import read_measurement, read_response
+from tarsus.records.readers import read_measurement, read_response
 
 LINES = 0.5 * np.arange(60)
 W = 2.0 * np.pi * LINES

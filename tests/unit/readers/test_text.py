@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.files.readers import read_measurement, read_response
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
+from tarsus.records.readers import read_measurement, read_response
 
 REAL = Path(__file__).parents[2] / "data" / "real"
 

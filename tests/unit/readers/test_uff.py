@@ -9,8 +9,8 @@ import pytest
 import pyuff
 
 import tarsus as ts
-from tarsus.files.readers import read_measurement, read_response
-from tarsus.measurement import Quantity
+from tarsus.records.measurement import Quantity
+from tarsus.records.readers import read_measurement, read_response
 
 RANDOM = np.random.default_rng(1)
 LINES = 2.0 + 0.5 * np.arange(40)

@@ -39,11 +39,11 @@ def test_the_committed_picture_is_what_the_engine_s_table_draws() -> None:
 
 
 def test_the_engine_s_table_names_every_state_and_repeats_no_change() -> None:
-    from tarsus.core.walk.states import NAMES, TRANSITIONS
+    from tarsus.base.events import TRANSITIONS, FootState
 
     changes = [(before, after, event) for before, after, event, _ in TRANSITIONS]
     assert len(set(changes)) == len(changes)
-    assert {state for before, after, *_ in TRANSITIONS for state in (before, after)} == set(NAMES)
+    assert {state for before, after, *_ in TRANSITIONS for state in (before, after)} == set(FootState)
 
 
 def test_every_state_event_and_condition_is_written() -> None:

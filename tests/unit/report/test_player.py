@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tarsus.errors import InputError
+from tarsus.base.errors import InputError
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
 from tarsus.report.player import packed, packed_states, payload, unpacked, walk_section
 from tarsus.report.stage import drawn, round_below, stage_of

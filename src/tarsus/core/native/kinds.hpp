@@ -1,4 +1,5 @@
-// Numbers that cross to Python: kinds of events, result codes, states of a foot. tarsus.core.kinds reads them from here.
+// Numbers that cross to Python: kinds of events, result codes, states of a foot. The same as in
+// tarsus/base/events.py and tarsus/core/arrays.py, which a test holds.
 #pragma once
 
 namespace tarsus {
@@ -10,8 +11,8 @@ enum EventKind {
   REST = 4,              // its remaining flights are lower than a step can tell
   CONTACT_AT_START = 5,  // lies on the ground without an impact
   PERIOD_MARK = 6,       // end of a drive period, in the air
-  BEGIN_SLIP = 7,
-  BEGIN_STICK = 8
+  SLIP_BEGINS = 7,
+  STICK_BEGINS = 8
 };
 
 enum Code { DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, GOING_ON };

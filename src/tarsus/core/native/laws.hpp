@@ -1,6 +1,6 @@
 // What acts between a foot and the ground: six functions of plain numbers, each a sum of terms.
 //
-// A term is a law: one of the twins written here in C++ (the law files of tarsus.laws are their only other home, and a
+// A term is a law: one of the twins written here in C++ (the law files of tarsus.model.laws are their only other home, and a
 // conformance test holds them together), or the program made of a law's plain Python. A foot's parameters are one row;
 // a term knows where its own begin. What terms there are is data, so a new law needs nothing here.
 #pragma once

@@ -111,7 +111,7 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   const double bound = s.laws.friction(f, strength - pull, strength);
   foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && std::fabs(along) <= bound + s.settings.force_zero;
-  s.log.add(t, f, sticks ? BEGIN_STICK : BEGIN_SLIP, foot.apex, 0.0, 0.0, along, bound);
+  s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, along, bound);
   foot.contact = sticks ? STUCK : SLIPPING;
   foot.sense = sticks ? 0.0 : along > 0.0 ? 1.0 : -1.0;
   foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;

@@ -98,7 +98,7 @@ inline void hold(Modal& m, int foot, double t) {
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
 // alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
-// that, see tarsus.laws.impact_map. Returns the kinetic energy [J] that this takes.
+// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
 inline double follow_impact(Modal& m, int foot, const Landing& at) {
   const ContactMode& mode = *m.mode;
   const double skew = mode.skew[foot];

@@ -1,4 +1,4 @@
-// A law as a program (tarsus.laws.program): operations on numbers, carried out for eight nodes at once.
+// A law as a program (tarsus.model.laws.program): operations on numbers, carried out for eight nodes at once.
 //
 // ``link`` reads the plain list once. What depends on parameters and constants alone is set apart:
 // ``prepare`` computes it whenever the parameters change (the *fixed* values), ``evaluate`` does the rest for
@@ -30,7 +30,7 @@ namespace tarsus {
   X(MODULO, modulo) X(FMOD, remainder_towards_zero) X(HYPOT, hypotenuse) X(ATAN2, arc_tangent_of)      \
   X(COPYSIGN, with_sign)
 
-// As tarsus.laws.program.Op numbers them.
+// As tarsus.model.laws.program.Op numbers them.
 #define TARSUS_OPERATIONS(X)                                                                           \
   X(COPY) X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) X(NEGATE) X(LESS) X(LESS_EQUAL) X(EQUAL)            \
   X(NOT_EQUAL) X(SELECT) X(MINIMUM) X(MAXIMUM) X(ABSOLUTE) X(SQRT) X(FLOOR) X(CEIL) X(TRUNC) X(ROUND)  \

@@ -1,0 +1,54 @@
+"""Former homes of modules: an import by an old name finds the module where it is now, with a DeprecationWarning."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+MOVED = {
+    "base": "spec units errors workers discover",
+    "model": "laws structure drive robot ground scene standing",
+    "plan": "slots channels",
+    "records": "measurement",
+}
+_NEW = {f"tarsus.{name}": f"tarsus.{home}.{name}" for home, names in MOVED.items() for name in names.split()}
+_NEW |= {"tarsus.explain": "tarsus.base.messages", "tarsus.files.readers": "tarsus.records.readers"}
+
+
+class FormerHomes(MetaPathFinder, Loader):
+    """Finds modules by the names they had in Tarsus 0.1.
+
+    It is asked first: the folder of a moved package would lead to its files once more, under the former name.
+    """
+
+    def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        return ModuleSpec(name, self) if name.startswith("tarsus.") and _now(name) else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        new = _now(spec.name)
+        warnings.warn(f"{spec.name} is now {new}", DeprecationWarning, stacklevel=2)
+        found = import_module(new)
+        spec.loader_state = found.__spec__, found.__loader__
+        return found
+
+    def exec_module(self, module: ModuleType) -> None:
+        spec = module.__spec__
+        assert spec is not None
+        module.__spec__, module.__loader__ = spec.loader_state
+
+
+def _now(name: str) -> str:
+    """Where a module is that had this name; empty if none had it."""
+    _, first, *rest = name.split(".")
+    old = ".".join(["tarsus", first, *rest[:1]]) if first == "files" else f"tarsus.{first}"
+    return _NEW[old] + name.removeprefix(old) if old in _NEW else ""
+
+
+def install() -> None:
+    """Let imports by former names be found."""
+    if not any(isinstance(one, FormerHomes) for one in sys.meta_path):
+        sys.meta_path.insert(0, FormerHomes())

@@ -1,0 +1,402 @@
+"""Descriptions of physical things: frozen, validated, and addressable by dotted paths.
+
+Every physical object of the project is a `Description`.  A field made by `quantity` carries its SI unit,
+bounds and meaning, takes unit strings (``"70 um"``) as well as SI floats, and holds SI floats.  Any value
+inside is addressed by a path such as ``ground.film.coefficient`` or ``robot.structure.damping_ratios.0``:
+the same path for ``--set``, sweeps, fits and provenance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple, TypeVar
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    StringConstraints,
+    ValidationError,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import PathErrors, bounds_text, nearest, sentences
+from tarsus.base.units import describe_unit, parse_quantity
+
+__all__ = [
+    "Description",
+    "FloatInfo",
+    "FrozenDict",
+    "Name",
+    "Named",
+    "float_paths",
+    "get_value",
+    "quantity",
+    "quantity_units",
+    "validate",
+    "with_values",
+]
+
+K = TypeVar("K")
+V = TypeVar("V")
+T = TypeVar("T")
+D = TypeVar("D", bound="Description")
+
+_REQUIRED: Any = object()
+
+
+class FrozenDict(dict[K, V]):
+    """A dictionary that cannot be changed and can be hashed."""
+
+    def _refuse(self, *args: object, **kwargs: object) -> Any:
+        raise TypeError("descriptions are frozen: make a changed copy with tarsus.with_values")
+
+    __setitem__ = __delitem__ = __ior__ = _refuse  # pyright: ignore[reportAssignmentType]
+    clear = pop = popitem = setdefault = update = _refuse  # pyright: ignore[reportAssignmentType]
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return FrozenDict, (dict(self),)
+
+    def __copy__(self) -> FrozenDict[K, V]:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenDict[K, V]:
+        return self
+
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
+Named = Annotated[dict[Name, T], AfterValidator(FrozenDict)]
+"""``Named[Drive]``: a frozen table of descriptions by name; names hold no dots, so that paths are unique."""
+
+
+def quantity(
+    unit: str,
+    doc: str,
+    *,
+    default: Any = _REQUIRED,
+    gt: float | None = None,
+    ge: float | None = None,
+    lt: float | None = None,
+    le: float | None = None,
+) -> Any:
+    """A field that holds a physical quantity: a float, or a (nested) tuple or table of floats.
+
+    Parameters
+    ----------
+    unit
+        SI unit of every float of the field: ``"m"``, ``"N m^2 s"``, ``"1"`` for a pure number.
+    doc
+        What it is, as a phrase; shown in errors and by ``tarsus show``.
+    default
+        Value when absent; required when not given.  ``None`` needs an annotation that allows it.
+    gt, ge, lt, le
+        Bounds that every float must keep.
+    """
+    bounds = {k: v for k, v in (("gt", gt), ("ge", ge), ("lt", lt), ("le", le)) if v is not None}
+    extra: dict[str, Any] = {"unit": unit, **bounds}
+    given = {} if default is _REQUIRED else {"default": default}
+    field: FieldInfo = Field(description=doc, json_schema_extra=extra, **given)
+    field.metadata.append(_Quantity(unit, doc, bounds))
+    return field
+
+
+@dataclass(frozen=True, eq=False)
+class _Quantity:
+    """Marks a field as a physical quantity and turns what is given into SI floats before validation."""
+
+    unit: str
+    doc: str
+    bounds: Mapping[str, float]
+
+    def convert(self, value: Any) -> Any:
+        if value is None:
+            return value
+        faults: list[tuple[str, str]] = []
+        converted = _to_si(value, self, "", faults)
+        if faults:
+            raise PathErrors(faults)
+        return converted
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.convert, handler(source))
+
+
+@lru_cache(maxsize=1024)
+def _quantities(cls: type[BaseModel]) -> dict[str, _Quantity]:
+    return {
+        name: item
+        for name, field in cls.model_fields.items()
+        for item in field.metadata
+        if isinstance(item, _Quantity)
+    }
+
+
+def quantity_units(cls: type[BaseModel]) -> dict[str, str]:
+    """SI unit of every field of a description class that is a quantity."""
+    return {name: spec.unit for name, spec in _quantities(cls).items()}
+
+
+def _inside(value: float, bounds: Mapping[str, float]) -> bool:
+    return (
+        math.isfinite(value)
+        and value > bounds.get("gt", -math.inf)
+        and value >= bounds.get("ge", -math.inf)
+        and value < bounds.get("lt", math.inf)
+        and value <= bounds.get("le", math.inf)
+    )
+
+
+def _to_si(value: Any, spec: _Quantity, path: str, faults: list[tuple[str, str]]) -> Any:
+    """SI floats of a raw value (number, unit string, or nested lists and tables of them)."""
+    if type(value) is float and _inside(value, spec.bounds):
+        return value
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        if len(value) > 64 and all(type(v) is float for v in value):
+            ends = np.asarray(value)
+            if _inside(float(ends.min()), spec.bounds) and _inside(float(ends.max()), spec.bounds):
+                return tuple(value)
+        return tuple(_to_si(v, spec, f"{path}.{i}" if path else str(i), faults) for i, v in enumerate(value))
+    if isinstance(value, dict):
+        return {k: _to_si(v, spec, f"{path}.{k}" if path else str(k), faults) for k, v in value.items()}
+    if isinstance(value, bool) or not isinstance(value, (str, int, float)):
+        return value
+    about = f" ({spec.doc})" if spec.doc else ""
+    try:
+        number = parse_quantity(value, spec.unit)
+    except InputError as error:
+        faults.append((path, f"{error}{about}"))
+        return value
+    if not _inside(number, spec.bounds):
+        wanted = f"expected {describe_unit(spec.unit)}{bounds_text(spec.bounds)}"
+        faults.append((path, f"{wanted}, got {value if isinstance(value, str) else repr(number)}{about}"))
+    return number
+
+
+class Description(BaseModel):
+    """Base of every description: frozen, no unknown names, no NaN or infinity, hashable, equal by value.
+
+    Raises
+    ------
+    InputError
+        On construction, with every problem at once.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, protected_namespaces=())
+
+    def __init__(self, /, **data: Any) -> None:
+        __tracebackhide__ = True
+        try:
+            self.__pydantic_validator__.validate_python(data, self_instance=self)
+        except ValidationError as error:
+            raise InputError(sentences(type(self), error, type(self).__name__)) from None
+
+    # Nested descriptions are built by the validator itself, so that all their errors come at once.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+
+class FloatInfo(NamedTuple):
+    """One float of a description: SI value, SI unit, meaning."""
+
+    value: float
+    unit: str
+    doc: str
+
+
+def validate(cls: type[D], data: Any, *, prefix: str = "", context: dict[str, Any] | None = None) -> D:
+    """A description from raw tables; raises `InputError` with every problem, each with its path.
+
+    Parameters
+    ----------
+    cls
+        Description class.
+    data
+        Mapping of raw values (as read from a file), or an instance.
+    prefix
+        Path of the description in its file, put before every problem.
+    context
+        Passed to validators (classes of user laws).
+    """
+    try:
+        return cls.__pydantic_validator__.validate_python(data, context=context)
+    except ValidationError as error:
+        raise InputError(sentences(cls, error, prefix)) from None
+
+
+def _children(node: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(node, Description):
+        for name in type(node).model_fields:
+            yield name, getattr(node, name)
+    elif isinstance(node, dict):
+        yield from ((str(k), v) for k, v in node.items() if "." not in str(k))
+    elif isinstance(node, tuple):
+        yield from ((str(i), v) for i, v in enumerate(node))
+
+
+def _leaves(node: Any, path: str, spec: _Quantity) -> Iterator[tuple[str, Any, _Quantity]]:
+    """Every value that is no container, with its path and the quantity it belongs to."""
+    if not isinstance(node, (Description, dict, tuple)):
+        yield path, node, spec
+        return
+    own = _quantities(type(node)) if isinstance(node, Description) else {}
+    for name, child in _children(node):
+        yield from _leaves(child, f"{path}.{name}" if path else name, own.get(name, spec))
+
+
+_BARE = _Quantity("1", "", {})
+
+
+def float_paths(desc: Description) -> dict[str, FloatInfo]:
+    """Every float of a description by path, in file order.
+
+    Returns
+    -------
+    dict[str, FloatInfo]
+        ``{"ground.film.coefficient": FloatInfo(value, unit, doc), ...}``; absent (None) values are left out.
+    """
+    return {
+        path: FloatInfo(value, spec.unit, spec.doc)
+        for path, value, spec in _leaves(desc, "", _BARE)
+        if type(value) is float
+    }
+
+
+def _step(node: Any, key: str) -> Any:
+    """Child of a node by name or index; KeyError if there is none."""
+    if isinstance(node, Description):
+        if key not in type(node).model_fields:
+            raise KeyError(key)
+        return getattr(node, key)
+    if isinstance(node, dict):
+        return node[key]
+    if isinstance(node, tuple) and key.isdecimal() and int(key) < len(node):
+        return node[int(key)]
+    raise KeyError(key)
+
+
+def _unknown(desc: Description, path: str) -> str:
+    """Sentence for a path that does not exist."""
+    node, keys = desc, path.split(".")
+    for depth, key in enumerate(keys):
+        try:
+            node = _step(node, key)
+        except KeyError:
+            parent = ".".join(keys[:depth])
+            if node is None:
+                return f"{path}: '{parent}' is not set here, so '{key}' has nothing to act on"
+            whole = [p for p, _, _ in _leaves(desc, "", _BARE)]
+            hint = nearest(path, whole)
+            if "did you mean" not in hint:
+                hint = nearest(key, [name for name, _ in _children(node)]) or f"; '{parent}' is one value"
+            return f"{path}: unknown path{hint}"
+    return f"{path}: unknown path"
+
+
+def get_value(desc: Description, path: str) -> Any:
+    """Value at a path: a float, another field, or a whole sub-description.
+
+    Raises
+    ------
+    InputError
+        For an unknown path, with the nearest valid one.
+    """
+    node: Any = desc
+    for key in path.split("."):
+        try:
+            node = _step(node, key)
+        except KeyError:
+            raise InputError(_unknown(desc, path)) from None
+    return node
+
+
+class _Leaf(NamedTuple):
+    value: Any
+
+
+def _tree(values: Mapping[str, Any]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for path, value in values.items():
+        *parents, last = path.split(".")
+        node = tree
+        for key in parents:
+            node = node.setdefault(key, {})
+            if isinstance(node, _Leaf):
+                raise InputError(f"{path}: '{key}' is also given as a whole; give one of the two")
+        if last in node:
+            raise InputError(f"{path}: a value inside it is also given; give one of the two")
+        node[last] = _Leaf(value)
+    return tree
+
+
+def _changed(root: Description, node: Any, tree: Mapping[str, Any], path: str, problems: list[str]) -> Any:
+    changes: dict[str, Any] = {}
+    for key, sub in tree.items():
+        inner = f"{path}.{key}" if path else key
+        try:
+            old = _step(node, key)
+        except KeyError:
+            whole = isinstance(sub, _Leaf) and isinstance(sub.value, (dict, Description))
+            if isinstance(node, FrozenDict) and whole:
+                changes[key] = sub.value
+                continue
+            bad = inner if isinstance(sub, _Leaf) else f"{inner}.{next(iter(_flat(sub)))}"
+            problems.append(_unknown(root, bad))
+            continue
+        changes[key] = sub.value if isinstance(sub, _Leaf) else _changed(root, old, sub, inner, problems)
+    if isinstance(node, tuple):
+        items = list(node)
+        for key, value in changes.items():
+            items[int(key)] = value
+        return tuple(items)
+    if isinstance(node, dict):
+        return {**node, **changes}
+    if not isinstance(node, Description) or not changes:
+        return node
+    try:
+        return type(node).__pydantic_validator__.validate_python({**node.__dict__, **changes})
+    except ValidationError as error:
+        problems.extend(sentences(type(node), error, path))
+        return node
+
+
+def _flat(tree: Mapping[str, Any]) -> Iterator[str]:
+    for key, sub in tree.items():
+        if isinstance(sub, _Leaf):
+            yield key
+        else:
+            yield from (f"{key}.{rest}" for rest in _flat(sub))
+
+
+def with_values(desc: D, values: Mapping[str, Any]) -> D:
+    """A changed copy of a description; only what lies on the given paths is rebuilt and validated.
+
+    Parameters
+    ----------
+    desc
+        Any description.
+    values
+        Path to new value: a float in SI, a unit string, or whatever the field takes (a whole sub-description,
+        a table, None).
+
+    Raises
+    ------
+    InputError
+        With every unknown path (and the nearest valid one) and every refused value.
+    """
+    problems: list[str] = []
+    changed = _changed(desc, desc, _tree(values), "", problems)
+    if problems:
+        raise InputError(problems)
+    return changed

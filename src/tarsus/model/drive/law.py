@@ -1,0 +1,55 @@
+"""What every law from volts to force offers, and the cubic of the voltage they share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tarsus.base.spec import Description, quantity
+from tarsus.model.drive.parts import Parts
+from tarsus.model.drive.track import Track
+
+__all__ = ["Cubic", "VoltageLaw"]
+
+Floats = NDArray[np.float64]
+
+
+class VoltageLaw(Description, ABC):
+    """Base of the laws from voltage to force; rate-independent: only the order of voltages matters."""
+
+    @abstractmethod
+    def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
+        """Force (N,) [N] along a sequence of voltages (N,) [V], monotone from each to the next.
+
+        `history` [V] was visited before; every drive starts at 0 V.
+        """
+
+    @abstractmethod
+    def parts(self, track: Track, history: Sequence[float]) -> Parts:
+        """The track cut where the force changes its formula, with the cubic of the voltage on each part."""
+
+    @property
+    def has_memory(self) -> bool:
+        """True if the force depends on the voltages before."""
+        return True
+
+
+class Cubic(Description):
+    """A cubic polynomial of the voltage: constant + linear V + quadratic V^2 + cubic V^3."""
+
+    constant: float = quantity("N", "force at 0 V", default=0.0)
+    linear: float = quantity("N/V", "gain on V", default=0.0)
+    quadratic: float = quantity("N/V^2", "gain on V^2", default=0.0)
+    cubic: float = quantity("N/V^3", "gain on V^3", default=0.0)
+
+    def coefficients(self) -> Floats:
+        """(4,), ascending."""
+        return np.array([self.constant, self.linear, self.quadratic, self.cubic])
+
+    def __call__(self, volts: ArrayLike) -> Floats:
+        """Force [N] at `volts` [V], any shape."""
+        v = np.asarray(volts, dtype=np.float64)
+        return ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant

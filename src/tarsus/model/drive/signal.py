@@ -1,0 +1,31 @@
+"""What every waveform offers."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.spec import Description
+from tarsus.model.drive.track import Track
+
+__all__ = ["Signal"]
+
+
+class Signal(Description, ABC):
+    """Base of the waveforms: a voltage [V] of time t >= 0 [s]."""
+
+    @property
+    def period(self) -> float | None:
+        """Period [s], None if the waveform does not repeat."""
+        track = self.track()
+        return track.period if track.periodic else None
+
+    @abstractmethod
+    def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Voltage [V] at `time` [s], any shape."""
+
+    @abstractmethod
+    def track(self) -> Track:
+        """The voltage as monotone stretches in closed form."""

@@ -1,0 +1,31 @@
+"""A constant voltage."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.spec import quantity
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.track import Track, constant_track
+
+__all__ = ["Constant"]
+
+Floats = NDArray[np.float64]
+
+
+class Constant(Signal):
+    """One voltage for ever."""
+
+    kind: Literal["constant"] = "constant"
+    level: float = quantity("V", "the voltage")
+
+    def volts(self, time: Floats) -> Floats:
+        """Voltage [V] at `time` [s], any shape."""
+        return np.full(np.shape(time), self.level)
+
+    def track(self) -> Track:
+        """One constant stretch."""
+        return constant_track(self.level)

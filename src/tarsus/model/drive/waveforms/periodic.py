@@ -1,0 +1,37 @@
+"""What periodic waveforms share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import quantity
+from tarsus.model.drive.signal import Signal
+
+__all__ = ["Periodic"]
+
+Floats = NDArray[np.float64]
+
+
+class Periodic(Signal):
+    """Base of the periodic waveforms."""
+
+    amplitude: float = quantity("V", "half of the peak-to-peak voltage", ge=0)
+    frequency: float = quantity("Hz", "frequency of repetition", gt=0)
+    phase: float = quantity("rad", "phase at t = 0", default=0.0)
+    offset: float = quantity("V", "voltage added", default=0.0)
+
+    @property
+    def period(self) -> float:
+        """Period [s]."""
+        period = 1.0 / self.frequency
+        if not math.isfinite(3.0 * period):
+            raise InputError(f"a frequency of {self.frequency!r} Hz is too low: its period overflows")
+        return period
+
+    def cycles(self, time: Floats) -> Floats:
+        """Position within the cycle, in [0, 1)."""
+        return np.remainder(np.remainder(self.frequency * time, 1.0) + self.phase / (2.0 * math.pi), 1.0)

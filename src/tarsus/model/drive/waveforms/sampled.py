@@ -1,0 +1,228 @@
+"""A waveform given by samples, inline or from a file, joined by lines or by a cubic spline."""
+
+from __future__ import annotations
+
+from enum import Enum
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationInfo, field_validator, model_validator
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import PathErrors, nearest
+from tarsus.base.spec import quantity
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.track import Track, cubic_track, linear_track
+
+__all__ = ["Interpolation", "Sampled", "read_columns"]
+
+Floats = NDArray[np.float64]
+
+
+class Interpolation(Enum):
+    """How samples are joined."""
+
+    LINEAR = "linear"
+    CUBIC = "cubic"
+    """Natural cubic spline."""
+
+
+class Sampled(Signal):
+    """Voltages at increasing times; before the first sample its value holds, after the last one that one's.
+
+    Samples are given inline (`times`, `levels`), or as `file` with two columns: .csv (a header line is
+    optional), .npz or .mat (version 7 or older). A relative file is looked for beside the scene file
+    (validation context "folder"), then in the current folder.
+    """
+
+    kind: Literal["sampled"] = "sampled"
+    times: tuple[float, ...] | None = quantity("s", "times of the samples, increasing", default=None, ge=0)
+    levels: tuple[float, ...] | None = quantity("V", "voltages of the samples", default=None)
+    file: str | None = None
+    time_column: str = "time"
+    volts_column: str = "volts"
+    interpolation: Interpolation = Interpolation.LINEAR
+
+    @field_validator("file")
+    @classmethod
+    def _resolve(cls, value: str | None, info: ValidationInfo) -> str | None:
+        """Make a file beside the scene file absolute, so that it is found from any folder later."""
+        folder = (info.context or {}).get("folder")
+        if value is None or Path(value).is_absolute() or folder is None:
+            return value
+        beside = Path(folder) / value
+        return str(beside.resolve()) if beside.exists() else value
+
+    @model_validator(mode="after")
+    def _check_samples(self) -> Sampled:
+        inline = self.times is not None or self.levels is not None
+        if inline and self.file is not None:
+            raise PathErrors([("file", "give either a file or times and levels, not both")])
+        if self.file is None and (self.times is None or self.levels is None):
+            raise PathErrors([("", "expected either times and levels, or a file")])
+        place = "times" if self.file is None else "file"
+        try:
+            times, levels = self.samples()
+            _check(times, levels)
+        except InputError as error:
+            raise PathErrors([(place, text) for text in error.problems]) from None
+        return self
+
+    def samples(self) -> tuple[Floats, Floats]:
+        """Times [s] and voltages [V], each (N,)."""
+        if self.file is None:
+            return np.array(self.times, dtype=np.float64), np.array(self.levels, dtype=np.float64)
+        path = Path(self.file)
+        if not path.is_file():
+            raise InputError(f"there is no file '{self.file}' (looked from {Path.cwd()})")
+        return _cached(str(path.resolve()), path.stat().st_mtime_ns, self.time_column, self.volts_column)
+
+    def volts(self, time: Floats) -> Floats:
+        """Voltage [V] at `time` [s], any shape."""
+        t = np.asarray(time, dtype=np.float64)
+        times, levels = self.samples()
+        if self.interpolation is Interpolation.LINEAR or len(times) < 3:
+            return np.interp(t, times, levels)
+        rows = _spline(times, levels)
+        t = np.clip(t, times[0], times[-1])
+        k = np.clip(np.searchsorted(times, t, side="right") - 1, 0, len(rows) - 1)
+        xi = 2.0 * (t - times[k]) / (times[k + 1] - times[k]) - 1.0
+        return ((rows[k, 3] * xi + rows[k, 2]) * xi + rows[k, 1]) * xi + rows[k, 0]
+
+    def track(self) -> Track:
+        """Lines or monotone cubics between the samples, and the hold."""
+        times, levels = self.samples()
+        cubic = self.interpolation is Interpolation.CUBIC and len(times) >= 3
+        rows = _spline(times, levels) if cubic else None
+        if times[0] > 0.0:
+            times, levels = np.append(0.0, times), np.append(levels[0], levels)
+            if rows is not None:
+                rows = np.concatenate([[[levels[0], 0.0, 0.0, 0.0]], rows])
+        if rows is not None:
+            return cubic_track(times, rows, levels)
+        needed = np.ones(len(times), dtype=bool)
+        needed[1:-1] = (levels[1:-1] != levels[:-2]) | (levels[1:-1] != levels[2:])
+        times, levels = times[needed], levels[needed]
+        return linear_track(times, levels[:-1], levels[1:], periodic=False, hold=True)
+
+
+def _check(times: Floats, levels: Floats) -> None:
+    """Raise InputError with one sentence for what is wrong with the samples."""
+    if len(times) != len(levels):
+        raise InputError(f"expected as many times as voltages, got {len(times)} and {len(levels)}")
+    if len(times) < 2:
+        raise InputError(f"expected at least two samples, got {len(times)}")
+    if not (np.isfinite(times).all() and np.isfinite(levels).all()):
+        raise InputError("expected finite samples, got a NaN or infinite one")
+    if times[0] < 0.0:
+        raise InputError(f"expected sample times from 0 on, got {times[0]!r} s first")
+    back = np.nonzero(np.diff(times) <= 0.0)[0]
+    if len(back):
+        k = int(back[0])
+        pair = f"{float(times[k])!r} s is followed by {float(times[k + 1])!r} s"
+        raise InputError(f"sample times must increase, but sample {k + 1} at {pair}")
+
+
+def _spline(times: Floats, levels: Floats) -> Floats:
+    """Natural cubic spline: coefficients (N-1, 4) in xi of each interval, from the tridiagonal system."""
+    step = np.diff(times)
+    slope = np.diff(levels) / step
+    right = (6.0 * np.diff(slope)).tolist()
+    diagonal = (2.0 * (step[:-1] + step[1:])).tolist()
+    h = step.tolist()
+    count = len(right)
+    for i in range(1, count):
+        factor = h[i] / diagonal[i - 1]
+        diagonal[i] -= factor * h[i]
+        right[i] -= factor * right[i - 1]
+    bend = [0.0] * (count + 2)
+    for i in range(count - 1, -1, -1):
+        bend[i + 1] = (right[i] - h[i + 1] * bend[i + 2]) / diagonal[i]
+    m = np.array(bend)
+    m0, m1 = m[:-1] * step**2 / 8.0, m[1:] * step**2 / 8.0
+    rows = np.empty((len(step), 4))
+    rows[:, 0] = 0.5 * (levels[:-1] + levels[1:]) - 0.5 * (m0 + m1)
+    rows[:, 1] = 0.5 * (levels[1:] - levels[:-1]) - (m1 - m0) / 6.0
+    rows[:, 2] = 0.5 * (m0 + m1)
+    rows[:, 3] = (m1 - m0) / 6.0
+    return rows
+
+
+@lru_cache(maxsize=16)
+def _cached(path: str, changed: int, time_column: str, volts_column: str) -> tuple[Floats, Floats]:
+    """Columns of one version of a file, read-only."""
+    columns = read_columns(Path(path), (time_column, volts_column))
+    for column in columns:
+        column.flags.writeable = False
+    return columns[0], columns[1]
+
+
+def read_columns(path: Path, names: tuple[str, str]) -> tuple[Floats, Floats]:
+    """Two columns (N,) of a .csv, .npz or .mat file; a .csv without these names is read in order.
+
+    Raises InputError, one sentence, for a file that cannot be read or does not hold them.
+    """
+    suffix = path.suffix.lower()
+    try:
+        if suffix == ".npz":
+            with np.load(path, allow_pickle=False) as stored:
+                table = {name: stored[name] for name in stored.files}
+        elif suffix == ".mat":
+            from scipy.io import loadmat
+
+            table = {k: v for k, v in loadmat(path).items() if not k.startswith("__")}
+        elif suffix in (".csv", ".txt", ".tsv", ".dat"):
+            table = _read_text(path, names)
+        else:
+            raise InputError(f"'{path.name}' is not a .csv, .npz or .mat file")
+    except NotImplementedError:
+        raise InputError(f"'{path.name}' is a MATLAB 7.3 file; save it with the option -v7") from None
+    except InputError:
+        raise
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"'{path.name}' cannot be read: {reason}") from None
+    return _column(path, table, names[0]), _column(path, table, names[1])
+
+
+def _column(path: Path, table: dict[str, Any], name: str) -> Floats:
+    if name not in table:
+        raise InputError(f"'{path.name}' has no column '{name}'{nearest(name, table)}")
+    try:
+        return np.array(table[name], dtype=np.float64).ravel()
+    except (TypeError, ValueError):
+        raise InputError(f"column '{name}' of '{path.name}' does not hold numbers") from None
+
+
+def _read_text(path: Path, names: tuple[str, str]) -> dict[str, Floats]:
+    """Columns of a text file by the names in its header; two without these names are read in order."""
+    lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if line.strip()]
+    lines = [line for line in lines if not line.lstrip().startswith(("#", "%"))]
+    if not lines:
+        raise InputError(f"'{path.name}' holds no samples")
+    mark = next((m for m in (",", ";", "\t") if m in lines[0]), None)
+    head = [cell.strip().strip('"') for cell in lines[0].split(mark)]
+    header = not all(_is_number(cell) for cell in head)
+    body = lines[1:] if header else lines
+    if not body:
+        raise InputError(f"'{path.name}' holds no samples")
+    data = np.loadtxt(body, delimiter=mark, ndmin=2)
+    width = data.shape[1]
+    if header and set(names) <= set(head) and len(head) == width:
+        return {name: data[:, i] for i, name in enumerate(head)}
+    if width == 2:
+        return {names[0]: data[:, 0], names[1]: data[:, 1]}
+    if header and len(head) == width:
+        return {name: data[:, i] for i, name in enumerate(head)}
+    raise InputError(f"'{path.name}' has {width} columns and no header with '{names[0]}' and '{names[1]}'")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,31 @@
+"""A sine."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.model.drive.track import Track, sine_track
+from tarsus.model.drive.waveforms.periodic import Periodic
+
+__all__ = ["Sine"]
+
+Floats = NDArray[np.float64]
+
+
+class Sine(Periodic):
+    """offset + amplitude sin(2 pi frequency t + phase)."""
+
+    kind: Literal["sine"] = "sine"
+
+    def volts(self, time: Floats) -> Floats:
+        """Voltage [V] at `time` [s], any shape."""
+        cycles = np.remainder(self.frequency * np.asarray(time, dtype=np.float64), 1.0)
+        return self.offset + self.amplitude * np.sin(2.0 * math.pi * cycles + self.phase)
+
+    def track(self) -> Track:
+        """Monotone stretches of one period."""
+        return sine_track(self.amplitude, self.period, self.phase, self.offset)

@@ -1,0 +1,39 @@
+"""A square wave."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.spec import quantity
+from tarsus.model.drive.track import Track, constant_track, polyline_track
+from tarsus.model.drive.waveforms.periodic import Periodic
+
+__all__ = ["Square"]
+
+Floats = NDArray[np.float64]
+
+
+class Square(Periodic):
+    """Square wave: offset + amplitude for the fraction `duty` of each period, then offset - amplitude."""
+
+    kind: Literal["square"] = "square"
+    duty: float = quantity("1", "fraction of the period at the upper level", default=0.5, ge=0, le=1)
+
+    def volts(self, time: Floats) -> Floats:
+        """Voltage [V] at `time` [s], any shape; on an edge the value after it."""
+        high = self.cycles(np.asarray(time, dtype=np.float64)) < self.duty
+        return self.offset + np.where(high, self.amplitude, -self.amplitude)
+
+    def track(self) -> Track:
+        """Plateaus of one period."""
+        top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
+        if top == bottom or self.duty in (0.0, 1.0):
+            return constant_track(top if self.duty else bottom)
+        levels = [top, bottom]
+        return polyline_track(
+            [0.0, self.duty, 1.0], levels, levels, self.phase / (2.0 * math.pi), self.period
+        )

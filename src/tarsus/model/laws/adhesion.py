@@ -1,0 +1,29 @@
+"""Adhesion that grows while a foot stays in contact."""
+
+from __future__ import annotations
+
+from tarsus.base.spec import quantity
+from tarsus.model.laws.base import LatchLaw
+
+__all__ = ["Adhesion"]
+
+
+class Adhesion(LatchLaw):
+    r"""Adhesion :math:`f_a(t - t_c) = C_{a0} + C_a (t - t_c)`, equation (2.14).
+
+    A foot in contact leaves when the structure's pull on it exceeds :math:`f_a`.
+    """
+
+    slot = "adhesion"
+
+    initial: float = quantity("N", "adhesion at first contact C_a0", ge=0)
+    rate: float = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
+
+    @staticmethod
+    def strength(age: float, initial: float, rate: float) -> float:
+        """Pull [N] that the contact holds, ``age`` [s] after it began."""
+        return initial + rate * age
+
+    def force_scale(self) -> float:
+        """Strength [N] at first contact."""
+        return self.initial

@@ -1,0 +1,176 @@
+"""Protocols of ground laws: what happens between a foot and the ground.
+
+A law is a frozen description (its parameters, with units and bounds) and one plain function of floats.
+The parameters reach the function by position, in the order of the fields.  Four protocols are open to everybody:
+
+* `ResistiveLaw`: a smooth force opposing the motion, given as the momentum it takes out;
+* `SmoothLaw`: any other smooth force of gap, gap rate, volts and time;
+* `ImpactLaw`: how fast a foot departs after an impact;
+* `LatchLaw`: how strongly a foot in contact is held.
+
+Forces are positive along the ground normal (they push the foot away), gaps are positive when open, a
+negative gap rate approaches.  The functions are compiled, so they may use arithmetic, ``if``, ``math.*``
+and nothing else.
+
+What a law is called and where it stands are class variables; layout, binding, series, account and report
+are made from them.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, ClassVar
+
+from tarsus.base.spec import Description
+
+__all__ = ["ImpactLaw", "LatchLaw", "Law", "ResistiveLaw", "SmoothLaw"]
+
+
+class Law(Description):
+    """Base of every ground law; its fields are float quantities, and the literal ``kind`` of a choice of laws."""
+
+    hook: ClassVar[str | None] = None
+    """Where the engine calls the function: `momentum` and `force` add up over laws, of the others one acts; None for
+    a law that the engine does not call."""
+    function_name: ClassVar[str | None] = None
+    """Name of the law's function; None for laws that are only parameters."""
+    leading: ClassVar[tuple[str, ...]] = ()
+    """What the function takes before the parameters."""
+    slot: ClassVar[str | None] = None
+    """The field of the ground that the law stands in; without one it stands among ``ground.laws``. Laws that share a
+    slot are told apart by a field ``kind``."""
+    slot_note: ClassVar[str | None] = None
+    """What the slot is for, and what holds while it is empty."""
+    slot_default: ClassVar[bool] = False
+    """Of laws that share a slot, the one that is meant where no ``kind`` is told."""
+    title: ClassVar[str] = ""
+    """The law in words, for reports: a noun without its article. The name of the class, unless given."""
+    small: ClassVar[bool] = False
+    """Whether ``ground.small_forces = false`` leaves the law out of its slot."""
+    loses: ClassVar[bool] = False
+    """Whether the law only takes energy: its line in reports is a loss."""
+    needs_electrode: ClassVar[bool] = False
+    """Whether the law acts on no foot without an electrode."""
+    needs_strength: ClassVar[bool] = False
+    """Whether the law acts only where a contact has a strength."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        super().__pydantic_init_subclass__(**kwargs)
+        for name in cls.names():
+            field = cls.model_fields[name]
+            extra = field.json_schema_extra
+            if field.annotation is not float or not isinstance(extra, dict) or "unit" not in extra:
+                raise TypeError(
+                    f"{cls.__name__}.{name}: a law's field is a float with a unit, written "
+                    f"{name}: float = quantity('N', 'what it is')"
+                )
+        if "title" not in cls.__dict__:
+            cls.title = cls.name().replace("_", " ")
+        own = cls.__dict__.get(cls.function_name or "")
+        if isinstance(own, FunctionType):
+            own = staticmethod(own)
+            setattr(cls, cls.function_name or "", own)
+        if own is not None:
+            _check_arguments(cls, own.__func__)
+
+    @classmethod
+    def name(cls) -> str:
+        """Name of the law in files and on the command line: the class name in snake_case."""
+        return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", cls.__name__).lower()
+
+    @classmethod
+    def function(cls) -> Callable[..., float] | None:
+        """The law's plain Python function, or None for a law that is only parameters."""
+        return getattr(cls, cls.function_name, None) if cls.function_name else None
+
+    @classmethod
+    def label(cls) -> str:
+        """Line of the law in an energy account: its work on the structure, or what is lost to it."""
+        return f"{'lost to' if cls.loses else 'work of'} the {cls.title}"
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Names of the parameters: of all fields but ``kind``, in field order."""
+        return tuple(name for name in cls.model_fields if name != "kind")
+
+    def parameters(self) -> tuple[float, ...]:
+        """Values of the fields, in field order, as the law's function takes them."""
+        return tuple(getattr(self, name) for name in self.names())
+
+    def evaluate(self, *arguments: float) -> float:
+        """What the law's function gives with these parameters; see its protocol."""
+        function = self.function()
+        assert function is not None
+        return function(*arguments, *self.parameters())
+
+    def length_scale(self) -> float:
+        """Gap [m] over which the law changes, as a scale of lengths beside those of the structure; 0 for none."""
+        return 0.0
+
+    def force_scale(self) -> float:
+        """Force [N] of the law, as a scale of forces beside those of the structure; 0 for none."""
+        return 0.0
+
+
+def _check_arguments(cls: type[Law], function: Callable[..., float]) -> None:
+    expected = (*cls.leading, *cls.names())
+    taken = list(inspect.signature(function).parameters)
+    if len(taken) != len(expected):
+        raise TypeError(
+            f"{cls.__name__}.{cls.function_name}: takes ({', '.join(taken)}), but must take "
+            f"({', '.join(expected)}): the leading ones, then every field in order"
+        )
+
+
+class ResistiveLaw(Law):
+    """A force ``-D(gap) * gap_rate`` with ``D >= 0``, given as the total derivative of a momentum.
+
+    A subclass defines ``momentum(gap, *parameters)`` [N s]; the force along the normal is
+    ``d/dt momentum(gap(t)) = momentum'(gap) * gap_rate``, so ``D = -momentum'``.
+    """
+
+    hook = "momentum"
+    function_name = "momentum"
+    leading = ("gap",)
+    loses = True
+    momentum: ClassVar[Callable[..., float]]
+
+
+class SmoothLaw(Law):
+    """A smooth force; a subclass defines ``force(gap, gap_rate, volts, time, *parameters)`` [N]."""
+
+    hook = "force"
+    function_name = "force"
+    leading = ("gap", "gap_rate", "volts", "time")
+    uses_rate: ClassVar[bool] = True
+    """False when the force does not depend on ``gap_rate``: it is then solved faster."""
+    force: ClassVar[Callable[..., float]]
+
+
+class ImpactLaw(Law):
+    """An instantaneous impact; a subclass defines ``rebound(speed, *parameters)`` [m/s].
+
+    ``speed > 0`` is the approach speed just before; the departing speed returned is ``>= 0``.
+    """
+
+    hook = "rebound"
+    function_name = "rebound"
+    leading = ("speed",)
+    rebound: ClassVar[Callable[..., float]]
+
+
+class LatchLaw(Law):
+    """A hold on a foot in contact; a subclass defines ``strength(age, *parameters)`` [N].
+
+    ``age`` [s] is the time since the contact began.  A foot is captured when the structure's pull on it at
+    impact is at most ``strength(0)``, and leaves when the pull exceeds ``strength(age)``.
+    """
+
+    hook = "strength"
+    function_name = "strength"
+    leading = ("age",)
+    strength: ClassVar[Callable[..., float]]

@@ -1,0 +1,19 @@
+"""Weight of the structure."""
+
+from __future__ import annotations
+
+from tarsus.base.spec import quantity
+from tarsus.model.laws.base import Law
+
+__all__ = ["Gravity"]
+
+
+class Gravity(Law):
+    """Uniform gravity; the generalised force is ``-acceleration * M @ structure.vertical()``.
+
+    The source leaves it out of (4.4)-(4.5), although a payload of 0.2 mg weighs 2 uN.
+    """
+
+    slot = "gravity"
+
+    acceleration: float = quantity("m/s^2", "acceleration of gravity, downward", default=9.81, ge=0)

@@ -1,0 +1,129 @@
+"""A user's law in one plain Python file."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import math
+import os
+import sys
+import traceback
+from pathlib import Path
+from types import ModuleType
+
+from tarsus.base.errors import InputError
+from tarsus.model.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+from tarsus.model.laws.translate import translate
+
+__all__ = ["load_laws"]
+
+_PROTOCOLS = (ResistiveLaw, SmoothLaw, ImpactLaw, LatchLaw)
+_TRIAL = {"gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3}
+
+
+def load_laws(path: str | Path) -> dict[str, type[Law]]:
+    """The laws defined in a Python file, by their snake_case names.
+
+    The file is executed.  A law in it is a subclass of `ResistiveLaw`, `SmoothLaw`, `ImpactLaw` or
+    `LatchLaw` with its function; each function is tried once with plausible numbers, and translated into
+    the program that the engine carries out.
+
+    Parameters
+    ----------
+    path
+        A ``.py`` file.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, raises (with its line number), defines no law, or a law's function raises,
+        gives no finite number or contains what a law may not.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise InputError(f"{file}: no such law file")
+    module = _execute(file)
+    laws = {
+        value.name(): value
+        for value in vars(module).values()
+        if isinstance(value, type) and issubclass(value, Law) and value.__module__ == module.__name__
+    }
+    if not laws:
+        names = ", ".join(p.__name__ for p in _PROTOCOLS)
+        raise InputError(f"{file}: defines no law; a law is a class derived from one of {names}")
+    problems = [problem for law in laws.values() for problem in _problems(file, law)]
+    if problems:
+        raise InputError(problems)
+    return laws
+
+
+def _execute(file: Path) -> ModuleType:
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()[:12]
+    stem = "".join(c if c.isalnum() else "_" for c in file.stem)
+    name = f"tarsus_law_{stem}_{digest}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{file}: a law file is a Python file, its name ending in .py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        del sys.modules[name]
+        raise InputError(f"{file}{_line(error, file)}: {_said(error)}") from error
+    return module
+
+
+def _line(error: BaseException, file: Path) -> str:
+    """``", line 3"``: the last line of the file that the error went through."""
+    if isinstance(error, SyntaxError) and error.lineno:
+        return f", line {error.lineno}"
+    here = os.path.realpath(file)
+    lines = [
+        frame.lineno
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.lineno and os.path.realpath(frame.filename) == here
+    ]
+    return f", line {lines[-1]}" if lines else ""
+
+
+def _said(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+
+
+def _problems(file: Path, law: type[Law]) -> list[str]:
+    if not issubclass(law, _PROTOCOLS):
+        names = ", ".join(p.__name__ for p in _PROTOCOLS)
+        return [f"{file}: law {law.__name__} must be derived from one of {names}"]
+    function = law.function()
+    if function is None:
+        wanted = ", ".join((*law.leading, *law.names()))
+        return [f"{file}: law {law.__name__} defines no function {law.function_name}({wanted})"]
+    trial = [_TRIAL[name] for name in law.leading]
+    values = [_trial_value(law, name) for name in law.names()]
+    try:
+        result = function(*trial, *values)
+    except Exception as error:
+        return [f"{file}{_line(error, file)}: law {law.__name__} raised {_said(error)}"]
+    if isinstance(result, bool) or not isinstance(result, (int, float)) or not math.isfinite(result):
+        return [f"{file}: law {law.__name__} must return a finite number, got {result!r}"]
+    try:
+        translate(function, len(law.leading))
+    except InputError as error:
+        return [f"{file}: {problem}" for problem in error.problems]
+    return []
+
+
+def _trial_value(law: type[Law], name: str) -> float:
+    """The default of a parameter, or some value inside its bounds."""
+    field = law.model_fields[name]
+    if not field.is_required():
+        return float(field.default)
+    extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
+    bounds = {k: float(v) for k, v in extra.items() if isinstance(v, (int, float))}
+    low, high = bounds.get("gt", bounds.get("ge")), bounds.get("lt", bounds.get("le"))
+    if low is not None and high is not None:
+        return 0.5 * (low + high)
+    if low is not None:
+        return low + 1.0
+    return high - 1.0 if high is not None else 1.0

@@ -1,0 +1,388 @@
+"""Scene: everything a simulation needs to know, as one frozen description."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from enum import Enum
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import PathErrors, nearest
+from tarsus.base.spec import (
+    Description,
+    FrozenDict,
+    Named,
+    float_paths,
+    get_value,
+    quantity,
+    validate,
+    with_values,
+)
+from tarsus.base.units import format_quantity
+from tarsus.model.drive.gait import AnyGait, Gait
+from tarsus.model.drive.signal import Signal
+from tarsus.model.drive.waveforms import Constant, Waveform
+from tarsus.model.ground import Ground
+from tarsus.model.laws import ImpactMap, MassWeighted, PullAsPrinted
+from tarsus.model.laws.impact_map import Body
+from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot, reference_faults
+from tarsus.model.structure import Walker
+from tarsus.model.structure.base import Array
+
+__all__ = [
+    "Drive",
+    "Foot",
+    "Ground",
+    "Initial",
+    "ModalLoad",
+    "PointLoad",
+    "Provenance",
+    "Robot",
+    "Scene",
+    "Source",
+    "Standing",
+    "override",
+    "provenance_problems",
+    "reference_faults",
+]
+
+
+class Standing(Description):
+    """A walker's start in static equilibrium on its feet, whatever its payload, gravity and springs."""
+
+    driven: bool = Field(
+        default=False, description="with the drives' first volts; absent: at 0 V, after their history"
+    )
+
+
+class Initial(Description):
+    """State at time zero, in the structure's coordinates; zeros when absent.
+
+    `standing` stands for the displacement of a walker that stands still on its feet.
+    """
+
+    standing: Standing | None = Field(default=None, description="start in static equilibrium on all feet")
+    displacement: tuple[float, ...] | None = quantity("m", "initial coordinates", default=None)
+    velocity: tuple[float, ...] | None = quantity("m/s", "initial rates of the coordinates", default=None)
+
+
+class Source(Enum):
+    """Where a value comes from."""
+
+    PRINTED = "printed"
+    DERIVED = "derived"
+    CALIBRATED = "calibrated"
+    ASSUMED = "assumed"
+
+
+class Provenance(Description):
+    """Where a value comes from, in a sentence: which table, derived how, calibrated to what."""
+
+    source: Source
+    note: str = Field(min_length=1, description="a sentence")
+    interval: tuple[tuple[float, float], ...] | None = Field(
+        default=None,
+        description="95 % interval (low, high) of the value in SI, or one for each value of a list",
+    )
+
+    @field_validator("interval", mode="before")
+    @classmethod
+    def _one_interval(cls, value: Any) -> Any:
+        """One pair of numbers is the interval of one value."""
+        flat = isinstance(value, (list, tuple)) and all(isinstance(v, (int, float)) for v in value)
+        return (tuple(value),) if flat and value else value
+
+    @field_validator("interval")
+    @classmethod
+    def _in_order(cls, value: tuple[tuple[float, float], ...] | None) -> Any:
+        for low, high in value or ():
+            if low > high:
+                raise PathErrors([("", f"an interval starts at its lower end, got {low:g} to {high:g}")])
+        return value
+
+
+class Scene(Description):
+    """A robot above a ground, its drive signals and initial state.
+
+    A walker's `gait` gives the volts of the drives that move its legs; `signals` adds to them and prevails over them.
+    """
+
+    name: str
+    robot: Robot
+    ground: Ground = Ground()
+    gait: AnyGait | None = Field(default=None, description="pattern of a walker's legs")
+    signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
+    initial: Initial = Initial()
+    duration: float = quantity("s", "time to simulate unless another is asked for", gt=0)
+    provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = Field(
+        default=FrozenDict(),
+        description="by path; '*' stands for any one name, as in robot.structure.legs.*.mass",
+    )
+    citations: tuple[str, ...] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> Scene:
+        structure = self.robot.structure
+        faults = _signal_faults(self.signals, self.robot.drives)
+        faults += self._standing_faults()
+        for name in ("displacement", "velocity"):
+            values = getattr(self.initial, name)
+            if values is not None and len(values) != structure.size:
+                text = f"expected {structure.size} values, one a coordinate, got {len(values)}"
+                faults.append((f"initial.{name}", text))
+            elif values is not None and name == "displacement":
+                faults += self._start_faults(np.array(values))
+        if self.ground.gravity is not None and structure.vertical() is None:
+            text = "needs to know which way is up: give upward, the coordinates of a unit upward translation"
+            faults.append(("robot.structure.upward", f"gravity {text}"))
+        if not any(foot.electrode for foot in self.robot.feet.values()):
+            faults += [
+                (f"ground.{path}", "acts on no foot: give a foot its electrode, the name of a drive")
+                for path, law in self.ground.by_path().items()
+                if law.needs_electrode
+            ]
+        if self.gait is not None:
+            faults += _gait_faults(self.gait, self.robot)
+        if isinstance(structure, Walker):
+            faults += _walker_ground_faults(self.ground)
+        elif self.ground.friction is not None:
+            text = f"only the feet of a walker slide; this structure is of kind '{structure.kind}'"
+            faults.append(("ground.friction", text))
+        if not faults and self.ground.impact is not None:
+            faults += self._impact_faults(self.ground.impact)
+        if not faults and isinstance(self.ground.landing, PullAsPrinted):
+            faults += self._landing_faults()
+        if faults:
+            raise PathErrors(faults)
+        return self
+
+    @property
+    def waveforms(self) -> Mapping[str, Waveform]:
+        """Commanded volts of each drive: those of the gait, and over them the signals; without any it is 0 V."""
+        layout = None if self.gait is None else self.robot.layout()
+        if self.gait is None or layout is None:
+            return self.signals
+        return FrozenDict({**self.gait.waveforms(layout), **self.signals})
+
+    @property
+    def actuator_volts(self) -> Mapping[str, Signal]:
+        """Volts at every drive's actuator: its waveform, 0 V without any, behind the drive's amplifier."""
+        commands = self.waveforms
+        return {
+            name: drive.actuator_volts(commands.get(name) or Constant(level=0.0))
+            for name, drive in self.robot.drives.items()
+        }
+
+    def _impact_faults(self, impact: ImpactMap) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        matrices = structure.matrices()
+        body = Body(matrices.mass, matrices.stiffness, structure.row)
+        faults: list[tuple[str, str]] = []
+        for name, foot in self.robot.feet.items():
+            try:
+                impact.direction(name, foot.normal * structure.row(foot.point), body)
+            except PathErrors as error:
+                faults += [(f"ground.impact.{path}", text) for path, text in error.faults]
+        return faults
+
+    def _standing_faults(self) -> list[tuple[str, str]]:
+        structure = self.robot.structure
+        if self.initial.standing is None:
+            return []
+        if not isinstance(structure, Walker):
+            text = f"only a walker stands on its feet; this structure is of kind '{structure.kind}'"
+            return [("initial.standing", text)]
+        if self.initial.displacement is not None:
+            return [("initial.standing", "takes the place of initial.displacement: give one of the two")]
+        return []
+
+    def _landing_faults(self) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for foot in self.robot.feet.values():
+            try:
+                self.robot.structure.alone(foot.point)
+            except InputError as error:
+                said = f"the pull as printed takes K_pp and C_pp of a foot's displacement, but {error}"
+                faults.append(("ground.landing", said))
+        return list(dict.fromkeys(faults))
+
+    def _start_faults(self, start: Array) -> list[tuple[str, str]]:
+        faults: list[tuple[str, str]] = []
+        for name, foot in self.robot.feet.items():
+            moved = float(self.robot.structure.row(foot.point) @ start)
+            gap = foot.gap + foot.normal * moved
+            if gap < -1e-12 * max(foot.gap, abs(moved)):
+                depth = format_quantity(float(f"{-gap:.6g}"), "m")
+                faults.append(("initial.displacement", f"foot '{name}' would start {depth} below the ground"))
+        return faults
+
+    def origin(self, path: str) -> Provenance | None:
+        """Provenance of a value: that of its own path, or of the nearest list or table it is in.
+
+        A name goes before a ``*`` that stands for it.
+        """
+        found = self._origin(path)
+        return None if found is None else found[1]
+
+    def interval(self, path: str) -> tuple[float, float] | None:
+        """95 % interval (low, high) of one number [SI], where its provenance gives one."""
+        whole, origin = self._origin(path) or ("", None)
+        if origin is None or origin.interval is None:
+            return None
+        inside = [one for one in float_paths(self) if one == whole or one.startswith(f"{whole}.")]
+        return dict(zip(inside, origin.interval, strict=False)).get(path)
+
+    def _origin(self, path: str) -> tuple[str, Provenance] | None:
+        keys = path.split(".")
+        for count in range(len(keys), 0, -1):
+            whole = ".".join(keys[:count])
+            if whole in self.provenance:
+                return whole, self.provenance[whole]
+            for path, origin in self.provenance.items():
+                if "*" in path and _stands_for(path, keys[:count]):
+                    return whole, origin
+        return None
+
+
+def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
+    layout = robot.layout()
+    if layout is None:
+        kind = robot.structure.kind
+        return [("gait", f"needs the legs of a walker; this structure is of kind '{kind}'")]
+    return [(f"gait.{path}" if path else "gait", text) for path, text in gait.faults(layout)]
+
+
+def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
+    faults: list[tuple[str, str]] = []
+    if not ground.holds:
+        text = "needs adhesion: give ground.adhesion or a latch of your own"
+        faults += [
+            (f"ground.{path}", f"{law.title} {text}")
+            for path, law in ground.by_path().items()
+            if law.needs_strength
+        ]
+    if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
+        text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
+        faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
+    return faults
+
+
+def _signal_faults(signals: Iterable[str], drives: Collection[str]) -> list[tuple[str, str]]:
+    return [
+        (f"signals.{name}", f"the robot has no drive '{name}' for this signal{nearest(name, drives)}")
+        for name in signals
+        if name not in drives
+    ]
+
+
+def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list[tuple[str, str]]:
+    """Wrong references in a scene's raw tables, for a file that has other faults as well."""
+
+    def sub(node: Any, key: str) -> Mapping[str, Any]:
+        found = node.get(key) if isinstance(node, Mapping) else None
+        return found if isinstance(found, Mapping) else {}
+
+    def text(node: Any, key: str) -> str | None:
+        found = node.get(key) if isinstance(node, Mapping) else None
+        return found if isinstance(found, str) else None
+
+    robot = sub(table, "robot")
+    drives, feet = sub(robot, "drives"), sub(robot, "feet")
+    faults = reference_faults(
+        points,
+        drives,
+        {name: (text(foot, "point"), text(foot, "electrode")) for name, foot in feet.items()},
+        {name: tuple(sub(sub(drive, "load"), "weights")) for name, drive in drives.items()},
+    )
+    named = [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)
+    try:
+        whole, gait = validate(Robot, robot), TypeAdapter(AnyGait).validate_python(table.get("gait"))
+    except (InputError, ValidationError):
+        return named
+    return named + _gait_faults(gait, whole)
+
+
+def provenance_problems(scene: Scene) -> list[str]:
+    """Provenance that does not fit the scene, one sentence each: unknown paths, intervals for other values."""
+    problems: list[str] = []
+    floats = float_paths(scene) if any(origin.interval for origin in scene.provenance.values()) else {}
+    for path, origin in scene.provenance.items():
+        try:
+            places = _places(scene, path)
+        except InputError as error:
+            problems.append(f"provenance.{error}")
+            continue
+        if not places:
+            problems.append(f"provenance.{path}: stands for no path of the scene")
+        if origin.interval is not None:
+            counts = {sum(one == at or one.startswith(f"{at}.") for one in floats) for at in places}
+            wrong = counts - {len(origin.interval)}
+            if wrong:
+                text = f"expected {min(wrong)} (low, high), one for each number, got {len(origin.interval)}"
+                problems.append(f"provenance.{path}.interval: {text}")
+    return problems
+
+
+def _places(scene: Scene, path: str) -> list[str]:
+    """Paths that a path of provenance stands for: itself, or, with a ``*``, those it fits; `InputError` for none."""
+    if "*" not in path:
+        get_value(scene, path)
+        return [path]
+    depth = path.count(".") + 1
+    wholes = dict.fromkeys(".".join(one.split(".")[:depth]) for one in float_paths(scene))
+    return [whole for whole in wholes if _stands_for(path, whole.split("."))]
+
+
+def _stands_for(pattern: str, keys: Sequence[str]) -> bool:
+    """Whether a path with ``*`` in place of names fits a path given as its names."""
+    own = pattern.split(".")
+    return len(own) == len(keys) and all(one in ("*", key) for one, key in zip(own, keys, strict=True))
+
+
+def override(scene: Scene, values: Mapping[str, Any], *, by: str = "the user") -> Scene:
+    """`with_values` for people: provenance follows, so that a changed value no longer counts as printed.
+
+    Parameters
+    ----------
+    scene
+        Any scene.
+    values
+        As in `tarsus.base.spec.with_values`.
+    by
+        Who set them, for the note.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.base.spec.with_values`.
+    """
+    changed = with_values(scene, values)
+    before, after = float_paths(scene), float_paths(changed)
+    provenance = {path: origin for path, origin in scene.provenance.items() if _has(changed, path)}
+    for path, info in after.items():
+        old = before.get(path)
+        if old is not None and old.value == info.value:
+            continue
+        origin = scene.origin(path)
+        was = ""
+        if old is not None and origin is not None:
+            was = f"; was {format_quantity(old.value, old.unit)} ({origin.source.value})"
+        provenance[path] = Provenance(source=Source.ASSUMED, note=f"Set by {by}{was}.")
+    return with_values(changed, {"provenance": provenance})
+
+
+def _has(scene: Scene, path: str) -> bool:
+    try:
+        return any(get_value(scene, place) is not None for place in _places(scene, path))
+    except InputError:
+        return False

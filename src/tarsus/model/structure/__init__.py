@@ -1,0 +1,26 @@
+"""Structures: linear dynamics with named points."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from tarsus.model.structure.base import Matrices, Structure
+from tarsus.model.structure.beam import Beam
+from tarsus.model.structure.lumped import Lumped
+from tarsus.model.structure.modal import Modal
+from tarsus.model.structure.walker import Walker, WalkerBody, WalkerLeg
+
+__all__ = [
+    "AnyStructure",
+    "Beam",
+    "Lumped",
+    "Matrices",
+    "Modal",
+    "Structure",
+    "Walker",
+    "WalkerBody",
+    "WalkerLeg",
+]
+
+AnyStructure = Annotated[Modal | Lumped | Beam | Walker, Field(discriminator="kind")]
+"""Any structure; a table in a file says which by its ``kind``."""

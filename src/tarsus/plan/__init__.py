@@ -1,0 +1,1 @@
+"""Scene to arrays: what the engine is given, and which of its numbers are data."""

@@ -1,0 +1,325 @@
+"""Scene to arrays: the one place that knows both the descriptions and the kernels."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tarsus.base.errors import InputError
+from tarsus.core import _native
+from tarsus.core.modes import Floats, LinearSystem
+from tarsus.model.drive.lower import lower
+from tarsus.model.drive.pieces import TERMS, Pieces
+from tarsus.model.laws.base import Law, SmoothLaw
+from tarsus.model.laws.impact_map import Body, MassWeighted
+from tarsus.model.laws.landing import PullAsPrinted
+from tarsus.model.laws.program import Program
+from tarsus.model.laws.registry import is_built_in
+from tarsus.model.laws.translate import translate
+from tarsus.model.scene import Ground, Scene
+from tarsus.model.standing import equilibrium
+from tarsus.model.structure.base import Matrices
+
+
+@lru_cache(maxsize=1)
+def source_hash() -> str:
+    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
+    package = Path(__file__).parents[1]
+    told = [path for part in ("core", "model/laws", "plan") for path in (package / part).glob("*.py")]
+    digest = hashlib.sha256()
+    for path in sorted([*told, Path(_native.__file__)]):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def without_native(plan: Any) -> dict[str, Any]:
+    """What is pickled of a plan: its fields; what the native engine holds of it is made again where it is needed."""
+    return {name: plan.__dict__[name] for name in plan.__dataclass_fields__}
+
+
+@dataclass(frozen=True)
+class FootLaws:
+    """Laws of every foot: flags (m,), parameters (m, np), volts channel (m,).
+
+    acting: the laws by name; columns: where in the parameter row each one's parameters start; terms: the same for the
+    engine, (hook, twin, number of a program, first column) each.
+    """
+
+    flags: np.ndarray
+    parameters: np.ndarray
+    volts: np.ndarray
+    acting: Mapping[str, Law]
+    columns: Mapping[str, int]
+    terms: tuple[tuple[int, int, int, int], ...]
+    programs: tuple[Program, ...]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
+
+    @property
+    def use_rates(self) -> bool:
+        """Whether a law of a foot in the air asks for its gap rate."""
+        return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
+
+    @cached_property
+    def native(self) -> _native.Laws:
+        """The laws as the engine holds them; their parameters come with every batch."""
+        return _native.Laws(
+            self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
+        )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scene as arrays, ready for the engine.
+
+    system: the linear structure; laws: flags, parameters and volts channel per foot;
+    channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
+    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
+    """
+
+    system: LinearSystem
+    laws: FootLaws
+    channels: tuple[Pieces, ...]
+    charged: tuple[int, ...]
+    initial: np.ndarray
+    length: float
+    force: float
+    rate: float
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
+
+    @property
+    def feet(self) -> int:
+        return self.system.normals.shape[1]
+
+    @property
+    def drives(self) -> int:
+        return self.system.loads.shape[1]
+
+    @cached_property
+    def signals(self) -> _native.Signals:
+        """The drive channels as the engine holds them."""
+        return pack(self.channels)
+
+
+def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lower) -> Plan:
+    """Lower a scene to arrays; ``drive`` lowers its drives.
+
+    Raises InputError where a law of the user cannot be compiled, and where a walker that is to start standing cannot.
+    """
+    system = lower_system(scene)
+    names = list(scene.robot.drives)
+    forces, volts, signals = [], [], scene.actuator_volts
+    for name, one in scene.robot.drives.items():
+        force, volt = drive(signals[name], one.law, one.history)
+        forces.append(force)
+        volts.append(volt)
+    feet = list(scene.robot.feet.values())
+    laws = lower_laws(scene.ground, len(feet))
+    if scene.ground.makes_energy:
+        laws.flags[:] |= _native.FLAGS["map_as_is"]
+    acts = (laws.flags & _native.FLAGS["force"]) != 0
+    # where no foot has an electrode, users' laws see the volts of the first drive
+    rest = names[0] if names and not any(f.electrode for f in feet) else None
+    wired = [f.electrode if f.electrode is not None else rest for f in feet]
+    used = sorted({names.index(w) for w, a in zip(wired, acts, strict=True) if a and w is not None})
+    for i, w in enumerate(wired):
+        if acts[i] and w is not None:
+            laws.volts[i] = len(names) + used.index(names.index(w))
+    channels = (*forces, *(volts[d] for d in used))
+    n = system.mass.shape[0]
+    initial = np.zeros(2 * n)
+    if scene.initial.standing is not None:
+        initial[:n] = equilibrium(scene, driven=scene.initial.standing.driven)
+    if scene.initial.displacement is not None:
+        initial[:n] = scene.initial.displacement
+    if scene.initial.velocity is not None:
+        initial[n:] = scene.initial.velocity
+    length, force = scales(
+        laws, system, np.array([[pieces.span for pieces in forces]]).reshape(1, -1), laws.parameters[None],
+        initial[None], system.sources[None],
+    )  # fmt: skip
+    return Plan(
+        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system)
+    )
+
+
+def lower_system(scene: Scene) -> LinearSystem:
+    """The linear structure of a scene with its feet, drives and weight."""
+    structure = scene.robot.structure
+    matrices = structure.matrices()
+    n = structure.size
+    feet = scene.robot.feet.values()
+    normals = np.zeros((n, len(feet)))
+    for i, foot in enumerate(feet):
+        normals[:, i] = foot.normal * structure.row(foot.point)
+    loads = np.zeros((n, len(scene.robot.drives)))
+    for d, drive in enumerate(scene.robot.drives.values()):
+        loads[:, d] = drive.load.vector(structure)
+    weight, gravity = np.zeros(n), 0.0
+    if scene.ground.gravity is not None:
+        up = structure.vertical()
+        assert up is not None  # checked by Scene
+        weight, gravity = -(matrices.mass @ up), scene.ground.gravity.acceleration
+    return LinearSystem(
+        np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
+        np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
+        _directions(scene, matrices, normals), _alone(scene),
+    )  # fmt: skip
+
+
+def _alone(scene: Scene) -> np.ndarray | None:
+    """Coordinates (n, m) that move one foot alone; None unless feet land by the pull as printed."""
+    if not isinstance(scene.ground.landing, PullAsPrinted) or not scene.robot.feet:
+        return None
+    structure = scene.robot.structure
+    return np.stack([foot.normal * structure.alone(foot.point) for foot in scene.robot.feet.values()], axis=1)
+
+
+def _directions(scene: Scene, matrices: Matrices, normals: np.ndarray) -> np.ndarray | None:
+    """Impact direction of every foot (n, m); None for the mass-weighted map."""
+    chosen = scene.ground.impact
+    if chosen is None or isinstance(chosen, MassWeighted):
+        return None
+    body = Body(matrices.mass, matrices.stiffness, scene.robot.structure.row)
+    columns = [chosen.direction(name, normals[:, i], body) for i, name in enumerate(scene.robot.feet)]
+    return np.array(columns).reshape(len(columns), len(matrices.mass)).T
+
+
+def lower_laws(ground: Ground, m: int) -> FootLaws:
+    """The laws that act on m feet: each takes the next columns of the parameter row, and its twin or its program.
+
+    Raises InputError where a law of the user cannot be compiled.
+    """
+    acting = ground.acting_laws
+    columns = _columns(acting)
+    flags = _native.FLAGS["pull_as_printed"] if isinstance(ground.landing, PullAsPrinted) else 0
+    terms: list[tuple[int, int, int, int]] = []
+    programs: list[Program] = []
+    row: list[float] = []
+    for name, law in acting.items():
+        row += law.parameters()
+        assert law.hook is not None  # or it would not act
+        flags |= _native.FLAGS.get(law.hook, 0)
+        if isinstance(law, SmoothLaw) and law.uses_rate:
+            flags |= _native.FLAGS["uses_rate"]
+        twin = _twin(type(law))
+        terms.append((_native.HOOKS.index(law.hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
+        if twin < 0:
+            programs.append(program_of(type(law)))
+    return FootLaws(
+        np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
+        np.full(m, -1, dtype=np.int64), acting, columns, tuple(terms), tuple(programs),
+    )  # fmt: skip
+
+
+def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
+    """First column of each law's parameters."""
+    counts = [len(law.names()) for law in acting.values()]
+    return dict(zip(acting, accumulate([0, *counts[:-1]]), strict=True)) if acting else {}
+
+
+def _twin(law: type[Law]) -> int:
+    """Number of the law's function among those that the engine has written out; -1 where it carries out a program."""
+    return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
+
+
+def program_of(law: type[Law]) -> Program:
+    """A law's function as the engine carries it out.
+
+    Raises InputError where it contains what a law may not.
+    """
+    function = law.function()
+    if function is None:
+        raise InputError(f"{law.name()}: defines no function {law.function_name}")
+    return translate(function, len(law.leading))
+
+
+def law_column(scene: Scene, path: str) -> int | None:
+    """Column of a foot's parameter row that holds the value at ``path``; None if it is no parameter of a law.
+
+    Such values vary from run to run without lowering the scene again.
+    """
+    acting = scene.ground.acting_laws
+    paths = {
+        f"ground.{'laws.' if name in scene.ground.laws else ''}{name}.{field}": columns + place
+        for (name, law), columns in zip(acting.items(), _columns(acting).values(), strict=True)
+        for place, field in enumerate(law.names())
+    }
+    return paths.get(path)
+
+
+def initial_column(scene: Scene, path: str) -> int | None:
+    """Place in the initial state (2n,) of the value at ``path``; None if it is none that the scene gives."""
+    keys = path.split(".")
+    if len(keys) != 3 or keys[0] != "initial" or keys[1] not in ("displacement", "velocity"):
+        return None
+    given = getattr(scene.initial, keys[1])
+    if given is None or not keys[2].isdecimal() or int(keys[2]) >= len(given):
+        return None
+    return int(keys[2]) + (len(given) if keys[1] == "velocity" else 0)
+
+
+def pack(channels: Sequence[Pieces]) -> _native.Signals:
+    """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
+    loops = np.array([pieces.loop for pieces in channels], dtype=np.int64)
+    counts = np.array([pieces.count for pieces in channels], dtype=np.int64)
+    starts = np.concatenate([np.zeros(0), *(pieces.start for pieces in channels)])
+    coefs = np.concatenate([np.zeros((0, TERMS)), *(pieces.coef for pieces in channels)])
+    kinks = np.concatenate([np.zeros(0, dtype=bool), *(pieces.kink for pieces in channels)])
+    return _native.Signals(counts, loops, starts, coefs, kinks)
+
+
+SMALLEST = 1e-12
+"""[m] Below the size of an atom a clearance is zero and no scale."""
+
+
+def scales(
+    laws: FootLaws,
+    system: LinearSystem,
+    spans: Floats,
+    parameters: Floats,
+    initial: Floats,
+    sources: Floats,
+) -> tuple[Floats, Floats]:
+    """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
+
+    spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
+    `tarsus.plan.slots.Rows`.
+    """
+    n, m = system.normals.shape
+    lengths = [np.abs(sources[:, :m] + initial[:, :n] @ system.normals), sources[:, :m]]
+    forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
+    for name, law in laws.acting.items():
+        first, fields = laws.columns[name], law.names()
+        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        lengths.append(own[:, :1])
+        forces.append(own[:, 1:])
+    length = np.concatenate(lengths, axis=1)
+    length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
+    length = np.where(length > 0.0, length, 1e-6)
+    if n:
+        forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
+    force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
+    return length, np.where(force > 0.0, force, 1e-9)
+
+
+def _rate(system: LinearSystem) -> float:
+    """Fastest rate [1/s] of a structure."""
+    if not len(system.mass):
+        return 1.0
+    per_mass = np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
+    squares, rub = np.split(per_mass, 2, axis=1)
+    fastest = np.sqrt(np.abs(np.linalg.eigvals(squares)).max())
+    return max(float(fastest), float(np.abs(np.linalg.eigvals(rub)).max()) if rub.any() else 0.0, 1.0)

@@ -1,0 +1,258 @@
+"""Which numbers of a scene are data: what runs of one plan may differ in without lowering or tables of their own.
+
+A *slot* is the place of such a number in the rows of a batch: parameters of ground laws, rest gaps, gravity, initial
+state, and everything that says what a drive does over time. Numbers that enter the tables of a structure (its masses,
+springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.spec import Description, float_paths, get_value, with_values
+from tarsus.base.units import format_quantity
+from tarsus.core import _native
+from tarsus.model.scene import Scene
+from tarsus.model.standing import equilibrium
+from tarsus.plan.channels import Course, drive_course, felt, gait_courses, pool_of
+from tarsus.plan.lowering import Plan, initial_column, law_column, scales
+
+__all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots"]
+
+Floats = NDArray[np.float64]
+
+
+class Kind(Enum):
+    """What a slot is a number of."""
+
+    LAW = "parameter of a ground law"
+    INITIAL = "initial state"
+    GAP = "rest gap of a foot"
+    GRAVITY = "gravity"
+    DRIVE = "what one drive does"
+    GAIT = "what the drives of a gait do"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a slot is. at: column of the law parameters or of the initial state, or number of the foot or drive."""
+
+    kind: Kind
+    at: int = 0
+
+    @property
+    def bounded(self) -> bool:
+        """Whether its bounds are an interval of its own, whatever else varies; what drives do is checked as a whole."""
+        return self.kind not in (Kind.DRIVE, Kind.GAIT)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The data of nr runs of one plan, a row a run, as the engine takes them.
+
+    signals: channels that runs are driven by; channels (nr, nc): those of each run, in the plan's order, and changes
+    (nr, nc, 3): factor, offset and delay [s] by which the run has them, factor * value(t + delay) + offset.
+    parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
+    scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
+    """
+
+    signals: _native.Signals
+    parameters: Floats
+    initial: Floats
+    sources: Floats
+    scales: Floats
+    channels: NDArray[np.int64]
+    changes: Floats
+
+    def __len__(self) -> int:
+        return len(self.initial)
+
+    @property
+    def periods(self) -> Floats:
+        """Drive period of each run (nr,) [s]."""
+        return self.scales[:, 2]
+
+
+def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
+    """``count`` runs of a plan as it is, with marks every ``period`` [s]."""
+    channels = len(plan.channels)
+
+    def each(row: Any) -> Floats:
+        return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
+
+    return Rows(
+        plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
+        each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
+        each(np.tile([1.0, 0.0, 0.0], (channels, 1))),
+    )  # fmt: skip
+
+
+def slots(scene: Scene) -> dict[str, Place]:
+    """Every slot of a scene by path, in file order."""
+    found = {path: slot(scene, path) for path in float_paths(scene)}
+    return {path: place for path, place in found.items() if place is not None}
+
+
+def slot(scene: Scene, path: str) -> Place | None:
+    """The slot of the number at a path, or None where its value enters a plan's structure."""
+    keys = path.split(".")
+    if (column := law_column(scene, path)) is not None:
+        return Place(Kind.LAW, column)
+    if (column := initial_column(scene, path)) is not None:
+        return Place(Kind.INITIAL, column)
+    if path == "ground.gravity.acceleration" and scene.ground.gravity is not None:
+        return Place(Kind.GRAVITY)
+    if keys[:2] == ["robot", "feet"] and len(keys) == 4 and keys[3] == "gap" and keys[2] in scene.robot.feet:
+        return Place(Kind.GAP, list(scene.robot.feet).index(keys[2]))
+    if keys[0] == "gait" and scene.gait is not None:
+        return Place(Kind.GAIT)
+    drives = list(scene.robot.drives)
+    if keys[0] == "signals" and len(keys) > 2 and keys[1] in drives and keys[1] in scene.signals:
+        return Place(Kind.DRIVE, drives.index(keys[1]))
+    if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
+        return Place(Kind.DRIVE, drives.index(keys[2]))
+    return None
+
+
+def check_bounds(scene: Scene, path: str, values: Floats) -> None:
+    """Raise InputError where values (nr,) of a slot leave their bounds: bounds are intervals, so both ends suffice."""
+    keys = path.split(".")
+    get_value(scene, path)
+    depth = len(keys) - 1
+    while not isinstance(owner := get_value(scene, ".".join(keys[:depth])), Description):
+        depth -= 1
+    for edge in {float(values.min()), float(values.max())}:
+        try:
+            with_values(owner, {".".join(keys[depth:]): edge})
+        except InputError as error:
+            raise InputError([f"{'.'.join(keys[:depth])}.{text}" for text in error.problems]) from None
+
+
+def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: float) -> Rows:
+    """Runs of a plan of a scene that differ in slots.
+
+    Parameters
+    ----------
+    scene, plan
+        The scene, and what it was lowered to.
+    values
+        Values (nr,) by path, each of a slot and within its bounds.
+    duration
+        Of every run [s]: periods longer than that are none.
+
+    Raises
+    ------
+    InputError
+        Where a run would start below the ground or does not stand, and for drives that cannot be lowered.
+    """
+    count = len(next(iter(values.values()), np.zeros(1)))
+    base = rows_of(plan, count)
+    by_kind: dict[Kind, dict[str, tuple[int, Floats]]] = {kind: {} for kind in Kind}
+    for path, column in values.items():
+        place = slot(scene, path)
+        assert place is not None
+        by_kind[place.kind][path] = (place.at, column)
+    feet = plan.feet
+    for at, column in by_kind[Kind.LAW].values():
+        base.parameters[:, :, at] = column[:, None]
+    for at, column in by_kind[Kind.GAP].values():
+        base.sources[:, at] = column
+    for _, column in by_kind[Kind.GRAVITY].values():
+        base.sources[:, feet] = column
+    _stand(scene, values, base.initial)
+    for at, column in by_kind[Kind.INITIAL].values():
+        base.initial[:, at] = column
+    if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
+        _check_starts(scene, plan, base)
+    rows = _driven(scene, plan, by_kind, base, duration)
+    spans = np.asarray(rows.signals.span)[rows.channels] * np.abs(rows.changes[:, :, 0])
+    length, force = scales(
+        plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources
+    )
+    rows.scales[:, 0], rows.scales[:, 1] = length, force
+    return rows
+
+
+def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
+    """Where a walker starts standing, the equilibrium of every run."""
+    if scene.initial.standing is None:
+        return
+    # the film, restitution and friction bear nothing at rest
+    idle = ("ground.film.", "ground.restitution.", "ground.friction.", "initial.")
+    bearing = {path: column for path, column in values.items() if not path.startswith(idle)}
+    if not bearing:
+        return
+    distinct, which = np.unique(np.stack(list(bearing.values()), axis=1), axis=0, return_inverse=True)
+    starts = np.array(
+        [
+            equilibrium(
+                with_values(scene, dict(zip(bearing, row.tolist(), strict=True))),
+                driven=scene.initial.standing.driven,
+            )
+            for row in distinct
+        ]
+    )
+    initial[:, : starts.shape[1]] = starts[which.reshape(-1)]
+
+
+def _driven(
+    scene: Scene,
+    plan: Plan,
+    by_kind: Mapping[Kind, Mapping[str, tuple[int, Floats]]],
+    base: Rows,
+    duration: float,
+) -> Rows:
+    """The rows with the channels and the period of every run."""
+    names = list(scene.robot.drives)
+    waves = scene.waveforms
+    periods = {name: np.full(len(base), wave.period or np.nan) for name, wave in waves.items()}
+    courses: dict[str, Course] = {}
+    gait = {path: column for path, (_, column) in by_kind[Kind.GAIT].items()}
+    own: dict[str, dict[str, Floats]] = {}
+    for path, (at, column) in by_kind[Kind.DRIVE].items():
+        if felt(path):
+            own.setdefault(names[at], {})[path] = column
+    if gait:
+        courses |= gait_courses(scene, gait, own)
+    for name, varied in own.items():
+        if name not in courses:
+            courses[name] = drive_course(scene, name, varied)
+    for name, course in courses.items():
+        if name in periods:
+            periods[name] = course.periods
+    signals = base.signals
+    if courses:
+        signals, first = pool_of(plan.channels, courses)
+        for name, course in courses.items():
+            d = names.index(name)
+            base.channels[:, d] = first[name] + course.force
+            base.changes[:, d] = course.force_change
+            if d in plan.charged:
+                c = plan.drives + plan.charged.index(d)
+                base.channels[:, c] = first[name] + course.volts
+                base.changes[:, c] = course.volts_change
+    every = np.array(list(periods.values())).reshape(len(periods), len(base))
+    within = np.where(every <= duration, every, 0.0).max(axis=0, initial=0.0)
+    base.scales[:, 2] = np.where(within > 0.0, within, duration)
+    return replace(base, signals=signals)
+
+
+def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:
+    """No run starts with a foot below the ground."""
+    rest = rows.sources[:, : plan.feet]
+    moved = rows.initial[:, : len(plan.system.mass)] @ plan.system.normals
+    below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
+    for run, foot in np.argwhere(below)[:1]:
+        name = list(scene.robot.feet)[foot]
+        depth = format_quantity(-float(rest[run, foot] + moved[run, foot]), "m")
+        raise InputError(
+            f"initial.displacement: in run {run} foot '{name}' would start {depth} below the ground"
+        )

@@ -1,0 +1,1 @@
+"""What instruments recorded: measurements and the readers of their files."""

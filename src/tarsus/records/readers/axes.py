@@ -1,0 +1,165 @@
+"""The axis of a record: which series it is, and whether it agrees with what the header says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.records.measurement import sampling_step
+from tarsus.records.readers.choices import Choices
+from tarsus.records.readers.raw import Axis, Declared, Domain, RawFile, RawSeries
+from tarsus.records.readers.unit_names import frequency_factor, time_factor
+
+__all__ = ["Sampling", "axis_series", "check_declared", "series_axis"]
+
+_NAMES = {
+    Domain.TIME: {
+        "t",
+        "time",
+        "times",
+        "time_domain",
+        "time_s",
+        "timestamp",
+        "zeit",
+        "temps",
+        "tiempo",
+        "tempo",
+        "t_s",
+        "x_value",
+    },
+    Domain.FREQUENCY: {
+        "f",
+        "freq",
+        "freqs",
+        "frequency",
+        "frequencies",
+        "freq_domain",
+        "frequency_hz",
+        "frequenz",
+        "fréquence",
+        "frecuencia",
+        "freq_hz",
+        "f_hz",
+    },
+}
+_FACTOR = {Domain.TIME: time_factor, Domain.FREQUENCY: frequency_factor}
+_SI = {Domain.TIME: "s", Domain.FREQUENCY: "Hz"}
+_AGREES = 2e-4
+"""Relative difference of two sampling steps that is no disagreement, beyond the step of their digits."""
+
+
+class Sampling(NamedTuple):
+    """An even time axis [s]."""
+
+    step: float
+    start: float
+
+
+def axis_series(raw: RawFile, choices: Choices, domain: Domain) -> RawSeries | None:
+    """The series of times or frequencies: the one chosen, or the only one that its unit tells, or its name.
+
+    Raises
+    ------
+    InputError
+        If the one chosen is not there, or several are possible.
+    """
+    if choices.axis is not None:
+        for one in raw.series:
+            if one.name == choices.axis:
+                return one
+        raise InputError(
+            f"{raw.source} has no series '{choices.axis}'{nearest(choices.axis, names_of(raw.series))}"
+        )
+    found = [one for one in raw.series if _is_axis(one, domain)]
+    named = [one for one in found if _has_name(one, domain)]
+    if len(found) > 1 and len(named) == 1:
+        return named[0]
+    groups = {name.rpartition("/")[0] for name in choices.channels}
+    beside = [one for one in found if {one.name.rpartition("/")[0]} == groups]
+    if len(found) > 1 and len(beside) == 1:
+        return beside[0]
+    if len(found) > 1:
+        shown = " and ".join(f"'{one.name}'" for one in found)
+        raise InputError(f"{raw.source}: {shown} may each be the axis; say which with axis")
+    return found[0] if found else None
+
+
+def names_of(series: Iterable[RawSeries]) -> list[str]:
+    """Names, each once."""
+    return list(dict.fromkeys(one.name for one in series))
+
+
+def _is_axis(series: RawSeries, domain: Domain) -> bool:
+    if np.iscomplexobj(series.values) or len(series.values) < 2 or series.axis is not None:
+        return False
+    if series.unit:
+        return _FACTOR[domain](series.unit) is not None
+    return _has_name(series, domain)
+
+
+def _has_name(series: RawSeries, domain: Domain) -> bool:
+    return series.name.rpartition("/")[2].rpartition(".")[2].strip().lower() in _NAMES[domain]
+
+
+def series_axis(raw: RawFile, series: RawSeries, choices: Choices, domain: Domain) -> Axis:
+    """A series of the file as axis, in SI.
+
+    Raises
+    ------
+    InputError
+        If its unit is none of a time or a frequency.
+    """
+    if np.iscomplexobj(series.values):
+        raise InputError(f"{raw.source}: '{series.name}' is complex and cannot be the axis")
+    unit = choices.axis_unit or series.unit or _SI[domain]
+    factor = _FACTOR[domain](unit)
+    if factor is None and choices.axis_unit is None and choices.axis is not None:
+        factor = 1.0  # chosen by name: a label that is no unit does not overrule it
+    if factor is None:
+        raise InputError(
+            f"{raw.source}: the axis '{series.name}' is in '{unit}', which is no unit of "
+            f"{'time' if domain is Domain.TIME else 'frequency'}; give axis_unit"
+        )
+    return Axis(domain, series.values.astype(float) * factor, series.resolution * factor)
+
+
+def even(source: str, times: NDArray[np.float64], resolution: float) -> Sampling:
+    """Step and start of a column of times; raises InputError with the file's name if they are not even."""
+    try:
+        return Sampling(sampling_step(times, resolution), float(times[0]))
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from None
+
+
+def check_declared(
+    raw: RawFile, channels: Iterable[RawSeries], step: float, resolution: float, chosen: bool, axis: str
+) -> list[str]:
+    """Notes on headers that say another step than the axis.
+
+    Raises
+    ------
+    InputError
+        If they disagree and nothing was chosen.
+    """
+    said: dict[tuple[str, float], tuple[Declared, list[str]]] = {}
+    for one in channels:
+        declared = one.declared or raw.declared
+        if declared is None:
+            continue
+        if abs(declared.step - step) > _AGREES * step + declared.resolution + resolution:
+            said.setdefault((declared.where, declared.step), (declared, []))[1].append(one.name)
+    texts = []
+    for declared, names in said.values():
+        shown = ", ".join(f"'{name}'" for name in names)
+        texts.append(
+            f"{raw.source}: {declared.where} says one sample every {declared.step:g} s for {shown}, "
+            f"but {axis} has one every {step:g} s"
+        )
+    if texts and not chosen:
+        raise InputError([f"{text}; say which holds with axis or step" for text in texts])
+    return [f"{text}; {axis} is used, as chosen" for text in texts]

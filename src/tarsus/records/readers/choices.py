@@ -1,0 +1,62 @@
+"""What the user says about a file: which channels, their units and points, the axis, the drive, the input."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+from tarsus.base.spec import Description, FrozenDict, quantity
+
+__all__ = ["ChannelChoice", "Choices"]
+
+
+class ChannelChoice(Description):
+    """What to know of one channel; anything left out is taken from the file."""
+
+    name: str | None = Field(default=None, min_length=1, description="name to give it")
+    unit: str | None = Field(default=None, min_length=1, description="unit of its numbers in the file")
+    point: str | None = Field(default=None, min_length=1, description="point of the structure it looks at")
+    noise: float | str | None = Field(default=None, description="standard deviation of one sample")
+    full_scale: float | str | None = Field(default=None, description="largest value of the instrument")
+    coherence: str | None = Field(default=None, min_length=1, description="series with its coherence")
+    imaginary: str | None = Field(
+        default=None, min_length=1, description="series with the imaginary part; this one is the real part"
+    )
+    phase: str | None = Field(
+        default=None, min_length=1, description="series with the phase; this one is the amplitude"
+    )
+    phase_unit: str | None = Field(default=None, min_length=1, description="deg or rad")
+    accept_clipped: bool = Field(default=False, description="take it although it looks clipped")
+
+
+def _table(given: Any) -> Any:
+    """A list of names, or names with units, as a table of choices."""
+    if isinstance(given, (list, tuple)) and all(isinstance(name, str) for name in given):
+        return {name: {} for name in given}
+    if isinstance(given, dict):
+        return {name: {"unit": one} if isinstance(one, str) else one for name, one in given.items()}
+    return given
+
+
+class Choices(Description):
+    """What the user says about a file. It wins over what the file says, and the record notes that it did.
+
+    channels: names in the file, as a list, with their units (``{"Ch1": "mm/s"}``) or with all of a `ChannelChoice`;
+    empty takes every channel whose unit the file tells.
+    """
+
+    channels: Annotated[dict[str, ChannelChoice], BeforeValidator(_table), AfterValidator(FrozenDict)] = (
+        Field(default_factory=FrozenDict, description="channels to read, by their names in the file")
+    )
+    axis: str | None = Field(default=None, min_length=1, description="series of the times or frequencies")
+    axis_unit: str | None = Field(default=None, min_length=1, description="unit of the axis")
+    step: float | None = quantity("s", "time between samples", default=None, gt=0)
+    frequency_step: float | None = quantity(
+        "Hz", "distance of the lines of a response that begins at 0 Hz", default=None, gt=0
+    )
+    drive: str | None = Field(default=None, min_length=1, description="channel that recorded the drive")
+    inputs: tuple[str, ...] = Field(default=(), description="inputs of the responses to read; empty is all")
+    input_unit: str | None = Field(
+        default=None, min_length=1, description="unit of the input of the responses"
+    )

@@ -1,0 +1,93 @@
+"""Complex responses from two series of real numbers: real and imaginary part, or amplitude and phase."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.records.readers.choices import Choices
+from tarsus.records.readers.raw import RawFile, RawSeries, Role
+
+__all__ = ["Amplitude", "amplitude_of", "is_decibel", "phase_factor", "with_chosen_parts"]
+
+_DECIBEL = re.compile(r"(?:^|[^A-Za-z])dB(?![A-Za-z])")
+_REFERENCE = re.compile(r"^\W*dB\W*(?:re\.?|rel\.?)?\s*:?\s*(?:1\s+)?(.*?)\W*$", re.I)
+
+
+class Amplitude(NamedTuple):
+    """Amplitudes, and the unit they are in, as written."""
+
+    values: NDArray[np.float64]
+    unit: str
+
+
+def amplitude_of(series: RawSeries) -> Amplitude:
+    """Amplitudes of a series. Decibels, told by unit or name, are of the amplitude, with 1 in their unit at 0 dB."""
+    values = np.asarray(series.values, dtype=float)
+    if not (is_decibel(series.unit) or is_decibel(series.name)):
+        return Amplitude(values, series.unit)
+    match = _REFERENCE.match(series.unit)
+    return Amplitude(10.0 ** (values / 20.0), match[1] if match else "")
+
+
+def is_decibel(text: str) -> bool:
+    """Whether a unit or a name tells decibels."""
+    return _DECIBEL.search(text) is not None
+
+
+def phase_factor(unit: str, name: str = "") -> float | None:
+    """Factor of a phase to rad, from its unit or else from its name, such as ``phase_deg``; None if neither tells."""
+    plain = unit.strip("[]() ").lower()
+    if not plain:
+        told = re.findall(r"(?<![a-z])(deg|rad)(?![a-z])", name.lower())
+        plain = told[0] if len(told) == 1 else ""
+    if plain in ("deg", "degree", "degrees", "\N{DEGREE SIGN}"):
+        return float(np.pi / 180.0)
+    return 1.0 if plain in ("rad", "radian", "radians") else None
+
+
+def with_chosen_parts(raw: RawFile, choices: Choices) -> RawFile:
+    """The file with the responses whose two parts were named under ``channels``; their parts are series no more.
+
+    Raises
+    ------
+    InputError
+        For a part that is not there, is complex or of another length, and for a phase of unknown unit.
+    """
+    series, problems = {one.name: one for one in raw.series}, []
+    used, made = set(), []
+    for name, choice in choices.channels.items():
+        other = choice.imaginary or choice.phase
+        if other is None:
+            continue
+        absent = [one for one in (name, other) if one not in series]
+        if absent:
+            problems += [f"{raw.source} has no series '{one}'{nearest(one, series)}" for one in absent]
+            continue
+        first, second = series[name], series[other]
+        if np.iscomplexobj(first.values) or np.iscomplexobj(second.values):
+            problems.append(f"{raw.source}: '{name}' or '{other}' is complex and no part of a response")
+        elif len(first.values) != len(second.values):
+            problems.append(f"{raw.source}: '{name}' and '{other}' differ in length")
+        elif choice.imaginary is not None:
+            made.append(replace(first, values=first.values + 1.0j * second.values, role=Role.RESPONSE))
+        else:
+            factor = phase_factor(choice.phase_unit or second.unit, other)
+            if factor is None:
+                problems.append(
+                    f"{raw.source}: nothing says whether the phase '{other}' is in deg or rad: give phase_unit"
+                )
+                continue
+            size = amplitude_of(first)
+            values = size.values * np.exp(1.0j * factor * second.values)
+            made.append(replace(first, values=values, unit=size.unit, role=Role.RESPONSE))
+        used |= {name, other}
+    if problems:
+        raise InputError(problems)
+    return replace(raw, series=(*(one for one in raw.series if one.name not in used), *made)) if made else raw

@@ -1,0 +1,121 @@
+"""MATLAB files: version 5 and older by scipy, version 7.3 (HDF5) by h5py."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from tarsus.base.errors import InputError
+from tarsus.records.readers.hdf import is_hdf
+from tarsus.records.readers.raw import RawFile, read_bytes
+from tarsus.records.readers.tables import Array, file_of
+
+__all__ = ["is_mat", "read_mat"]
+
+_HEADER = 128
+_TAG = 8
+
+
+def is_mat(head: bytes) -> bool:
+    """Whether a file begins like a MATLAB file of version 5 or 7.3."""
+    return head.startswith((b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file"))
+
+
+def read_mat(path: Path) -> RawFile:
+    """Vectors and tables of a MATLAB file; fields of structures have their names behind a dot.
+
+    Units are those in a structure ``units`` that has a field of the variable's name.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged or truncated.
+    """
+    data = read_bytes(path)
+    head = data[:1024]
+    if is_mat(head) and not is_hdf(head) and _is_cut(data):
+        raise InputError(f"{path.name} is truncated: its last variable does not end")
+    try:
+        content = _read_7_3(path) if is_hdf(head) else _read_5(path)
+    except Exception as error:  # scipy and h5py raise whatever their parsers ran into
+        raise InputError(
+            f"{path.name} is damaged or truncated: it cannot be read as a MATLAB file ({error})"
+        ) from None
+    if "yspec" in content and {"freq", "npts"} <= content.keys():
+        content = _with_lines(content)
+    units = content.pop("units", {})
+    arrays = [
+        Array(name, values, {"units": units[name]} if isinstance(units, Mapping) and name in units else {})
+        for name, values in _flat(content, "")
+    ]
+    return file_of(path.name, arrays)
+
+
+def _with_lines(content: Mapping[str, Any]) -> dict[str, Any]:
+    """A file of the logger of Cambridge University with its frequencies, which it gives as the sampling rate ``freq``
+    and the length ``npts`` of the transform."""
+    rate, count = (np.asarray(content[name], dtype=float).ravel() for name in ("freq", "npts"))
+    rows = max(np.shape(content["yspec"]), default=0)
+    if len(rate) != 1 or len(count) != 1 or not count[0] > 0.0 or "frequency" in content:
+        return dict(content)
+    rest = {name: value for name, value in content.items() if name not in ("freq", "npts")}
+    return {**rest, "frequency": rate[0] / count[0] * np.arange(rows)}
+
+
+def _is_cut(data: bytes) -> bool:
+    """Whether the variables of a version 5 file announce more bytes than there are; scipy may crash on such a file."""
+    order: Literal["little", "big"] = "little" if data[126:128] == b"IM" else "big"
+    place = _HEADER
+    while place + _TAG <= len(data):
+        place += _TAG + int.from_bytes(data[place + 4 : place + _TAG], order)
+    return place > len(data)
+
+
+def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{before}{name}.")
+        elif isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):  # cells
+            cells = {str(i): one for i, one in enumerate(np.ravel(np.asarray(value, dtype=object)), start=1)}
+            yield from _flat(cells, f"{before}{name}/")
+        elif isinstance(value, (np.ndarray, np.generic, str, float, int, complex)):
+            yield f"{before}{name}", np.asarray(value)
+
+
+def _read_5(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat
+
+    content = loadmat(path, simplify_cells=True)
+    return {name: value for name, value in content.items() if not name.startswith("__")}
+
+
+def _read_7_3(path: Path) -> dict[str, Any]:
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        return _group(file)
+
+
+def _group(group: Any) -> dict[str, Any]:
+    """Content of a group of a 7.3 file: arrays transposed, characters as text, references left out."""
+    import h5py
+
+    out: dict[str, Any] = {}
+    for name, item in group.items():
+        if name.startswith("#"):
+            continue
+        if isinstance(item, h5py.Group):
+            out[name] = _group(item)
+            continue
+        kind = item.attrs.get("MATLAB_class", b"")
+        values = item[()]
+        if kind == b"char":
+            out[name] = "".join(chr(code) for code in np.ravel(values)) if item.dtype.kind in "ui" else ""
+        elif item.dtype.names == ("real", "imag"):
+            out[name] = (values["real"] + 1j * values["imag"]).T
+        elif item.dtype.kind in "fiuc" and "MATLAB_empty" not in item.attrs:
+            out[name] = values.T
+    return out

@@ -1,0 +1,132 @@
+"""Numbers in text files: encodings, decimal commas, and the step of the digits a number is written in."""
+
+from __future__ import annotations
+
+import codecs
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+
+__all__ = ["check_ending", "column_of", "column_step", "digit_step", "number", "text_of", "whole_table"]
+
+_DIGITS = re.compile(r"[+-]?\d*(?:\.(\d*))?(?:[eE]([+-]?\d+))?")
+_GAPS = {"nan", "-nan", "+nan", "1.#qnan", "-1.#ind", "--", "n/a", "na", "null"}
+
+
+def text_of(content: bytes) -> str:
+    """Text of a file in UTF-8, UTF-16 with its mark, or else Latin-1, as instruments write it."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16", errors="replace")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
+def number(text: str, comma: bool = False) -> float:
+    """Value of a number; nan for the words that stand for a gap; comma: whether it has a decimal comma.
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+    """
+    plain = text.strip()
+    if plain.lower() in _GAPS:
+        return math.nan
+    return float(plain.replace(",", ".") if comma else plain)
+
+
+def digit_step(text: str, comma: bool = False) -> float:
+    """Step of the last digit of a number: 0.01 for ``1.25``, 10 for ``1.2e2``; 0 if it is none."""
+    match = _DIGITS.fullmatch(text.strip().replace(",", ".") if comma else text.strip())
+    if match is None or not any(character.isdigit() for character in text):
+        return 0.0
+    return 10.0 ** (int(match[2] or 0) - len(match[1] or ""))
+
+
+def column_step(rows: Sequence[Sequence[str]], column: int, comma: bool) -> float:
+    """Coarsest step of the digits at the beginning and the end of a column; a zero with an exponent tells none."""
+    cells = [row[column].strip() for row in (*rows[:3], *rows[-3:]) if column < len(row)]
+    telling = [cell for cell in cells if not ("e" in cell.lower() and _number_or_zero(cell, comma) == 0.0)]
+    return max((digit_step(cell, comma) for cell in telling), default=0.0)
+
+
+def _number_or_zero(text: str, comma: bool) -> float:
+    """Value of a number; 0 if it is none."""
+    try:
+        return number(text, comma)
+    except ValueError:
+        return 0.0
+
+
+def check_ending(text: str, rows: Sequence[Sequence[str]], source: str) -> list[str]:
+    """A note if the last line of a table does not end, so that its last number may be cut.
+
+    Raises
+    ------
+    InputError
+        If that number has fewer characters than the others of its column among these rows: it is cut.
+    """
+    if text.endswith(("\n", "\r")) or len(rows) < 2:
+        return []
+    column = len(rows[-1]) - 1
+    others = [len(row[column].strip()) for row in rows[:-1] if column < len(row) and row[column].strip()]
+    if others and len(rows[-1][column].strip()) < min(others):
+        raise InputError(f"{source} is truncated: its last number '{rows[-1][column].strip()}' is cut")
+    return [f"{source}: its last line has no line end; if the file is cut, its last number may be wrong"]
+
+
+def column_of(
+    rows: Sequence[Sequence[str]], column: int, name: str, first: int, source: str, comma: bool
+) -> NDArray[np.float64]:
+    """Numbers of a column until its last cell that is not empty; cells missing before that are gaps (nan).
+
+    Parameters
+    ----------
+    rows
+        Cells of the lines, the first of which is line ``first`` of the file.
+    column, name
+        Which column, and its name for errors.
+    source
+        Name of the file.
+    comma
+        Whether numbers have a decimal comma.
+
+    Raises
+    ------
+    InputError
+        For a cell that is no number, with its line.
+    """
+    cells = [row[column].strip() if column < len(row) else "" for row in rows]
+    while cells and not cells[-1]:
+        cells.pop()
+    try:  # all at once, which is many times faster
+        return np.array([cell.replace(",", ".") for cell in cells] if comma else cells, dtype=str).astype(
+            float
+        )
+    except ValueError:
+        pass
+    out = []
+    for i, cell in enumerate(cells):
+        try:
+            out.append(number(cell, comma) if cell else math.nan)
+        except ValueError:
+            raise InputError(
+                f"{source}, line {first + i}: column '{name}' has '{cell}' where a number is expected"
+            ) from None
+    return np.array(out)
+
+
+def whole_table(lines: Sequence[str], separator: str | None, comma: bool) -> NDArray[np.float64] | None:
+    """Numbers of lines that all have the same number of cells, shape (rows, columns); None if they are not that."""
+    plain = [line.replace(",", ".") for line in lines] if comma else lines
+    try:
+        return np.loadtxt(plain, delimiter=separator, comments=None, ndmin=2)
+    except ValueError:
+        return None

@@ -1,0 +1,106 @@
+"""What a file holds before anything is chosen from it: series, their units as written, and what it says of its axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+
+__all__ = ["Axis", "Declared", "Domain", "RawFile", "RawSeries", "Reference", "Role", "read_bytes"]
+
+Floats = NDArray[np.float64]
+
+
+class Domain(Enum):
+    """What a series runs over."""
+
+    TIME = auto()
+    FREQUENCY = auto()
+
+
+class Role(Enum):
+    """What a series is."""
+
+    SIGNAL = auto()
+    RESPONSE = auto()
+    COHERENCE = auto()
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Times [s] or frequencies [Hz] of a series (ns,); resolution: step of the digits they were written in."""
+
+    domain: Domain
+    values: Floats
+    resolution: float = 0.0
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A sampling step [s] that a header states; where: in which words; resolution: step of its digits [s]."""
+
+    where: str
+    step: float
+    resolution: float = 0.0
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Input of a frequency response: name, unit as written, and a factor that comes on top of it."""
+
+    name: str
+    unit: str
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class RawSeries:
+    """One series as it stands in the file.
+
+    name; values (ns,), real or complex, as written; unit: as written, empty when the file says none; role; axis: its
+    own, or None where a column or a header gives it; declared: sampling step that the file states for it; reference:
+    input of a response; count: number of values that the file announces; point: name of the point it looks at;
+    excitation: whether the file says that it drives the structure; noise, full_scale: in the unit as written;
+    resolution: step of the digits the values were written in; factor: what comes on top of the unit as written.
+    """
+
+    name: str
+    values: NDArray[Any]
+    unit: str = ""
+    role: Role = Role.SIGNAL
+    axis: Axis | None = None
+    declared: Declared | None = None
+    reference: Reference | None = None
+    count: int | None = None
+    point: str | None = None
+    excitation: bool = False
+    noise: float | None = None
+    full_scale: float | None = None
+    resolution: float = 0.0
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class RawFile:
+    """All series of a file. source: its name; notes: what else it holds and is not used; ragged: whether series of
+    different lengths begin together, so that the record ends with the shortest."""
+
+    source: str
+    series: tuple[RawSeries, ...]
+    declared: Declared | None = None
+    notes: tuple[str, ...] = field(default=())
+    ragged: bool = False
+
+
+def read_bytes(path: Path) -> bytes:
+    """Content of a file; raises InputError if it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from None

@@ -1,0 +1,233 @@
+"""From what a file holds to a `Measurement`: channels in SI on one even time axis, each fault one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.records.measurement import Measurement, Quantity
+from tarsus.records.readers.axes import Sampling, axis_series, check_declared, even, series_axis
+from tarsus.records.readers.choices import Choices
+from tarsus.records.readers.clipping import clipped_samples
+from tarsus.records.readers.raw import Domain, RawFile, RawSeries, Role
+from tarsus.records.readers.selecting import (
+    Selected,
+    channel_of,
+    check_count,
+    chosen_series,
+    not_finite,
+    scaled_series,
+    unit_note,
+)
+
+__all__ = ["measurement_of"]
+
+
+def measurement_of(raw: RawFile, choices: Choices) -> Measurement:
+    """The channels chosen from a file, in SI.
+
+    Raises
+    ------
+    InputError
+        With every fault found: file, channel and cause.
+    """
+    column = None if choices.step is not None else axis_series(raw, choices, Domain.TIME)
+    candidates = [
+        one
+        for one in raw.series
+        if one is not column
+        and one.role is Role.SIGNAL
+        and not np.iscomplexobj(one.values)
+        and (one.axis is None or one.axis.domain is Domain.TIME)
+    ]
+    if not candidates:
+        raise InputError(f"{raw.source} holds no time series{_responses(raw)}")
+    selected, notes = _with_units(raw, choices, candidates)
+    notes = [*raw.notes, *notes, *_left_out(raw, candidates, column)]
+    if choices.channels:
+        notes += _not_chosen(raw, candidates, selected)
+    selected, length, more = _same_length(raw, choices, selected, column)
+    sampling, told = _sampling(raw, choices, [one.series for one in selected], column, length)
+    problems = [
+        text
+        for one in selected
+        for text in (*check_count(raw.source, one.series), *not_finite(raw.source, one.series, length))
+    ]
+    if problems:
+        raise InputError(problems)
+    values = np.array([one.series.values[:length] * one.scaled.factor for one in selected], dtype=float)
+    drive = _drive(raw, choices, selected)
+    notes += [*more, *told, *_clipping(raw, selected, values), *_constant(raw, selected, values, drive)]
+    if drive is None:
+        notes.append(f"{raw.source}: no channel is known to be the drive; name it with drive")
+    channels = tuple(channel_of(raw.source, one) for one in selected)
+    try:
+        return Measurement(channels, values, *sampling, raw.source, drive, tuple(notes))
+    except InputError as error:
+        raise InputError([f"{raw.source}: {problem}" for problem in error.problems]) from None
+
+
+def _responses(raw: RawFile) -> str:
+    complex_ones = any(one.role is Role.RESPONSE or np.iscomplexobj(one.values) for one in raw.series)
+    return "; it holds frequency responses: read them with read_response" if complex_ones else ""
+
+
+def _with_units(
+    raw: RawFile, choices: Choices, candidates: Sequence[RawSeries]
+) -> tuple[list[Selected], list[str]]:
+    """Series whose quantity is known; the others are a problem if they were asked for, else a note."""
+    selected, notes, unknown = [], [], []
+    for series, choice in chosen_series(raw, choices, candidates):
+        found = scaled_series(series, choice)
+        if found is not None:
+            selected.append(Selected(series, choice, found))
+            notes += unit_note(raw.source, series, choice)
+            continue
+        said = choice.unit or series.unit
+        unknown.append(
+            f"{raw.source}: nothing says what channel '{series.name}' measures"
+            + (f" ('{said}' is no unit of a known quantity)" if said else "")
+        )
+    if unknown and (choices.channels or not selected):
+        raise InputError([f"{text}; give its unit under channels" for text in unknown])
+    return selected, [*notes, *(f"{text}: not used" for text in unknown)]
+
+
+def _left_out(raw: RawFile, candidates: Sequence[RawSeries], column: RawSeries | None) -> list[str]:
+    other = [one.name for one in raw.series if one is not column and not any(one is c for c in candidates)]
+    shown = ", ".join(f"'{name}'" for name in other)
+    return [f"{raw.source}: not used, since no time series: {shown}"] if other else []
+
+
+def _not_chosen(raw: RawFile, candidates: Sequence[RawSeries], selected: Sequence[Selected]) -> list[str]:
+    chosen = {id(one.series) for one in selected}
+    other = ", ".join(f"'{one.name}'" for one in candidates if id(one) not in chosen)
+    return [f"{raw.source}: not chosen: {other}"] if other else []
+
+
+def _same_length(
+    raw: RawFile, choices: Choices, selected: list[Selected], column: RawSeries | None
+) -> tuple[list[Selected], int, list[str]]:
+    """Channels that share the axis, their number of samples, and what is said about the others."""
+    lengths = [len(one.series.values) for one in selected] + ([] if column is None else [len(column.values)])
+    wanted = max(lengths) if column is None else lengths[-1]
+    if raw.ragged:
+        shortest = int(np.min(lengths))
+        notes = [
+            f"{raw.source}: channel '{one.series.name}' goes on for {length - shortest} samples after the shortest "
+            "column ends; they are not used"
+            for one, length in zip(selected, lengths, strict=False)
+            if length > shortest
+        ]
+        return selected, shortest, notes
+    fitting = [one for one in selected if len(one.series.values) == wanted]
+    other = [one for one in selected if len(one.series.values) != wanted]
+    against = "others have" if column is None else f"'{column.name}' has"
+    texts = [
+        f"{raw.source}: channel '{one.series.name}' has {len(one.series.values)} samples where {against} {wanted}"
+        for one in other
+    ]
+    if texts and (choices.channels or not fitting):
+        raise InputError(texts)
+    return fitting, wanted, [f"{text}: not used" for text in texts]
+
+
+def _sampling(
+    raw: RawFile, choices: Choices, used: Sequence[RawSeries], column: RawSeries | None, length: int
+) -> tuple[Sampling, list[str]]:
+    if choices.step is not None:
+        notes = check_declared(raw, used, choices.step, 0.0, True, "the step that was given")
+        return Sampling(choices.step, 0.0), notes
+    if column is not None:
+        axis = series_axis(raw, column, choices, Domain.TIME)
+        sampling = even(raw.source, axis.values[:length], axis.resolution)
+        shown = f"the column '{column.name}'"
+        resolution = axis.resolution / max(length - 1, 1)
+        return sampling, check_declared(raw, used, sampling.step, resolution, choices.axis is not None, shown)
+    own = [(one, one.axis) for one in used if one.axis is not None]
+    if len(own) == len(used):
+        found = [(one, even(raw.source, axis.values[:length], axis.resolution)) for one, axis in own]
+        first = found[0][1]
+        problems = [
+            f"{raw.source}: channel '{one.name}' is sampled every {other.step:g} s from {other.start:g} s, "
+            f"'{found[0][0].name}' every {first.step:g} s from {first.start:g} s; read them one at a time"
+            for one, other in found[1:]
+            if abs(other.step - first.step) > 1e-9 * first.step
+            or abs(other.start - first.start) > 0.01 * first.step
+        ]
+        if problems:
+            raise InputError(problems)
+        return first, check_declared(raw, used, first.step, 0.0, False, "the axis of the file")
+    declared = [one.declared or raw.declared for one in used]
+    known = [one for one in declared if one is not None]
+    if len(known) < len(used):
+        raise InputError(
+            f"{raw.source} says neither times nor a sampling rate; give step, or the series of times with axis"
+        )
+    notes = check_declared(
+        raw, used, known[0].step, known[0].resolution, False, f"{known[0].where} elsewhere"
+    )
+    return Sampling(known[0].step, 0.0), [
+        *notes,
+        f"{raw.source}: the sampling step of {known[0].step:g} s is that of {known[0].where}",
+    ]
+
+
+def _drive(raw: RawFile, choices: Choices, selected: Sequence[Selected]) -> str | None:
+    """Name of the drive's channel: the one named, else the only one that the file or its quantity tells."""
+    if choices.drive is not None:
+        for one in selected:
+            if choices.drive in (one.name, one.series.name):
+                return one.name
+        names = [one.name for one in selected]
+        raise InputError(
+            f"{raw.source}: the drive is missing: no channel '{choices.drive}' was read"
+            f"{nearest(choices.drive, names)}"
+        )
+    told = [one.name for one in selected if one.series.excitation]
+    volts = [one.name for one in selected if one.scaled.quantity is Quantity.VOLTAGE]
+    forces = [one.name for one in selected if one.scaled.quantity is Quantity.FORCE]
+    for names in (told, volts, forces):
+        if names:
+            return names[0] if len(names) == 1 else None
+    return None
+
+
+def _clipping(raw: RawFile, selected: Sequence[Selected], values: np.ndarray) -> list[str]:
+    """Notes on clipped channels that were accepted; the others are refused. Volts may stay at an extreme: a square."""
+    notes, problems = [], []
+    for one, row in zip(selected, values, strict=True):
+        channel = channel_of(raw.source, one)
+        count = 0 if one.scaled.quantity is Quantity.VOLTAGE else clipped_samples(row)
+        cause = "stand in runs at its largest or smallest value"
+        if channel.full_scale is not None:
+            reached = int(np.count_nonzero(np.abs(row) >= channel.full_scale))
+            if reached > count:
+                count = reached
+                cause = f"reach its full scale of {channel.full_scale:g} {one.scaled.quantity.unit}"
+        if not count:
+            continue
+        text = f"{raw.source}: channel '{one.series.name}' is clipped: {count} of {len(row)} samples {cause}"
+        if one.choice.accept_clipped:
+            notes.append(f"{text}; it is used, as chosen")
+        else:
+            problems.append(f"{text}; measure in a wider range, or take it with accept_clipped")
+    if problems:
+        raise InputError(problems)
+    return notes
+
+
+def _constant(raw: RawFile, selected: Sequence[Selected], values: np.ndarray, drive: str | None) -> list[str]:
+    """Notes on channels that never change; a drive that never changes is missing."""
+    notes = []
+    for one, row in zip(selected, values, strict=True):
+        if row.min() < row.max():
+            continue
+        said = f"channel '{one.series.name}' is {row[0]:g} {one.scaled.quantity.unit} throughout"
+        if one.name == drive:
+            raise InputError(f"{raw.source}: the drive is missing: {said}")
+        notes.append(f"{raw.source}: {said}")
+    return notes

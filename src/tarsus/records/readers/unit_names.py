@@ -1,0 +1,117 @@
+"""Units as instruments write them: text in, quantity and SI factor out."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+from scipy.constants import g as _GRAVITY
+
+from tarsus.base.errors import InputError
+from tarsus.base.units import parse_unit
+from tarsus.records.measurement import Quantity
+
+__all__ = ["Scaled", "frequency_factor", "ratio_of", "scaled", "time_factor"]
+
+
+class Scaled(NamedTuple):
+    """A quantity and the factor that brings its numbers to SI."""
+
+    quantity: Quantity
+    factor: float
+
+
+_WORDS = {
+    "volt": "V",
+    "volts": "V",
+    "millivolt": "mV",
+    "newton": "N",
+    "newtons": "N",
+    "inch": "in",
+    "inches": "in",
+    "meter": "m",
+    "meters": "m",
+    "metre": "m",
+    "metres": "m",
+    "sec": "s",
+    "second": "s",
+    "seconds": "s",
+    "hertz": "Hz",
+}
+_MOTIONS = (Quantity.DISPLACEMENT, Quantity.VELOCITY, Quantity.ACCELERATION)
+_POUND_FORCE = 4.4482216152605
+_IMPERIAL = {
+    "lbf": (Quantity.FORCE, _POUND_FORCE),
+    "mil": (Quantity.DISPLACEMENT, 2.54e-5),
+    "in": (Quantity.DISPLACEMENT, 0.0254),
+    "in/s": (Quantity.VELOCITY, 0.0254),
+    "ips": (Quantity.VELOCITY, 0.0254),
+    "in/s^2": (Quantity.ACCELERATION, 0.0254),
+    "ft": (Quantity.DISPLACEMENT, 0.3048),
+    "ft/s": (Quantity.VELOCITY, 0.3048),
+    "ft/s^2": (Quantity.ACCELERATION, 0.3048),
+}
+_GRAVITIES = {"g", "gn", "g_n", "g0"}
+
+
+def scaled(text: str) -> Scaled | None:
+    """Quantity and SI factor of a unit, or None if it is no unit of a known quantity.
+
+    ``g`` alone is the standard gravity, as accelerometers mean it, and not the gram.
+    """
+    plain = _plain(text)
+    if plain.lower() in _GRAVITIES:
+        return Scaled(Quantity.ACCELERATION, _GRAVITY)
+    imperial = _IMPERIAL.get(plain.replace(" ", "").lower())
+    if imperial is not None:
+        return Scaled(*imperial)
+    for quantity in Quantity:
+        factor = _factor(plain, quantity.unit)
+        if factor is not None:
+            return Scaled(quantity, factor)
+    return None
+
+
+def ratio_of(text: str) -> tuple[Scaled, Scaled] | None:
+    """Output and input of the unit of a frequency response, such as ``m/s^2/N``; None if it is no such unit."""
+    plain = _plain(text)
+    for place in reversed([match.start() for match in re.finditer("/", plain)]):
+        output, source = scaled(plain[:place]), scaled(plain[place + 1 :])
+        if output is not None and source is not None:
+            return output, source
+    for output in _MOTIONS:  # such as (1/N)*(m/s^2), or kg^-1
+        for source in (Quantity.FORCE, Quantity.VOLTAGE):
+            factor = _factor(plain, f"{output.unit}/{source.unit}")
+            if factor is not None:
+                return Scaled(output, factor), Scaled(source, 1.0)
+    return None
+
+
+def time_factor(text: str) -> float | None:
+    """SI factor of a unit of time, or None."""
+    return _factor(_plain(text), "s")
+
+
+def frequency_factor(text: str) -> float | None:
+    """Factor that brings a unit of frequency, or ``rad/s``, to Hz; None for others."""
+    plain = _plain(text)
+    return 0.5 / math.pi if plain.replace(" ", "") == "rad/s" else _factor(plain, "Hz")
+
+
+def _plain(text: str) -> str:
+    """A unit in the spelling of `tarsus.base.units`: no brackets, words as symbols, ``s2`` as ``s^2``."""
+    plain = re.sub(r"[\[\]()]", " ", text).strip()
+    plain = re.sub(r"[A-Za-z]+", lambda m: _WORDS.get(m[0].lower(), m[0]), plain)
+    return re.sub(r"(?<=[A-Za-z])([23])(?!\d)", r"^\1", plain)
+
+
+def _factor(plain: str, unit: str) -> float | None:
+    if not plain:
+        return None
+    try:
+        given = parse_unit(plain)
+    except InputError:
+        return None
+    same = given.dimension == parse_unit(unit).dimension
+    return given.scale * 10.0**given.exponent if same else None
