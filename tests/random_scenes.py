@@ -16,9 +16,9 @@ import numpy as np
 
 import tarsus as ts
 from scene_files import SCENES
-from tarsus.drive.hysteresis import PrandtlIshlinskii
-from tarsus.scene import Scene
-from tarsus.spec import validate
+from tarsus.base.spec import validate
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.scene import Scene
 
 OWN = ts.load_laws(SCENES / "squeeze.py")
 Pair = tuple[float, float]
@@ -48,8 +48,8 @@ class Ranges:
 
 PLAIN = Ranges(
     feet=(1, 1, 2, 3), legs=(2, 3), modes=(1, 3), length=(1e-6, 1e-5), damping=(0.02, 2.0), spread=3.0,
-    film=(1e-2, 3.0), thickness=(0.3, 3.0), attraction=(1e-2, 0.3), adhesion=(1e-2, 1.0), friction=(0.1, 1.0), cycles=(3.0, 6.0), odd=0.1,
-    abrupt=0.05, relative=True,
+    film=(1e-2, 3.0), thickness=(0.3, 3.0), attraction=(1e-2, 0.3), adhesion=(1e-2, 1.0), friction=(0.1, 1.0),
+    cycles=(3.0, 6.0), odd=0.1, abrupt=0.05, relative=True,
 )  # fmt: skip
 FEET = (*(1, 2) * 12, 1, 1, 1, *(3, 4, 5) * 3, 6, 9, 12, 24, 64)
 LEGS = (*(2, 3, 4) * 8, 6, 6, 8, 12, 24, 64)
@@ -155,7 +155,8 @@ def _modal(dice: Dice, name: str) -> Scene:
         initial["velocity"] = (dice.rng.normal(size=n) * scale.length * scale.rate).tolist()
     signals = {drive: _signal(dice, scale) for drive in drives if not dice.chance(0.1)}
     made = {
-        "name": name, "duration": _duration(dice, scale), "robot": {"structure": structure, "drives": drives, "feet": feet},
+        "name": name, "duration": _duration(dice, scale),
+        "robot": {"structure": structure, "drives": drives, "feet": feet},
         "ground": ground, "signals": signals, "initial": initial,
     }  # fmt: skip
     if dice.chance(0.2):

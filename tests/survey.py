@@ -25,7 +25,7 @@ import numpy as np
 
 import tarsus as ts
 from random_scenes import scene_of
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 
 LIMIT = 20
 """[s] of wall time that a run may take; a worker is stopped at three times that."""

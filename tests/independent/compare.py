@@ -13,7 +13,7 @@ import numpy as np
 
 import tarsus as ts
 from independent.simulator import Found, simulate
-from tarsus.scene import Scene
+from tarsus.model.scene import Scene
 
 NUDGE = 1e-10
 FAR = 1e-5

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from tarsus.base.spec import validate
 from tarsus.core.blocks import split_modes
-from tarsus.scene import Scene
-from tarsus.spec import validate
+from tarsus.model.scene import Scene
 
 PUSH = {"kind": "constant", "level": 1e-3}
 
