@@ -233,8 +233,8 @@ def _drive(dice: Dice, scale: Scale, load: dict[str, Any]) -> dict[str, Any]:
         out["history"] = dice.rng.uniform(-8.0, 8.0, 2).tolist()
     if dice.chance(0.3):
         chosen = {
-            "slew_rate": 8.0 * scale.frequency * dice.log(0.3, 30.0),
-            "bandwidth": scale.frequency * dice.log(0.3, 30.0),
+            "slew_rate": 8.0 * scale.frequency * dice.log(3.0, 100.0),
+            "bandwidth": scale.frequency * dice.log(1.0, 30.0),
             "clip": [-dice.between(3.0, 8.0), dice.between(3.0, 8.0)],
         }
         out["amplifier"] = {key: value for key, value in chosen.items() if dice.chance(0.6)}
@@ -253,7 +253,8 @@ def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
         "offset": dice.one_of([0.0, 4.0, 8.0]),
     }
     sweep = {"amplitude": 8.0, "start_frequency": 0.5 * f, "stop_frequency": 2.0 * f, "duration": 4.0 / f}
-    times = np.cumsum([0.1 / f, short, 1.3 / f, 0.7 / f]).tolist()
+    cubic = dice.chance(0.5)  # a spline through steps would swing far beyond them
+    times = np.cumsum([0.1 / f, 0.6 / f if cubic else short, 1.3 / f, 0.7 / f]).tolist()
     return dice.one_of(
         [
             {"kind": "constant", "level": 8.0},
@@ -268,7 +269,7 @@ def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
                 "kind": "sampled",
                 "times": times,
                 "levels": volts,
-                "interpolation": dice.one_of(["linear", "cubic"]),
+                "interpolation": "cubic" if cubic else "linear",
             },
         ]
     )
