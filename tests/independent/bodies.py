@@ -14,7 +14,8 @@ Array = np.ndarray
 @dataclass(frozen=True)
 class Robot:
     """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground;
-    loads (n, nd); up (n,): a unit upward translation; directions (n, m) of impacts, None for impulses at the foot."""
+    loads (n, nd); up (n,): a unit upward translation; directions (n, m) of impacts, None for impulses at the foot;
+    points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
 
     mass: Array
     damping: Array
@@ -24,6 +25,8 @@ class Robot:
     loads: Array
     up: Array
     directions: Array | None
+    points: Array
+    own_point: list[tuple[int, int]]
 
 
 def robot_of(scene: Any) -> Robot:
@@ -51,16 +54,13 @@ def robot_of(scene: Any) -> Robot:
             ],
             axis=1,
         )
+    # displacements that (2.13) goes by: coordinates, of which a foot is one, or those of as many points as modes
+    points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
+    own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
     return Robot(
-        mass,
-        damping,
-        stiffness,
-        normals,
-        tangents,
-        np.array(loads).reshape(len(loads), len(mass)).T,
-        up,
-        found,
-    )
+        mass, damping, stiffness, normals, tangents, np.array(loads).reshape(len(loads), len(mass)).T, up, found,
+        points, [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
+    )  # fmt: skip
 
 
 def lumped(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:

@@ -44,6 +44,7 @@ class Simulator:
     def __init__(self, scene: Any, length: float) -> None:
         self.robot, self.laws = robot_of(scene), Laws(scene.ground)
         self.end, self.length = scene.duration, length
+        self.least = 1e-14 * length  # a gap of rounding is none
         robot = self.robot
         self.n, self.m = robot.normals.shape
         self.inverse = np.linalg.inv(robot.mass)
@@ -76,11 +77,6 @@ class Simulator:
             scene.ground.landing.kind if scene.ground.landing is not None else "capture_unless_pulled"
         )
         self.restitutes_first = getattr(scene.ground.landing, "speed", 0.0)
-        self.legs = (
-            [scene.robot.structure.legs[foot.point] for foot in feet]
-            if scene.robot.structure.kind == "walker"
-            else None
-        )
         self.passive = scene.ground.impact is None or scene.ground.impact.passive
         self.out = Found()
         initial = scene.initial
@@ -237,7 +233,7 @@ class Simulator:
                 for share in LOOKS:
                     t = before[0] + share * (solver.t - before[0])
                     value = watch(t, dense(t))
-                    if value > 0.0:
+                    if value > (self.least if key[1] == "touch" else 0.0):
                         begun[key] = True
                     elif begun[key]:
                         root = brentq(lambda s: watch(s, dense(s)), low, t, xtol=1e-300, rtol=1e-15)  # noqa: B023
@@ -369,18 +365,20 @@ class Simulator:
         return REST if low else BOUNCE
 
     def printed(self, i: int, after: float) -> float:
-        """(2.13) for a walker's leg: k x_hip + c x_hip' - k g_rest + c e v + drives and weight."""
-        assert self.legs is not None
-        leg, normal = self.legs[i], self.robot.normals[:, i]
-        own = self.weight @ normal + sum(
-            float(self.robot.loads[:, d] @ normal) * piece.value(self.time)
-            for d, piece in enumerate(self.now[0])
+        """(2.13), in the displacements of the structure's points: what the others and the drives do to foot i, and its
+        own spring and damper with the sign as printed."""
+        robot, normal = self.robot, self.robot.normals[:, i]
+        load = self.weight + sum(
+            robot.loads[:, d] * piece.value(self.time) for d, piece in enumerate(self.now[0])
         )
-        rest = self.z.copy()  # spring and damper of the leg pull the foot by the hip's motion alone
-        rest[: self.n] -= normal * rest[: self.n]
-        rest[self.n :] -= normal * rest[self.n :]
-        hip = -float(normal @ (self.robot.stiffness @ rest[: self.n] + self.robot.damping @ rest[self.n :]))
-        return hip - leg.stiffness_v * self.rest_gap[i] + leg.damping_v * after + own
+        p, up = robot.own_point[i]
+        back = np.linalg.inv(robot.points)  # coordinates by the points' displacements
+        x, v = robot.points @ self.z[: self.n], robot.points @ self.z[self.n :]
+        stiffness, damping = (back.T @ matrix @ back for matrix in (robot.stiffness, robot.damping))
+        others = np.arange(self.n) != p
+        force = (back.T @ load)[p] - stiffness[p, others] @ x[others] - damping[p, others] @ v[others]
+        assert np.allclose(robot.points[p] * up, normal)
+        return up * force - stiffness[p, p] * self.rest_gap[i] + damping[p, p] * after
 
     def struck(self, normal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Impulses (k,) on what is held per unit impulse on a foot, and the velocities (n,) that follow."""
