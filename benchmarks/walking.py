@@ -1,7 +1,7 @@
 """Walkers: time of a second of model time, and how it grows with the number of legs.
 
     python benchmarks/walking.py                 # packaged walkers, scaling, batch
-    python benchmarks/walking.py --legs 2 6 30 60
+    python benchmarks/walking.py --legs 6 30 60
 
 Without friction a walker can also be run by contact modes, Tarsus' other engine; on the smallest that is the peer in
 the same run, and every event of both is compared before a time is printed. CPU time of one thread, best of the repeats.
@@ -72,7 +72,7 @@ def beside_modes(scene: Scene, duration: float, repeats: int) -> tuple[float, fl
 
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--legs", type=int, nargs="+", default=[2, 4, 8, 16, 30, 60])
+    parser.add_argument("--legs", type=int, nargs="+", default=[4, 8, 16, 30, 60])
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--runs", type=int, default=500, help="runs of the batch")
     chosen = parser.parse_args(arguments)

@@ -5,6 +5,8 @@
 
 namespace tarsus {
 
+using namespace legged;
+
 namespace {
 
 template <class To, class From>
