@@ -166,17 +166,14 @@ def _modal(dice: Dice, name: str) -> Scene:
 
 def _valid(made: dict[str, Any]) -> Scene:
     """A drawn scene; without what its structure cannot have (a landing rule or a map that it does not tell)."""
-    laws = made["ground"].pop("own", None)
+    made["ground"]["laws"] = made["ground"].pop("own", {})
     try:
-        scene = validate(Scene, made)
+        return validate(Scene, made)
     except ts.InputError:
         made["ground"] = {
             slot: law for slot, law in made["ground"].items() if slot not in ("landing", "impact")
         }
-        scene = validate(Scene, made)
-    if laws is None:
-        return scene
-    return scene.model_copy(update={"ground": scene.ground.model_copy(update={"laws": laws})})
+        return validate(Scene, made)
 
 
 def _by_modes(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:

@@ -26,6 +26,7 @@ import numpy as np
 import tarsus as ts
 from random_scenes import scene_of
 from tarsus.model.scene import Scene
+from tarsus.solve.codes import CLOSED
 
 LIMIT = 20
 """[s] of wall time that a run may take; a worker is stopped at three times that."""
@@ -53,16 +54,20 @@ def look_at(scene: Scene) -> dict[str, Any]:
 
 
 def faults(found: dict[str, Any]) -> list[str]:
-    """What is wrong with what became of a scene, in words."""
+    """What is wrong with what became of a scene, in words; a code or a sentence that says what failed is not."""
     if "code" not in found:
-        return [found.get("error", "the process died or did not end")]
-    said = [found["code"]] if found["code"] not in ("DONE", "DIVERGED") else []
+        error = found.get("error", "the process died or did not end")
+        return [] if error.startswith("InputError") else [error]
+    said = []
     if found["wall"] > LIMIT:
         said.append("slow")
-    if not found["finite"] and found["code"] == "DONE":
-        said.append("not finite")
-    if found["depth"] > DEPTH and found["code"] == "DONE":
-        said.append("below the ground")
+    if found["code"] == "DONE":
+        if not found["finite"]:
+            said.append("not finite")
+        if not found["depth"] <= DEPTH:
+            said.append("below the ground")
+        if not found["closure"] <= CLOSED:
+            said.append("open account")
     return said
 
 
@@ -124,6 +129,8 @@ def main() -> int:
     for text, times in said.most_common():
         seeds = [seed for seed, one in found.items() if text in [s.split(":")[0] for s in faults(one)]]
         print(f"{times:6d}  {text}  {seeds[:12] if text != 'right' else ''}")
+    codes = Counter(one.get("code", "refused" if "error" in one else "died") for one in found.values())
+    print(", ".join(f"{times} {code}" for code, times in codes.most_common()))
     walls = sorted(one["wall"] for one in found.values() if "wall" in one)
     print(f"{len(found)} scenes, {sum(walls):.0f} s of runs, the longest {walls[-1]:.1f} s")
     return 0 if set(said) == {"right"} else 1
