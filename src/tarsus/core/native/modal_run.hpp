@@ -1,11 +1,6 @@
 // Runs of a modal robot, one after the other: the compiled entry.
 #pragma once
-#include "log.hpp"
-#include "march.hpp"
-#include "modal_tables.hpp"
-#include "signals.hpp"
-#include "laws.hpp"
-#include "batch.hpp"
+#include "modal_state.hpp"
 
 namespace tarsus::modal {
 
@@ -18,6 +13,16 @@ struct ModalResult {
   std::vector<Event> events;
   const ContactMode *mode = nullptr, *pending = nullptr;
 };
+
+// Where the last run ended.
+inline void note_end(const Modal& m, ModalResult& out) {
+  const int nb = m.mode == nullptr ? 0 : m.mode->blocks_used;
+  out.mode = m.mode;
+  out.pending = m.entering ? m.next : nullptr;
+  out.physical = m.physical;
+  out.state.assign(m.state(), m.state() + nb);
+  out.state.insert(out.state.end(), m.state() + m.sizes.stride, m.state() + m.sizes.stride + nb);
+}
 
 // How many blocks a state of that many modes has room for.
 int modal_stride(int modes);
