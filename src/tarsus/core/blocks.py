@@ -131,12 +131,15 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
     """Invariant planes (2n, 2) of a state matrix and its block on each; pencil: M, C, K, and w its unit of velocity."""
     values, vectors = (part.astype(complex) for part in np.linalg.eig(state))
     scale = np.abs(values).max()
+    known = np.full(len(values), scale)  # what the rounding of each goes by
     for r in np.flatnonzero(np.abs(values) < SLOW * scale):
-        values[r], vectors[:, r] = _refined(values[r], pencil, w)
-    size = np.maximum(np.abs(values), SLOW * scale)
-    real = np.abs(values.imag) <= 1e-7 * size
+        value, vector = _refined(values[r], pencil, w)
+        if abs(value - values[r]) > 1e-10 * scale:
+            continue  # two that coincide: the state matrix knows these to the root of its rounding only
+        values[r], vectors[:, r], known[r] = value, vector, max(abs(value), 1e-16 * scale)
+    real = np.abs(values.imag) <= 1e-7 * known
     planes = []
-    for r in np.flatnonzero(values.imag > 1e-7 * size):
+    for r in np.flatnonzero(values.imag > 1e-7 * known):
         a, b = values[r].real, values[r].imag
         pair = np.stack([vectors[:, r].real, vectors[:, r].imag], axis=1)
         planes.append((pair, np.array([[a, b], [-b, a]])))

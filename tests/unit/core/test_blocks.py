@@ -7,27 +7,27 @@ import pytest
 from scipy.linalg import expm
 
 from tarsus.core.blocks import split_modes
-from tarsus.core.book import ModeBook
+from tarsus.core.book import ModeBook, step_lengths
 from tarsus.core.modes import LinearSystem
 
 
 @pytest.mark.parametrize(
     ("damping", "stiffness"),
-    [(6.0, 1600.0), (50.0, 100.0), (10.0, 25.0), (0.0, 0.0), (2.0, 0.0)],
+    [(6.0, 1609.0), (50.0, 100.0), (10.0, 25.0), (0.0, 0.0), (2.0, 0.0)],
     ids=["under", "over", "critical", "rigid", "rubbing"],
 )
 def test_exponential_of_every_kind_of_block(damping, stiffness):
-    """The engine's flow over steps of every length, of one mass on a spring and a damper."""
-    none = np.zeros((1, 0))
-    system = LinearSystem(
-        np.eye(1), np.array([[damping]]), np.array([[stiffness]]), none, np.zeros(0), none, np.zeros(1)
+    one = np.ones((1, 1))
+    nothing = np.zeros((1, 0))
+    book = ModeBook(
+        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)), step_lengths(2.0)
     )
-    book = ModeBook(system, 4.0 * 0.5 ** np.arange(36))
-    book.require(0)
-    block = book.modes[0].blocks[0]
-    for k, length in enumerate(book.lengths):
-        exact = expm(block * length)
-        got = book.flow(0, k)[0][:, 0].reshape(2, 2)
+    q = book.require(0)
+    mode = book.modes[q]
+    for k in (0, 4, 11, 30):
+        exponential, _ = book.flow(q, k)
+        got = mode.to_physical @ exponential.reshape(2, 2) @ mode.from_physical
+        exact = expm(np.array([[0.0, 1.0], [-stiffness, -damping]]) * book.lengths[k])
         np.testing.assert_allclose(got, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
 
 

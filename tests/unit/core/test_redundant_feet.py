@@ -54,7 +54,8 @@ def test_a_mass_without_clearance_between_floor_and_ceiling_stays(below: int, ab
         "shapes": {f"p{i}": [row] for i, row in enumerate(rows)},
     }  # fmt: skip
     feet = {
-        f"f{i}": {"point": f"p{i}", "gap": 0.0, "normal": 1 if i < below else -1} for i in range(below + above)
+        f"f{i}": {"point": f"p{i}", "gap": 0.0, "normal": 1 if i < below else -1}
+        for i in range(below + above)
     }
     drive = {"load": {"kind": "point", "weights": {"p0": 1.0}}, "law": {"kind": "linear", "gain": 1e-3}}
     scene = validate(
