@@ -7,7 +7,7 @@
 #include "tangent_shadow.hpp"
 #include "window.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
 // integrated over the steps between them has no derivative here; all else has.
@@ -622,4 +622,4 @@ class ModalTangent {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal
