@@ -42,6 +42,15 @@ def test_the_session_on_the_page_of_slots_runs():
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
 
 
+def test_the_orbit_on_the_page_of_periodic_motion_is_found():
+    page = (DOCS / "orbits.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["orbit"].kind == "stable, period 1, 5 impacts, 2 of them held"
+    assert np.abs(names["orbit"].multipliers).max() < 1e-9
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

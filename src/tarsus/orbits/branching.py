@@ -158,9 +158,11 @@ def _followed(
             if count > MOST_POINTS:
                 yield BranchPoint(ahead.at, "end", ahead.orbit, f"more than {MOST_POINTS} points")
                 return
-            now, step = ahead, min(1.3 * step, MOST)
+            before, now, step = now, ahead, min(1.3 * step, MOST)
             if low <= now.at <= high:
                 yield BranchPoint(now.at, "orbit", now.orbit)
+            else:
+                yield from _at_edge(follower, before, now, low if now.at < low else high)
         if not lost:
             yield BranchPoint(now.at, "end", now.orbit, "it leaves the range")
             return
@@ -188,6 +190,16 @@ def _first_point(follower: Follower, orbit: Orbit, at: float, sense: float) -> P
     along = np.zeros_like(place)
     along[-1] = sense
     return follower.solve(place, along, float(along @ place), along)
+
+
+def _at_edge(follower: Follower, before: Point, after: Point, edge: float) -> Iterator[BranchPoint]:
+    """The orbit at the end of the range, between the last point inside and the first outside."""
+    part = (edge - before.at) / (after.at - before.at)
+    along = np.zeros_like(before.place)
+    along[-1] = 1.0
+    found = follower.solve(before.place + part * (after.place - before.place), along, edge / follower.span)
+    if found is not None:
+        yield BranchPoint(edge, "orbit", found.orbit)
 
 
 def _beyond(

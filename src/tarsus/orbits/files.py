@@ -51,8 +51,8 @@ def branch_variables(branch: Branch) -> dict[str, Variable]:
         ),
         "hardest_impact": Variable(("point",), np.array([hardest(one) for one in orbits]), {"units": "m/s"}),
         "highest_flight": Variable(("point",), np.array([highest(one) for one in orbits]), {"units": "m"}),
-        "multiplier_real": Variable(("point", "multiplier"), multipliers.real.copy(), {"units": "1"}),
-        "multiplier_imag": Variable(("point", "multiplier"), multipliers.imag.copy(), {"units": "1"}),
+        "multiplier_real": Variable(("point", "multiplier"), np.real(multipliers).copy(), {"units": "1"}),
+        "multiplier_imag": Variable(("point", "multiplier"), np.imag(multipliers).copy(), {"units": "1"}),
     }
 
 

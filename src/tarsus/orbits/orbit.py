@@ -74,7 +74,7 @@ class Orbit:
     def multipliers(self) -> Complexes:
         """Multipliers (r,), largest magnitude first: the factors by which small deviations grow in a period."""
         values = np.linalg.eigvals(self.map.free.T @ self.derivative).astype(complex)
-        return values[np.lexsort((-values.imag, -np.abs(values)))]
+        return values[np.lexsort((-np.imag(values), -np.abs(values)))]
 
     @property
     def determinant(self) -> float:
@@ -218,7 +218,7 @@ def _kicked(orbit: Orbit, count: int) -> Floats | None:
     """State at the section ``count`` drive periods and more after a deviation along the fastest multiplier."""
     flow = orbit.map.free.T @ orbit.derivative
     values, vectors = np.linalg.eig(flow)
-    away = orbit.map.free @ vectors[:, int(np.argmax(np.abs(values)))].real
+    away = orbit.map.free @ np.real(vectors[:, int(np.argmax(np.abs(values)))])
     scale = orbit.map.scales(orbit.state)
     state = orbit.state + KICK * away / max(float(np.abs(away / scale).max()), 1e-300)
     for _ in range(count // MOST_MULTIPLE + 1):

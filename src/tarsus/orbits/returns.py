@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EventKind
 from tarsus.base.spec import with_values
+from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
@@ -46,7 +47,7 @@ def drive_period(scene: Scene) -> float:
     problems = [
         f"signals.{name}: has no period; a periodic motion needs periodic drives"
         for name, wave in waves.items()
-        if wave.period is None and wave.kind != "constant"
+        if wave.period is None and not isinstance(wave, Constant)
     ]
     periods = sorted({wave.period for wave in waves.values() if wave.period is not None})
     if not problems and not periods:
@@ -134,9 +135,7 @@ class ReturnMap:
         end, size = self.start + multiple * self.period, len(state)
         self.rows.initial[0] = state
         contacts, rows = self.contacts, self.rows
-        made = record(
-            self.plan, self.book, self.start, end, rows=rows, contacts=contacts, accuracy=self.accuracy
-        )
+        made = record(self.plan, self.book, end, rows, self.accuracy, start=self.start, contacts=contacts)
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,9 +73,10 @@ def _crossing(
         return test(point)
 
     try:
-        part = float(brentq(value, 0.0, 1.0, xtol=FINEST, rtol=8.9e-16))
+        found: Any = brentq(value, 0.0, 1.0, xtol=FINEST)
     except _Lost:
         return 1.0, ahead
+    part = float(found)
     return part, seen.get(part) or at(part) or ahead
 
 

@@ -113,8 +113,10 @@ def _motion(branch: Branch) -> Plate:
     for kind in kinds:
         marker, color = _MARKS[kind]
         left.plot([], [], marker, color=color, ms=5.0, mew=0.0, label=kind)
-    left.plot([], [], "-", color=BLUE, label="stable")
-    left.plot([], [], "--", color=VERMILION, label="unstable")
+    if any(point.orbit.stable for point in branch.points):
+        left.plot([], [], "-", color=BLUE, label="stable")
+    if not all(point.orbit.stable for point in branch.points):
+        left.plot([], [], "--", color=VERMILION, label="unstable")
     handles, labels = left.get_legend_handles_labels()
     drawn.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.4)
     caption = (
@@ -139,16 +141,17 @@ def _multipliers(branch: Branch) -> Plate:
     left.axhline(1.0, color=RULE, lw=0.8, zorder=0)
     left.set_yscale("log")
     left.set_xlabel(f"{branch.path} ({along.label})".replace(" ()", ""))
-    left.set_ylabel("|multiplier|, two largest")
+    left.set_ylabel("|multiplier|")
+    left.set_ylim(bottom=0.5e-4)
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 200))
-    right.plot(turn.real, turn.imag, color=RULE, lw=0.8)
+    right.plot(np.real(turn), np.imag(turn), color=RULE, lw=0.8)
     every = np.concatenate([point.orbit.multipliers for point in branch.points])
     near = every[np.abs(every) < 3.0]
-    right.plot(near.real, near.imag, ".", ms=2.5, color=BLUE)
+    right.plot(np.real(near), np.imag(near), ".", ms=2.5, color=BLUE)
     right.set_aspect("equal")
     right.set_xlabel("real part")
     right.set_ylabel("imaginary part")
-    caption = "Multipliers: inside the unit circle a deviation dies out. Values below 1e-4 are drawn there."
+    caption = "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out."
     return Plate(to_svg(drawn, caption), caption)
 
 

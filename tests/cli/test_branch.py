@@ -1,0 +1,43 @@
+"""`tarsus branch` from the command line."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from scene_files import SCENES
+from tarsus.cli import main
+
+OSCILLATOR = str(SCENES / "impact_oscillator.toml")
+ALONG = "signals.shaker.amplitude"
+
+
+def test_a_branch_is_printed_and_written(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["branch", OSCILLATOR, "--along", f"{ALONG}=1 V:0.95 V", "-o", str(out), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {point["kind"] for point in found["points"]} == {"orbit"}
+    assert found["points"][0]["at"] == 1.0 and found["points"][0]["impacts"] == 1
+    assert found["points"][-1]["at"] == 0.95
+    assert {one.name for one in out.iterdir()} >= {"branch.nc", "branch.json", "report.html"}
+    import xarray
+
+    with xarray.open_dataset(out / "branch.nc", engine="h5netcdf") as stored:
+        assert stored["at"].values[0] == 1.0 and stored["stable"].values.all()
+        assert stored["hardest_impact"].values[0] == pytest.approx(1.6957329376, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("along", "word"),
+    [
+        (f"{ALONG}=1 V", "takes path=a:b"),
+        (f"{ALONG}=1 V:1 V", "is empty"),
+        ("signals.shaker.amplitud=1:2", "is no number of the scene"),
+        (f"{ALONG}=1 m:2 m", "expected"),
+    ],
+)
+def test_a_bad_range_is_one_sentence(along, word, capsys):
+    assert main(["branch", OSCILLATOR, "--along", along]) == 2
+    told = capsys.readouterr().err
+    assert word in told and len(told.splitlines()) <= 2
