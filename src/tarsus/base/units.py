@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from tarsus.base.errors import InputError
 
-__all__ = ["describe_unit", "format_quantity", "parse_quantity"]
+__all__ = ["describe_unit", "format_quantity", "is_number", "parse_quantity"]
 
 Dimension = tuple[int, int, int, int, int]
 """Integer powers of kg, m, s, A and rad (angles are kept apart so that Hz and rad/s cannot be mixed up)."""
@@ -222,6 +222,15 @@ def _number_text(value: Decimal) -> str:
         plain = plain.rstrip("0").rstrip(".")
     short = repr(float(value)).removesuffix(".0")
     return short if len(short) < len(plain) and Decimal(short) == value else plain
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a plain number, with a point for the decimals."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def format_quantity(value: float, unit: str) -> str:

@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
-from tarsus.identify.traces import STILL, Trace, jumps_of
+from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
 from tarsus.identify.volts import Volts
 
 __all__ = ["Bounce", "BounceFit", "Bounces", "Zeros", "fewer", "find_bounces", "impacts_of"]
@@ -95,15 +95,11 @@ def impacts_of(
     jump = speed[1:] - speed[:-1]
     met = (speed[:-1] < -_SLOWEST * noise_v) & near[:-1] & near[1:] & (jump > _SLOWEST * noise_v)
     met &= speed[1:] > -_PART * np.abs(speed[:-1])
-    impacts = np.array([one[np.argmax(jump[one])] for one in _runs(met)], dtype=np.intp)
+    impacts = np.array(
+        [first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp
+    )
     slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
     return impacts, slow
-
-
-def _runs(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Indices of a mask, one array for every run of neighbours."""
-    index = np.flatnonzero(chosen)
-    return np.split(index, np.flatnonzero(np.diff(index) > 1) + 1) if len(index) else []
 
 
 @dataclass(frozen=True)

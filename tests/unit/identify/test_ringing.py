@@ -39,7 +39,7 @@ def test_the_gain_of_a_drive_is_told_beside_the_ringing_of_its_loops(hexapod, lo
     unlike = hexapod.changed({"robot.drives.pzt.law.gain": 1e-6})
     found = fit_loops(unlike, [loops], None, None, seed=1)
     gain = dict(zip(found.paths, found.values, strict=True))["robot.drives.pzt.law.gain"]
-    assert gain == pytest.approx(hexapod.law.gain, rel=5e-5)  # as static motion alone: 3e-4 off
+    assert gain == pytest.approx(hexapod.law.gain, rel=5e-5)  # as static motion alone: 6e-4 off
 
 
 def test_what_is_left_is_the_static_motion_and_noise(hexapod, loops):
