@@ -224,15 +224,6 @@ def _number_text(value: Decimal) -> str:
     return short if len(short) < len(plain) and Decimal(short) == value else plain
 
 
-def is_number(text: str) -> bool:
-    """Whether a text is a plain number, with a point for the decimals."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def format_quantity(value: float, unit: str) -> str:
     """Text such as ``"70 um"`` that `parse_quantity` reads back to exactly ``value``.
 
@@ -257,3 +248,12 @@ def format_quantity(value: float, unit: str) -> str:
         return (len(whole), not 1 <= abs(number) < 1000, abs(exponent)), whole
 
     return min(candidate(exponent, text) for exponent, text in _spellings(unit))[1]
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a plain number, as `float` reads it."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

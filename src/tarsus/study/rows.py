@@ -92,7 +92,9 @@ def parse_lines(text: str, columns: Columns, where: str) -> list[Line]:
         raise InputError([f"{where} holds no rows."])
     names = columns.names
     first_number, first = lines[0]
-    if any(cell in columns.names for cell in first) or not (is_number(first[0]) or first[0].lower() in WAVES):
+    if any(cell in columns.names for cell in first) or not (
+        is_number(first[0]) or first[0].lower() in WAVES
+    ):
         names = _header(first, columns, f"{where}, line {first_number}")
         lines = lines[1:]
         if not lines:
