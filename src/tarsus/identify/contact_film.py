@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
+from tarsus.identify.breakoff import WORST
 from tarsus.identify.electrostatics import FILM, combinations_of
 from tarsus.identify.flight import Film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
-from tarsus.identify.restitution import FEWEST, MOST, film_of, sound
+from tarsus.identify.restitution import FEWEST, MOST, sound
 from tarsus.identify.step import StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.zeros import known_zeros
@@ -28,6 +29,8 @@ __all__ = ["film_by_impacts"]
 Floats = NDArray[np.float64]
 
 _ROUNDS = 12
+_SHARES = (0.0, -1.0, 1.0, -2.0, 2.0)
+"""Places tried first, in standard deviations: 95 % of what was known."""
 _FAR = 1.0
 """Largest step of a logarithm in a round: beyond a factor of e the impacts are not linear in the film."""
 _SETTLED = 0.1
@@ -77,13 +80,17 @@ def film_by_impacts(
     model = known.model()
     free = model.scene.ground.impact is not None
     bounces = Bounces(traces, fewer(found, MOST), level[0])
-    fitted = bounces.fit(model, film_of(model), free=free)
+    seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
+    value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
+    begun = _begun(model, bounces, free, value, covariance)
+    if begun is None:
+        return known, step
+    place, fitted = begun
+    model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
     good = sound(model, bounces, fitted)[2]
     if np.count_nonzero(good) < FEWEST:
         return known, step
-    seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
-    value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
-    told = _told(model, bounces.chosen(good), fitted.unknowns[good], free, (value, covariance), level[1])
+    told = _told(model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1])
     spread = np.linalg.inv(told.information + np.linalg.inv(covariance))
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
     new = told.place + (seen - value) @ narrower.T
@@ -92,6 +99,28 @@ def film_by_impacts(
     return moved, _with(
         step, moved, told, close, Used("impacts, for the film", int(good.sum()), len(found)), files
     )
+
+
+def _begun(
+    model: FootModel, bounces: Bounces, free: bool, value: Floats, covariance: Floats
+) -> tuple[Floats, BounceFit] | None:
+    """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
+    are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends.
+
+    Under a film that is far too strong flights cannot be followed back to the ground at all."""
+    strength, ways = np.linalg.eigh(covariance)
+    best: tuple[float, Floats, BounceFit] | None = None
+    for share in _SHARES:
+        place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
+        try:
+            with np.errstate(all="ignore"):
+                fitted = bounces.fit(model, Film(*np.exp(place).tolist()), free=free)
+        except np.linalg.LinAlgError:
+            continue
+        left = float(np.minimum(np.nan_to_num(fitted.chi, nan=WORST), WORST).mean())
+        if best is None or left < best[0]:
+            best = left, place, fitted
+    return None if best is None else best[1:]
 
 
 def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floats) -> Known:
@@ -119,16 +148,17 @@ def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floa
 def _told(
     model: FootModel,
     bounces: Bounces,
-    start: Floats,
-    free: bool,
+    start: tuple[Floats, Floats],
     before: tuple[Floats, Floats],
     level_error: float,
 ) -> _Told:
-    """Gauss-Newton on the film's logarithms, from their earlier values (2,) and covariance (2, 2)."""
+    """Gauss-Newton on the film's logarithms, from a place (2,) with the unknowns of the impacts there; ``before``: the
+    earlier values (2,) and covariance (2, 2)."""
     values, covariance = before
     prior = np.linalg.inv(covariance)
     zeros = known_zeros(model, bounces, level_error)
-    place, unknowns = values.copy(), start
+    place, unknowns = start
+    free = model.scene.ground.impact is not None
     for _ in range(_ROUNDS):
         film = Film(*np.exp(place).tolist())
         fitted = bounces.fit(model, film, unknowns, free=free)
