@@ -6,6 +6,9 @@ import json
 
 import pytest
 
+from tarsus.base.spec import float_paths
+from tarsus.files.toml import read_scene
+
 
 def test_bad_words_are_sentences(tarsus, tmp_path):
     assert (
@@ -69,3 +72,29 @@ def test_a_robot_close_to_the_ground(tarsus, tmp_path):
         ("ground.restitution.coefficient", 0.51),
     ):
         assert numbers[path]["value"] == pytest.approx(true, rel=0.05), path
+
+
+@pytest.mark.slow
+def test_the_packaged_robot(tarsus, tmp_path):
+    """Its film and attraction are too weak to be told one by one; its impacts tell the restitution all the same."""
+    lab = tmp_path / "lab"
+    assert tarsus("synthesize", "hexapod", "-o", str(lab), "--seed", "2").code == 0
+    found = tarsus("identify", str(lab), "--no-report", "--json")
+    assert found.code == 0, found.err
+    assert not found.json()["remarks"] and not found.json()["not_done"]
+    numbers = {
+        path: one for step in found.json()["steps"].values() for path, one in step["parameters"].items()
+    }
+    true = float_paths(read_scene(lab / "truth" / "device.toml"))
+    goals = {
+        "robot.structure.frequencies.": 5e-4,
+        "robot.drives.pzt.law.gain": 3e-4,
+        "ground.restitution.": 0.03,
+    }
+    for path, one in numbers.items():
+        goal = next((limit for start, limit in goals.items() if path.startswith(start)), None)
+        if goal is not None:
+            assert one["value"] == pytest.approx(true[path].value, rel=goal), path
+        if path.startswith("ground."):
+            low, high = one["interval"]
+            assert low < true[path].value < high, path

@@ -5,9 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import tarsus as ts
 from example_files import load
+from tarsus.identify.candidates import candidate_grid
 from tarsus.identify.correlation import Sum
+from tarsus.identify.features import features_of
 from tarsus.identify.verdict import Determined, OnlyTogether
+
+
+def _contact_time(example) -> float:
+    """Of the first record of the true device [s], last period."""
+    begin = candidate_grid((15.0,), (6.0,), (0.25,))[0]
+    run = ts.simulate(ts.with_values(begin.on(example.device()), example.TRUTH), begin.record)
+    return float(features_of(run, ("contact_duration",)).values[0])
 
 
 # Slow: three posteriors of 512 draws. cli/test_next.py, unit/identify/test_ranking.py and test_verdict.py ask for the
@@ -19,8 +29,10 @@ def test_next_measurement():
     first = story.first.judge()[example.RATE]
     assert isinstance(first, OnlyTogether) and isinstance(first.combination, Sum)
     # the weight of C_a in the pull-off force is the contact time of the record: 15 Hz, held for nearly half a period
-    assert dict(first.combination.weights)[example.RATE] == pytest.approx(0.030, rel=0.05)
-    force = example.TRUTH[example.START] + 0.030 * example.TRUTH[example.RATE]
+    held = _contact_time(example)
+    assert 0.45 < held * 15.0 < 0.5
+    assert dict(first.combination.weights)[example.RATE] == pytest.approx(held, rel=0.01)
+    force = example.TRUTH[example.START] + held * example.TRUTH[example.RATE]
     assert first.combination.interval.low < force < first.combination.interval.high
     top = story.ranking.ranked[0]
     assert top.candidate.signal.frequency == 5.0

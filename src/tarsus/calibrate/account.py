@@ -13,7 +13,7 @@ from tarsus.calibrate.lowering import Lowered
 from tarsus.calibrate.prediction import INTERVAL, Prediction
 from tarsus.files.store import package_version
 
-__all__ = ["OPEN", "calibration_table", "device_file", "prediction_entry"]
+__all__ = ["OPEN", "calibration_table", "device_file", "options_word", "prediction_entry"]
 
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
@@ -22,6 +22,11 @@ OPEN = 0.1
 def device_file(place: int) -> str:
     """Name of the device file of a kept branch, from 0."""
     return f"branch-{place + 1}.toml"
+
+
+def options_word(branch: Mapping[str, Any]) -> str:
+    """The choices of a branch of the table in words."""
+    return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
 
 
 def prediction_entry(one: Prediction, unit: str, observed: float | None = None) -> dict[str, Any]:

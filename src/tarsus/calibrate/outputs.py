@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from tarsus.calibrate.calibrating import Calibrated
 from tarsus.calibrate.ensemble import weighted_quantile
 from tarsus.calibrate.mixture import MIXTURE_FILE, Mixture, mixture_table
 from tarsus.calibrate.studyfile import TABLE_FILE
+from tarsus.files.jsontext import json_text
 from tarsus.files.store import REPORT_FILE, write_text
 from tarsus.files.sweepstore import SWEEP_FILES
 from tarsus.files.toml import scene_text
@@ -92,21 +92,6 @@ def write_outputs(result: Calibrated, folder: Path) -> list[Path]:
         (MIXTURE_FILE, mixture_table(mixture_of(result))),
         (CALIBRATION_FILE, calibration_table(result)),
     ):
-        write_text(
-            folder / name, json.dumps(_plain(table), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        )
+        write_text(folder / name, json_text(table, indent=1) + "\n")
         written.append(folder / name)
     return written
-
-
-def _plain(value: Any) -> Any:
-    """JSON has no NaN: null stands for a value that does not exist."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if hasattr(value, "item"):
-        value = value.item()
-    if isinstance(value, float) and value - value != 0.0:
-        return None
-    return value

@@ -94,12 +94,13 @@ def _again(study: str, folder: Path, laws: Sequence[Path], seed: int | None) -> 
 
 def _show(table: Mapping[str, Any]) -> None:
     """Branches, unknowns of the best, errors."""
+    from tarsus.calibrate.account import options_word
     from tarsus.cli import console
 
     kept = [one for one in table["branches"] if not one["dropped"]]
     print(f"{table['study']}: {table['sets']} sets, {len(kept)} of {len(table['branches'])} branches kept")
     rows = [
-        (_options(one), f"{one['cost']:.4g}", f"{one['weight']:.2f}" if not one["dropped"] else "-",
+        (options_word(one), f"{one['cost']:.4g}", f"{one['weight']:.2f}" if not one["dropped"] else "-",
          one.get("file") or "dropped")
         for one in sorted(table["branches"], key=lambda one: one["cost"])
     ]  # fmt: skip
@@ -108,7 +109,7 @@ def _show(table: Mapping[str, Any]) -> None:
         weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
         print(f"{name}: {weights}{'; open' if one['open'] else ''}")
     best = min(kept, key=lambda one: one["cost"])
-    print(f"\nunknowns of the best branch ({_options(best)}):")
+    print(f"\nunknowns of the best branch ({options_word(best)}):")
     console.table(
         ("unknown", "best", "from", "to (90 %)", "unit", "data say"),
         [
@@ -125,10 +126,6 @@ def _show(table: Mapping[str, Any]) -> None:
                  "-" if one["brier"] is None else f"{one['brier']:.2f}")
             )  # fmt: skip
     console.table(("measure", "rows", "mean error", "in 80 % interval", "Brier"), sorted(rows))
-
-
-def _options(branch: Mapping[str, Any]) -> str:
-    return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
 
 
 def _percent(value: float | None) -> str:

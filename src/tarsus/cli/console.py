@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
+
+from tarsus.files.jsontext import json_text
 
 Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
@@ -33,22 +34,7 @@ def say(text: str) -> None:
 
 def print_json(value: Any) -> None:
     """One JSON object on stdout; a number that is not finite becomes null."""
-    print(json.dumps(plain(value), indent=2, ensure_ascii=False))
-
-
-def plain(value: Any) -> Any:
-    """`value` with numpy scalars, arrays, enums and non-finite numbers turned into what JSON has."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple | set):
-        return [plain(item) for item in value]
-    if isinstance(value, bool | int | str) or value is None:
-        return value
-    if isinstance(value, float):
-        return value if value - value == 0.0 else None
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    return str(value)
+    print(json_text(value))
 
 
 def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_from: int = 1) -> None:

@@ -25,6 +25,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EVENT_WORDS
+from tarsus.files.jsontext import json_text
 from tarsus.files.ledger import Ledger, ledger_table, read_number, stored_ledger
 from tarsus.files.series import Variables, matlab_content, read_netcdf, variables_of, write_netcdf
 
@@ -383,8 +384,7 @@ def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
 
 
 def _write_json(path: Path, content: Any) -> None:
-    text = json.dumps(_finite(content), indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    path.write_text(json_text(content) + "\n", encoding="utf-8")
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -394,17 +394,6 @@ def _read_json(path: Path) -> dict[str, Any]:
         return json.loads(text)
     except json.JSONDecodeError as error:
         raise InputError([f"{path} is not a run's {path.name}: {error}"]) from error
-
-
-def _finite(content: Any) -> Any:
-    """JSON has no NaN: null stands for a value that does not exist."""
-    if isinstance(content, float):
-        return content if math.isfinite(content) else None
-    if isinstance(content, Mapping):
-        return {str(key): _finite(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
-    return content
 
 
 @contextlib.contextmanager

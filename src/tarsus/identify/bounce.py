@@ -17,7 +17,7 @@ from tarsus.base.errors import InputError
 from tarsus.identify.flight import SUBSTEPS, Film, Flow
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
-from tarsus.identify.traces import STILL, Trace, jumps_of
+from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
 from tarsus.identify.volts import Volts
 
 __all__ = ["Bounce", "BounceFit", "Bounces", "Zeros", "fewer", "find_bounces", "impacts_of"]
@@ -33,6 +33,8 @@ FEWEST = 5
 _ROUNDS = 15
 _STEPS = (1e-8, 1e-8, 1e-5)
 """Steps of the differences for the moment [s], places [m] and speeds [m/s]."""
+_FILM_STEP = 1e-3
+"""Step of the differences for logarithms of the film's constants."""
 _PART = 0.3
 _SLOWEST = 8.0
 """Standard deviations of a velocity sample that an approach must reach."""
@@ -95,15 +97,11 @@ def impacts_of(
     jump = speed[1:] - speed[:-1]
     met = (speed[:-1] < -_SLOWEST * noise_v) & near[:-1] & near[1:] & (jump > _SLOWEST * noise_v)
     met &= speed[1:] > -_PART * np.abs(speed[:-1])
-    impacts = np.array([one[np.argmax(jump[one])] for one in _runs(met)], dtype=np.intp)
+    impacts = np.array(
+        [first + np.argmax(jump[first : last + 1]) for first, last in runs_of(met)], dtype=np.intp
+    )
     slow = near & (np.abs(speed) < STILL * noise_v) & (np.abs(height) < STILL * noise_x)
     return impacts, slow
-
-
-def _runs(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
-    """Indices of a mask, one array for every run of neighbours."""
-    index = np.flatnonzero(chosen)
-    return np.split(index, np.flatnonzero(np.diff(index) > 1) + 1) if len(index) else []
 
 
 @dataclass(frozen=True)
@@ -212,6 +210,32 @@ class Bounces:
         information = total[:, :, None] * np.eye(points) - np.einsum("rqa,rqb->rab", across, by_zero)
         score = np.einsum("rqa,rq->ra", by_zero, right) - plain
         return Zeros(by_zero[:, [-1, -2]], information, score)
+
+    def about_film(self, model: FootModel, film: Film, fitted: BounceFit) -> tuple[Floats, Floats]:
+        """Information (ni, 2 + np, 2 + np) and score (ni, 2 + np) of fitted impacts about the logarithms of the film's
+        coefficient and thickness and the zeros [m] of the points' displacements, their own unknowns taken along."""
+        free, points = fitted.free(model), len(model.points)
+        slopes, residuals = _Ready(self, model, film, free).slopes(fitted.unknowns)
+        grown = float(np.exp(_FILM_STEP))
+        other = [
+            _Ready(self, model, one, free).slopes(fitted.unknowns)[1]
+            for one in (
+                Film(grown * film.coefficient, film.thickness),
+                Film(film.coefficient, grown * film.thickness),
+            )
+        ]
+        information = np.empty((len(slopes), 2 + points, 2 + points))
+        score = np.empty((len(slopes), 2 + points))
+        for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
+            common = np.zeros((2 + points, *residual.shape))
+            common[:2] = [(residual - one[r]) / _FILM_STEP for one in other]
+            for k, trace_noise in enumerate(self.traces[self.items[r].trace].noise_x):
+                common[2 + k, k] = -1.0 / trace_noise
+            own, whole, left = slope.reshape(len(slope), -1), common.reshape(2 + points, -1), residual.ravel()
+            across = np.linalg.solve(own @ own.T, own @ np.column_stack([whole.T, left]))
+            information[r] = whole @ whole.T - (whole @ own.T) @ across[:, :-1]
+            score[r] = whole @ left - (whole @ own.T) @ across[:, -1]
+        return information, score
 
     def moved(self, model: FootModel, film: Film, fitted: BounceFit) -> Floats:
         """Departure and approach velocities (ni, 2) for a model near the fitted one, by one Gauss-Newton step."""

@@ -13,6 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
 from tarsus.identify.campaign import Opened, Reading
+from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
 from tarsus.identify.evidence import Evidence
@@ -300,9 +301,11 @@ class Chain:
         self._need("hysteresis")
         if self.opened.model.scene.ground.acting.film is not None and _FILM not in self.known.paths:
             raise InputError("it needs the film, which no step has found")
-        model = self.known.model()
-        error = 0.0 if self.level is None else self.level[1]
-        self.bounces = identify_restitution(model, self.known, traces, (self._ground(), error), self.seed + 4)
+        level = self._ground(), 0.0 if self.level is None else self.level[1]
+        if (close := self.steps.get("electrostatics")) is not None:
+            near = self.traces[Purpose.CLOSE]
+            self.known, self.steps["electrostatics"] = film_by_impacts(self.known, close, traces, near, level)
+        self.bounces = identify_restitution(self.known.model(), self.known, traces, level, self.seed + 4)
         return self.bounces.step
 
     def _impact_map(self) -> StepResult:

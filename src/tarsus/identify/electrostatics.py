@@ -22,7 +22,7 @@ from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Us
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
 
-__all__ = ["identify_close"]
+__all__ = ["FILM", "combinations_of", "identify_close"]
 
 Floats = NDArray[np.float64]
 
@@ -183,7 +183,7 @@ def identify_close(model: FootModel, known: Known, traces: Sequence[Trace], seed
         close.names,
         np.exp(theta),
         samples,
-        combinations=_combinations(close, theta, logs),
+        combinations=combinations_of(close.names, min((one.gap or 0.0) for one in used), theta, logs),
         residuals=tuple(
             Residual(f"{trace.file}, over the noise", "1", float(np.sqrt(np.mean(one**2))), 1.0, one.size)
             for trace, one in zip(close.traces, residuals, strict=True)
@@ -266,17 +266,19 @@ def _fitted(
     return theta, good
 
 
-def _combinations(close: _Close, theta: Floats, logs: Floats) -> dict[str, tuple[float, Floats, str]]:
-    """What the records tell better than the constants alone: damping and attraction at the smallest gap."""
+def combinations_of(
+    paths: Sequence[str], gap: float, theta: Floats, logs: Floats
+) -> dict[str, tuple[float, Floats, str]]:
+    """What records tell better than the constants alone, damping and attraction at the smallest gap [m], from the
+    logarithms (p,) of the constants at these paths and their draws (draws, p)."""
     out: dict[str, tuple[float, Floats, str]] = {}
-    gap = float(min(one.gap for one in close.traces if one.gap is not None)) if close.traces[0].gap else 0.0
     for names, power, label, unit in (
         (FILM, 3, "C / (g + g0)^3", "N s/m"),
         (ATTRACTION, 2, "C_e / (g + g_e)^2", "N/V^2"),
     ):
-        if names[0] not in close.names:
+        if names[0] not in paths:
             continue
-        a, b = close.names.index(names[0]), close.names.index(names[1])
+        a, b = paths.index(names[0]), paths.index(names[1])
         value = float(np.exp(theta[a]) / (gap + np.exp(theta[b])) ** power)
         draws = np.exp(logs[:, a]) / (gap + np.exp(logs[:, b])) ** power
         out[f"{label} at g = {1e6 * gap:.3g} um"] = (value, draws, unit)

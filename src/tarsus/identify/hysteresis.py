@@ -19,10 +19,11 @@ from tarsus.identify.draws import DRAWS, carried, drawn_counts, student
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.loops import Block, Sums, across, basis_of, blocks_of, law_paths, law_with
+from tarsus.identify.ringing import calmed
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.identify.volts import Volts
-from tarsus.model.drive.laws import PrandtlIshlinskii, VoltageLaw
+from tarsus.model.drive.laws import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad
 
 __all__ = ["LoopFit", "Loops", "Shares", "fit_loops", "identify_hysteresis", "with_shares"]
@@ -47,10 +48,11 @@ class Shares:
 class Loops:
     """Static records as sums over blocks, apart for free and held foot, by trace.
 
-    rest (p,): the basis at rest; blocks; free, held: one of each a block; trace (nb,): number of the block's trace;
-    noise (np,) [m]: standard deviation of a sample, the same for all blocks; unused: samples left out around
-    contacts."""
+    traces: the records, without the ringing of those in the air; rest (p,): the basis at rest; blocks; free, held:
+    one of each a block; trace (nb,): number of the block's trace; noise (np,) [m]: standard deviation of a sample,
+    the same for all blocks; unused: samples left out around contacts."""
 
+    traces: tuple[Trace, ...]
     rest: Floats
     blocks: tuple[Block, ...]
     free: tuple[Sums, ...]
@@ -128,6 +130,10 @@ def fit_loops(
     _check_reach(model, traces)
     count = len(loops.blocks)
     values = _estimate(model, loops, neutral, shares, np.ones(count))
+    # ringing is a hundredth of the motion at most, so that a first estimate of the drive is enough to tell it
+    calm = [calmed(_with(model, values, shares), trace) for trace in traces]
+    loops = _gathered(model, calm, level)
+    values = _estimate(model, loops, neutral, shares, np.ones(count))
     drawn = drawn_counts(count, seed)
     own = np.array([_estimate(model, loops, neutral, shares, one) for one in drawn]) - values
     return LoopFit(loops, model, neutral, shares, _paths(model, shares), values, own * student(float(count)))
@@ -146,7 +152,7 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
     numbers: list[int] = []
     unused = 0
     for number, trace in enumerate(traces):
-        found, left = blocks_of(trace, model.foot_point, level)
+        found, left = blocks_of(trace, model.foot_point, level if trace.gap is None else None)
         blocks += found
         numbers += [number] * len(found)
         unused += left
@@ -163,7 +169,9 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
         free.append(Sums.of(basis[block.free], motion[block.free]))
         held.append(Sums.of(basis[~block.free], motion[~block.free]))
     rest = bases[0][0]
-    return Loops(rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, unused)
+    return Loops(
+        tuple(traces), rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, unused
+    )
 
 
 def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
@@ -188,6 +196,14 @@ def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | Non
         found = _shared(model, loops, free, shares)
         model = with_shares(model, found)
     return np.concatenate([found, _law(model, loops, free, held, level)])
+
+
+def _with(model: FootModel, values: Floats, shares: Shares | None) -> FootModel:
+    """The model with a drive as estimated: participations (n - 1,), if they are looked for, then the law's (p,)."""
+    if shares is not None:
+        model = with_shares(model, values[: len(shares.values)])
+    law = law_with(model.law, values[0 if shares is None else len(shares.values) :])
+    return model.changed({f"robot.drives.{model.drive}.law": law})
 
 
 def with_shares(model: FootModel, shares: Floats) -> FootModel:
@@ -282,9 +298,7 @@ def identify_hysteresis(
         )
 
     from_before = carried(again, np.concatenate([known.values, [fit.level], given]), before)
-    model = fit.model if shares is None else with_shares(fit.model, fit.values[: len(given)])
-    law = law_with(fit.model.law, fit.values[len(given) :])
-    panels, residuals = _shown(model, law, fit, traces)
+    panels, residuals = _shown(_with(fit.model, fit.values, shares), fit)
     samples = sum(len(block.index) for block in fit.loops.blocks)
     notes = ()
     if level is None:
@@ -312,15 +326,13 @@ def identify_hysteresis(
     )
 
 
-def _shown(
-    model: FootModel, law: VoltageLaw, fit: LoopFit, traces: Sequence[Trace]
-) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
+def _shown(model: FootModel, fit: LoopFit) -> tuple[tuple[Panel, ...], tuple[Residual, ...]]:
     """Loops measured and fitted, as the motion of the foot and of the point that moves most on the ground."""
     panels, residuals = [], []
-    for number, trace in enumerate(traces):
+    for number, trace in enumerate(fit.loops.traces):
         blocks = [b for b in fit.loops.blocks if b.source is trace]
         index = np.sort(np.concatenate([b.index[b.free] for b in blocks]))
-        force = Volts.of(trace.volts, 1).force(law, model.history, 0, len(trace.volts))
+        force = Volts.of(trace.volts, 1).force(model.law, model.history, 0, len(trace.volts))
         force = force - force[0]
         for k, point in enumerate(model.points):
             fitted = model.by_drive[k] * force[index]

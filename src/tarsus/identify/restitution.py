@@ -23,7 +23,7 @@ from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Us
 from tarsus.identify.traces import Trace
 from tarsus.identify.zeros import zeros_of_records
 
-__all__ = ["BounceStudy", "film_of", "identify_restitution"]
+__all__ = ["FEWEST", "MOST", "BounceStudy", "film_of", "identify_restitution", "sound"]
 
 Floats = NDArray[np.float64]
 
@@ -84,13 +84,7 @@ def identify_restitution(
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)
-    again = bounces.moved(model, film_of(model), fitted)
-    error = np.sqrt(np.maximum(np.einsum("raa->ra", fitted.covariance), 0.0))
-    settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
-        np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
-    )
-    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
-    good = single & _alike(fitted, single)
+    settled, single, good = sound(model, bounces, fitted)
     for r in np.flatnonzero(~good):
         trace = traces[items[int(r)].trace]
         at = trace.time[items[int(r)].last]
@@ -117,6 +111,20 @@ def identify_restitution(
     bounces = bounces.chosen(good)
     fitted = _only(fitted, good)
     return BounceStudy(_result(model, known, bounces, fitted, left, total, level[1], seed), bounces, fitted)
+
+
+def sound(
+    model: FootModel, bounces: Bounces, fitted: BounceFit
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Impacts (ni,) whose fit has settled; those of these that are one impact between free flights; and those of these
+    whose ratio of velocities is like most others'."""
+    again = bounces.moved(model, film_of(model), fitted)
+    error = np.sqrt(np.maximum(np.einsum("raa->ra", fitted.covariance), 0.0))
+    settled = np.all(np.abs(again - fitted.speeds) <= error, axis=1) & (
+        np.linalg.eigvalsh(fitted.covariance)[:, 0] > 0.0
+    )
+    single = (fitted.chi < WORST) & (fitted.speeds[:, 1] < 0.0) & settled
+    return settled, single, single & _alike(fitted, single)
 
 
 def _alike(fitted: BounceFit, single: NDArray[np.bool_]) -> NDArray[np.bool_]:

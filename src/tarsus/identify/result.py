@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.spec import FrozenDict, float_paths, with_values
+from tarsus.files.jsontext import json_text
 from tarsus.files.store import write_text
 from tarsus.files.toml import scene_text
 from tarsus.identify.assessment import assessed
@@ -168,26 +169,13 @@ def write_identification(found: Identification, folder: Path) -> list[Path]:
     InputError
         If the folder cannot be written.
     """
-    import json
-
     folder.mkdir(parents=True, exist_ok=True)
     device, numbers, draws = (
         folder / name for name in ("identified.toml", "identification.json", "draws.npz")
     )
     write_text(device, scene_text(identified_device(found)))
-    write_text(numbers, json.dumps(_plain(summary_of(found)), indent=2) + "\n")
+    write_text(numbers, json_text(summary_of(found)) + "\n")
     np.savez_compressed(
         draws, paths=np.array(found.known.paths), values=found.known.values, samples=found.known.samples
     )
     return [device, numbers, draws]
-
-
-def _plain(value: Any) -> Any:
-    """The same with numbers that are not finite as None."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value

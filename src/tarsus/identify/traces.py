@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "trace_of"]
+__all__ = ["Hold", "Trace", "contact_level", "holds", "jumps_of", "misplaced", "runs_of", "trace_of"]
 
 Floats = NDArray[np.float64]
 
@@ -167,7 +167,7 @@ def _lowest_stand(trace: Trace, foot: str, driven: bool) -> tuple[float, float] 
         return None
     still = (np.abs(v) < STILL * trace.noise_v[k]) & (x < x.min() + 2.0 * STILL * noise)
     means, errors = [], []
-    for first, last in _runs_of(still):
+    for first, last in runs_of(still):
         if last - first >= 2 * SHORTEST and not (driven and _moved(trace, k, first, last)):
             inside = x[first + 1 : last]
             means.append(float(inside.mean()))
@@ -201,7 +201,7 @@ def _moved(trace: Trace, point: int, first: int, last: int) -> bool:
     return abs(top / bottom) > _FOLLOWS * usual
 
 
-def _runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs_of(chosen: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last index of every run of a mask."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2] - 1, strict=True)]
@@ -239,7 +239,7 @@ def holds(trace: Trace, foot: str, level: float) -> list[Hold]:
     near = np.abs(trace.x[k] - level) < STILL * trace.noise_x[k] + 3.0 * trace.zero[k]
     still = near & (np.abs(trace.v[k]) < STILL * trace.noise_v[k])
     joined: list[Hold] = []
-    for first, last in _runs_of(still):
+    for first, last in runs_of(still):
         if joined and first - joined[-1].last <= 2 and bool(np.all(near[joined[-1].last : first])):
             joined[-1] = replace(joined[-1], last=last)
         else:

@@ -16,7 +16,7 @@ from tarsus.identify.bounce import Bounces, Zeros
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.foot import FootModel
 
-__all__ = ["RecordZeros", "zeros_of_records"]
+__all__ = ["RecordZeros", "known_zeros", "zeros_of_records"]
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +36,16 @@ class RecordZeros:
         return speeds + np.einsum("rap,rp->ra", zeros.by_zero, values[self.record])
 
 
+def known_zeros(model: FootModel, bounces: Bounces, level_error: float) -> Floats:
+    """Information (nr np, nr np) [1/m^2] about the zeros of the records with impacts, in the order of their numbers,
+    from the rest of each and the common level [m]."""
+    names = np.unique([one.trace for one in bounces.items])
+    shift = (model.rest(bounces.level + 1e-6) - model.rest(bounces.level)) / 1e-6
+    own = np.concatenate([bounces.traces[int(name)].zero ** 2 for name in names])
+    common = np.tile(shift, len(names)) * level_error
+    return np.asarray(np.linalg.inv(np.diag(own) + np.outer(common, common)), dtype=np.float64)
+
+
 def zeros_of_records(
     model: FootModel, bounces: Bounces, zeros: Zeros, level_error: float, seed: int
 ) -> RecordZeros:
@@ -43,10 +53,7 @@ def zeros_of_records(
     of the level, and the impacts tell the rest."""
     names, record = np.unique([one.trace for one in bounces.items], return_inverse=True)
     count, points = len(names), len(model.points)
-    shift = (model.rest(bounces.level + 1e-6) - model.rest(bounces.level)) / 1e-6
-    own = np.concatenate([bounces.traces[int(name)].zero ** 2 for name in names])
-    common = np.tile(shift, count) * level_error
-    prior = np.linalg.inv(np.diag(own) + np.outer(common, common))
+    prior = known_zeros(model, bounces, level_error)
     information, score = prior.copy(), np.zeros(count * points)
     for r in range(count):
         part, mine = slice(points * r, points * (r + 1)), record == r

@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from tarsus.calibrate.account import options_word
 from tarsus.files.store import package_version, write_text
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
@@ -113,7 +114,7 @@ def _interval(entry: Mapping[str, Any]) -> Markup:
 def _branches(result: Mapping[str, Any]) -> str:
     rows: list[list[Cell]] = [
         [
-            _options(one),
+            options_word(one),
             number(one["cost"], 4),
             MISSING if one["dropped"] else f"{one['weight']:.2f}",
             code(one["file"]) if not one["dropped"] else escape(one["dropped"]),
@@ -158,7 +159,7 @@ def _unknowns(branch: Mapping[str, Any]) -> str:
         Column("unknown", number=False), Column("best"), Column("90 % range"), Column("bounds"),
         Column("unit", number=False), Column("data say", number=False),
     )  # fmt: skip
-    return f"<h3>{escape(_options(branch))}</h3>\n{table(head, rows)}{said}"
+    return f"<h3>{escape(options_word(branch))}</h3>\n{table(head, rows)}{said}"
 
 
 def _footer(result: Mapping[str, Any]) -> str:
@@ -168,10 +169,6 @@ def _footer(result: Mapping[str, Any]) -> str:
         f"windows and draws, and the discrepancy of the model, in tolerances: {escape(sigma)}. Left out: refitted "
         "without the row.</p></footer>"
     )
-
-
-def _options(branch: Mapping[str, Any]) -> str:
-    return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
 
 
 def _percent(value: float | None) -> str:

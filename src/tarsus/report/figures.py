@@ -28,6 +28,7 @@ from tarsus.report.style import (
     few_ticks,
     scale_of,
     stack,
+    time_axis,
     to_svg,
     upright,
 )
@@ -87,7 +88,7 @@ def motion(series: Series, window: Window) -> Plate:
     _legend(axes, contact=shaded, ground=bool(series.feet))
     if several:
         _contact_rows(panels[-1], series, window, clock)
-    _finish(panels[-1], window, clock)
+    time_axis(panels[-1], window, clock)
     caption = f"Displacement of {joined(series.points)} from rest{' under the drive voltage above' * driven}"
     if "command" in series.values:
         caption += " (dotted: what the amplifier is told to give)"
@@ -155,7 +156,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         few_ticks(axes, y=3)
         if axes is not panels[0]:
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
-    _finish(panels[-1], window, clock)
+    time_axis(panels[-1], window, clock)
     name = series.feet[foot]
     caption = (
         f"Forces on foot {name} below its height above the ground, each on its own scale; positive pushes "
@@ -193,7 +194,7 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             shade(axes, series.contacts[0], window, clock)
     if companion is not None:
         _legend(panels[0])
-    _finish(panels[-1], window, clock)
+    time_axis(panels[-1], window, clock)
     caption = "Kinetic energy and elastic (potential) energy of the structure"
     if companion is not None:
         caption += ", as simulated and for the same scene with adhesion switched off"
@@ -239,7 +240,7 @@ def ledger(series: Series) -> Plate:
     axes.set_ylabel(f"energy since start ({scale.label})")
     few_ticks(axes, y=6)
     _legend(axes, columns=4)
-    _finish(axes, window, clock)
+    time_axis(axes, window, clock)
     caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
     if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
         caption += "; dashed is work on the structure"
@@ -320,8 +321,3 @@ def _legend(
         handles, labels, loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=columns, borderaxespad=0.0,
         borderpad=0.15, columnspacing=1.4, handletextpad=0.5,
     )  # fmt: skip
-
-
-def _finish(axes: Axes, window: Window, clock: Scale) -> None:
-    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
-    axes.set_xlabel(f"time ({clock.label})")

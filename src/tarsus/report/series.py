@@ -45,8 +45,8 @@ class Series:
         return self.values[name]
 
     def inside(self, window: Window) -> slice:
-        """Samples within a window, with one more on either side so that lines reach the frame."""
-        return _inside(self.time, window)
+        """See `samples_inside`."""
+        return samples_inside(self.time, window)
 
     @property
     def whole(self) -> Window:
@@ -63,7 +63,8 @@ class Series:
         return ((complete - number) * self.period, complete * self.period)
 
 
-def _inside(time: np.ndarray, window: Window) -> slice:
+def samples_inside(time: np.ndarray, window: Window) -> slice:
+    """Samples within a window, with one more on either side so that lines reach the frame."""
     first = max(int(np.searchsorted(time, window[0], side="right")) - 1, 0)
     last = min(int(np.searchsorted(time, window[1], side="left")) + 1, len(time))
     return slice(first, last)
@@ -123,8 +124,8 @@ class Trace:
     contacts: tuple[Window, ...] = ()
 
     def inside(self, window: Window) -> slice:
-        """Samples within a window, with one more on either side so that lines reach the frame."""
-        return _inside(self.time, window)
+        """See `samples_inside`."""
+        return samples_inside(self.time, window)
 
     def last_periods(self, number: int) -> tuple[int, int]:
         """Numbers of the first and the last of the last `number` whole drive periods, as (first, last + 1)."""

@@ -80,6 +80,12 @@ class Scale:
     label: str
 
 
+def time_axis(axes: Axes, window: tuple[float, float], clock: Scale) -> None:
+    """Limits and label of a lowest axis that shows a window of time [s]."""
+    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
+    axes.set_xlabel(f"time ({clock.label})")
+
+
 def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
     """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000."""
     largest = max((float(np.max(np.abs(v), initial=0.0, where=np.isfinite(v))) for v in values), default=0.0)

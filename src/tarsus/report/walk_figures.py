@@ -11,7 +11,7 @@ from matplotlib.patches import Polygon
 
 from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
-from tarsus.report.series import Window
+from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
     BLUE,
@@ -28,6 +28,7 @@ from tarsus.report.style import (
     few_ticks,
     scale_of,
     stack,
+    time_axis,
     to_svg,
 )
 
@@ -55,7 +56,7 @@ def travel(motion: Motion) -> Plate:
         _line(axes, motion, clock, motion.coordinate(name) * 1e3, color=BLUE)
         axes.set_ylabel(f"{name}\n(mrad)")
         few_ticks(axes, y=3)
-    _finish(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
+    time_axis(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
     more = "".join(f", its {name} {axis}" for name, axis in turns)
     caption = f"Travel of the body's centre along the way, its height above that at rest{more}."
     return Plate(to_svg(figure, caption), caption)
@@ -76,7 +77,7 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
     _name_rows(axes, range(count), motion.legs)
     axes.set_ylim(count - 0.4, -0.8)
-    _finish(axes, window, clock)
+    time_axis(axes, window, clock)
     caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
     return Plate(to_svg(figure, caption), caption)
 
@@ -101,7 +102,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
     _name_rows(axes, -np.arange(count), motion.legs)
     axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
-    _finish(axes, window, clock)
+    time_axis(axes, window, clock)
     apart = f"{step / scale.step:g} {scale.label}"
     caption = (
         f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
@@ -195,9 +196,8 @@ _MARKS = {AIR: ("o", "white", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "w
 
 def _part(motion: Motion, window: Window) -> Motion:
     """Times within a window, with one more on either side."""
-    first = max(int(np.searchsorted(motion.time, window[0], side="right")) - 1, 0)
-    last = min(int(np.searchsorted(motion.time, window[1], side="left")) + 1, len(motion.time))
-    return motion.taken(slice(first, last)) if last - first >= 2 else motion
+    inside = samples_inside(motion.time, window)
+    return motion.taken(inside) if inside.stop - inside.start >= 2 else motion
 
 
 def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
@@ -211,8 +211,3 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
 def _line(axes: Axes, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
     time, thin = decimate(motion.time, values)
     axes.plot(time / clock.step, thin, **style)  # type: ignore[arg-type]
-
-
-def _finish(axes: Axes, window: Window, clock: Scale) -> None:
-    axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
-    axes.set_xlabel(f"time ({clock.label})")

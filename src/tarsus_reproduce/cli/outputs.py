@@ -19,15 +19,12 @@ def write(
     quiet: bool,
 ) -> None:
     """Write reproduction.csv (`table`), reproduction.json (`result`) and reproduction.html (`write_page(path)`)."""
-    import json
-
     from tarsus.cli import console
+    from tarsus.files.jsontext import json_text
     from tarsus.files.store import write_text
 
     write_text(folder / "reproduction.csv", table)
-    write_text(
-        folder / "reproduction.json", json.dumps(console.plain(result), indent=2, ensure_ascii=False) + "\n"
-    )
+    write_text(folder / "reproduction.json", json_text(result) + "\n")
     with console.spinner("writing the report"):
         write_page(folder / "reproduction.html")
     if not quiet:

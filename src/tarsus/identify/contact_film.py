@@ -1,0 +1,215 @@
+"""The film at contact, told by impacts where the records above the ground leave it open.
+
+Records that never touch tell ``C / (g + g0)^3`` at their gaps. At the ground a thin film is stronger by orders, and the
+velocities there, with them the restitution, hang on it. The flights before and after an impact show it: all impacts
+together are a further piece of evidence about the logarithms of C and g0, beside the zeros of the displacements, which
+bend the flights near the ground alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
+from tarsus.identify.breakoff import WORST
+from tarsus.identify.electrostatics import FILM, combinations_of
+from tarsus.identify.flight import Film
+from tarsus.identify.foot import FootModel
+from tarsus.identify.known import Known
+from tarsus.identify.restitution import FEWEST, MOST, sound
+from tarsus.identify.step import StepResult, Used
+from tarsus.identify.traces import Trace
+from tarsus.identify.zeros import known_zeros
+
+__all__ = ["film_by_impacts"]
+
+Floats = NDArray[np.float64]
+
+_ROUNDS = 12
+_SHARES = (0.0, -1.0, 1.0, -2.0, 2.0)
+"""Places tried first, in standard deviations: 95 % of what was known."""
+_FAR = 1.0
+"""Largest step of a logarithm in a round: beyond a factor of e the impacts are not linear in the film."""
+_SETTLED = 0.1
+"""Standard deviations below which a step of the fit no longer matters."""
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What impacts say of the logarithms (2,) of C and g0 at a place: information (2, 2) and score (2,)."""
+
+    place: Floats
+    information: Floats
+    score: Floats
+
+    def likelihood(self, logs: Floats) -> float:
+        """Logarithm of it near the place, up to a constant."""
+        off = logs - self.place
+        return float(self.score @ off - 0.5 * off @ self.information @ off)
+
+
+def film_by_impacts(
+    known: Known,
+    step: StepResult,
+    traces: Sequence[Trace],
+    close: Sequence[Trace],
+    level: tuple[float, float],
+) -> tuple[Known, StepResult]:
+    """The film of a step that saw it from above, with what impacts say; all that hangs on it moves along.
+
+    Parameters
+    ----------
+    known
+        What was found so far, the step's numbers among it.
+    step
+        Of records close to the ground. Where it did not look for the film, or there are too few impacts, nothing
+        changes.
+    traces
+        Records of bounces.
+    close
+        The step's own records.
+    level
+        Contact level from the rest, and its standard error [m].
+    """
+    found = find_bounces(traces, known.base.foot_point, level[0])[0]
+    if FILM[0] not in step.paths or len(found) < FEWEST:
+        return known, step
+    model = known.model()
+    free = model.scene.ground.impact is not None
+    bounces = Bounces(traces, fewer(found, MOST), level[0])
+    seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
+    value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
+    begun = _begun(model, bounces, free, value, covariance)
+    if begun is None:
+        return known, step
+    place, fitted = begun
+    model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
+    good = sound(model, bounces, fitted)[2]
+    if np.count_nonzero(good) < FEWEST:
+        return known, step
+    told = _told(model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1])
+    spread = np.linalg.inv(told.information + np.linalg.inv(covariance))
+    narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
+    new = told.place + (seen - value) @ narrower.T
+    moved = _moved(known, seen, covariance, new, told.place - value)
+    files = {traces[bounces.items[int(r)].trace].file for r in np.flatnonzero(good)}
+    return moved, _with(
+        step, moved, told, close, Used("impacts, for the film", int(good.sum()), len(found)), files
+    )
+
+
+def _begun(
+    model: FootModel, bounces: Bounces, free: bool, value: Floats, covariance: Floats
+) -> tuple[Floats, BounceFit] | None:
+    """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
+    are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends.
+
+    Under a film that is far too strong flights cannot be followed back to the ground at all."""
+    strength, ways = np.linalg.eigh(covariance)
+    best: tuple[float, Floats, BounceFit] | None = None
+    for share in _SHARES:
+        place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
+        try:
+            with np.errstate(all="ignore"):
+                fitted = bounces.fit(model, Film(*np.exp(place).tolist()), free=free)
+        except np.linalg.LinAlgError:
+            continue
+        left = float(np.minimum(np.nan_to_num(fitted.chi, nan=WORST), WORST).mean())
+        if best is None or left < best[0]:
+            best = left, place, fitted
+    return None if best is None else best[1:]
+
+
+def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floats) -> Known:
+    """What was found before with the film's logarithms moved from draws (draws, 2) to new ones, the values ``by`` (2,):
+    all that goes with them by their draws follows; constants of the ground as logarithms, which their draws are even
+    in."""
+    factors = np.array([path.startswith("ground.") for path in known.paths])
+
+    def even(numbers: Floats) -> Floats:
+        return np.where(factors, np.log(np.where(factors, numbers, 1.0)), numbers)
+
+    def back(numbers: Floats) -> Floats:
+        return np.where(factors, np.exp(np.where(factors, numbers, 0.0)), numbers)
+
+    drawn, value = even(known.samples), even(known.values)
+    columns = [known.paths.index(path) for path in FILM]
+    off = drawn - drawn.mean(axis=0)
+    along = (off.T @ (seen - seen.mean(axis=0)) / (len(seen) - 1)) @ np.linalg.inv(covariance)
+    along[columns] = np.eye(len(columns))
+    samples = drawn + (new - seen) @ along.T
+    samples[:, columns] = new
+    return replace(known, values=back(value + along @ by), samples=back(samples))
+
+
+def _told(
+    model: FootModel,
+    bounces: Bounces,
+    start: tuple[Floats, Floats],
+    before: tuple[Floats, Floats],
+    level_error: float,
+) -> _Told:
+    """Gauss-Newton on the film's logarithms, from a place (2,) with the unknowns of the impacts there; ``before``: the
+    earlier values (2,) and covariance (2, 2)."""
+    values, covariance = before
+    prior = np.linalg.inv(covariance)
+    zeros = known_zeros(model, bounces, level_error)
+    place, unknowns = start
+    free = model.scene.ground.impact is not None
+    for _ in range(_ROUNDS):
+        film = Film(*np.exp(place).tolist())
+        fitted = bounces.fit(model, film, unknowns, free=free)
+        information, score = _pooled(model, bounces, film, fitted, zeros)
+        whole = information + prior
+        step = np.linalg.solve(whole, score + prior @ (values - place))
+        if np.all(np.abs(step) < _SETTLED * np.sqrt(np.diag(np.linalg.inv(whole)))):
+            break
+        place, unknowns = place + np.clip(step, -_FAR, _FAR), fitted.unknowns
+    return _Told(place, information, score)
+
+
+def _pooled(
+    model: FootModel, bounces: Bounces, film: Film, fitted: BounceFit, zeros: Floats
+) -> tuple[Floats, Floats]:
+    """Information (2, 2) and score (2,) of all impacts about the film's logarithms, the zeros of their records taken
+    along."""
+    each, scores = bounces.about_film(model, film, fitted)
+    record = np.unique([one.trace for one in bounces.items], return_inverse=True)[1]
+    points = len(model.points)
+    size = 2 + len(zeros)
+    whole, right = np.zeros((size, size)), np.zeros(size)
+    whole[2:, 2:] = zeros
+    for r, number in enumerate(record):
+        place = np.concatenate([[0, 1], 2 + points * number + np.arange(points)])
+        whole[np.ix_(place, place)] += each[r]
+        right[place] += scores[r]
+    across = np.linalg.solve(whole[2:, 2:], np.column_stack([whole[2:, :2], right[2:]]))
+    return whole[:2, :2] - whole[:2, 2:] @ across[:, :2], right[:2] - whole[:2, 2:] @ across[:, 2]
+
+
+def _with(
+    step: StepResult, moved: Known, told: _Told, close: Sequence[Trace], used: Used, files: set[str]
+) -> StepResult:
+    """The step with the numbers that it and the impacts tell together."""
+    own = [moved.paths.index(path) for path in step.paths]
+    film = [step.paths.index(path) for path in FILM]
+    values, samples = moved.values[own], moved.samples[:, own]
+    before = step.likelihood
+
+    def likelihood(theta: Floats) -> float:
+        assert before is not None
+        return before(theta) + told.likelihood(np.log(np.maximum(theta[film], 1e-30)))
+
+    gap = min((t.gap for t in close if t.gap is not None and t.file in step.files), default=0.0)
+    return replace(
+        step,
+        values=values,
+        samples=samples,
+        combinations=combinations_of(step.paths, gap, np.log(values), np.log(samples)),
+        used=(*step.used, used),
+        files=step.files | files,
+        likelihood=None if before is None else likelihood,
+    )
