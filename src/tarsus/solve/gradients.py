@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
+from tarsus.core.arrays import T_FRACTION, T_LENGTH
 from tarsus.core.replay import Sampled
 from tarsus.measure import no_measure
-from tarsus.model.scene import Scene
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import measure_slopes
 from tarsus.solve.engine import Accuracy
@@ -71,7 +71,11 @@ class GradientRun(Run):
 
     @cached_property
     def _given(self) -> Entering:
-        return entered(self.scene, self.plan, self.paths, self.duration, self.period)
+        steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
+        longest = float(steps.max(initial=0.0)) or self.duration
+        given = entering(self.scene, self.plan, self.paths, self.duration, longest)
+        given.row.scales[:, 2] = self.period
+        return given
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy)
@@ -176,10 +180,3 @@ class GradientRun(Run):
         from tarsus.solve.energy_slopes import energy_slopes
 
         return energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), steps=True))
-
-
-def entered(scene: Scene, plan: object, paths: Sequence[str], duration: float, period: float) -> Entering:
-    """What enters a run of a scene, with marks every ``period`` [s]."""
-    given = entering(scene, plan, paths, duration)  # type: ignore[arg-type]
-    given.row.scales[:, 2] = period
-    return given

@@ -14,8 +14,9 @@ from tarsus.model.structure.walker import Walker
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.engine import Accuracy, SharedBook, execute, row_bytes
 from tarsus.solve.engines import Shared, shared_book
-from tarsus.solve.gradients import GradientRun, entered
+from tarsus.solve.gradients import GradientRun
 from tarsus.solve.run import Run
+from tarsus.solve.tangents import entering
 from tarsus.solve.walkrun import run_walker
 from tarsus.solve.window import record
 
@@ -72,7 +73,8 @@ def simulate(
     if accuracy is None:
         accuracy = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(plan)))
     if gradients is not None:
-        given = entered(scene, plan, gradients, seconds, period)
+        given = entering(scene, plan, gradients, seconds)
+        given.row.scales[:, 2] = period
         made = record(plan, book or SharedBook(plan, seconds), seconds, given.row, accuracy)
         spent = time.perf_counter() - start
         return GradientRun(scene, plan, made.raw, seconds, period, spent, made.notes, given.paths, accuracy)

@@ -17,7 +17,7 @@ from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import FootLaws, Plan, lower_scene, program_of
+from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -31,9 +31,10 @@ LANES = 8
 STEP = 1e-4
 """Step of a difference of data, of the number itself (of one unit where it is zero). What is lowered is smooth in it, a
 polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
-STRUCTURE_STEP = 1e-5
-"""That of structures. A step of the engine may span a thousand radians of a mode: they turn by a hundredth then, of which
-the stencil leaves 3e-10, and rounding 1e-11."""
+FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
+"""Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the run,
+and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter they are, the
+more of the rounding of the structure's modes remains. How rates change is seen at the first, smallest step."""
 
 
 @dataclass(frozen=True)
@@ -135,14 +136,18 @@ class Entering:
     beside: tuple[Beside, ...]
 
 
-def entering(scene: Scene, plan: Plan, paths: Sequence[str], duration: float) -> Entering:
-    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene.
+def entering(
+    scene: Scene, plan: Plan, paths: Sequence[str], duration: float, longest: float | None = None
+) -> Entering:
+    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene; longest [s]: step of
+    the run, the whole of it unless given.
 
     Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its pieces.
     """
     known = [slot(scene, path) is not None for path in paths]
+    longest = duration if longest is None else longest
     stencils = [
-        Stencil.of(scene, path, STEP if is_slot else STRUCTURE_STEP)
+        Stencil.of(scene, path, STEP if is_slot else _structure_step(scene, plan, path, longest))
         for path, is_slot in zip(paths, known, strict=True)
     ]
     own = [p for p, is_slot in enumerate(known) if is_slot]
@@ -172,6 +177,31 @@ def _one_row(rows: Rows, run: int) -> Rows:
     )  # fmt: skip
 
 
+def _structure_step(scene: Scene, plan: Plan, path: str, longest: float) -> float:
+    """Step of a number of the structure, as part of it; longest [s]: of the run's steps."""
+    stencil = Stencil.of(scene, path, FIRST)
+    value, place = float(get_value(scene, path)), float(stencil.places[-1])
+    other = lower_system(with_values(scene, {path: value + place}))
+    if other.mass.shape != plan.system.mass.shape:
+        raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
+    before, after = _rates(plan.system), _rates(other)
+    change = np.abs(after - before) / abs(place) * (FIRST * abs(value) or FIRST)
+    turned = float(change.max(initial=0.0)) * longest
+    parts = [TURN / turned] if turned > 0.0 else []
+    moving = change > 1e-12 * np.abs(before).max(initial=0.0)
+    parts += list(CHANGE * np.maximum(np.abs(before[moving]), 1.0 / longest) / change[moving])
+    return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
+
+
+def _rates(system: LinearSystem) -> NDArray[np.complex128]:
+    """Eigenvalues [1/s] of a structure in the air, in order."""
+    n = len(system.mass)
+    flow = np.zeros((2 * n, 2 * n))
+    flow[:n, n:] = np.eye(n)
+    flow[n:] = -np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
+    return np.sort_complex(np.linalg.eigvals(flow))
+
+
 def _structures(
     scene: Scene, plan: Plan, path: str, number: int, stencil: Stencil, duration: float, data: DataTangents
 ) -> list[Beside]:
@@ -181,8 +211,6 @@ def _structures(
     """
     value = float(get_value(scene, path))
     plans = [lower_scene(with_values(scene, {path: value + float(place)})) for place in stencil.places]
-    if any(one.system.normals.shape != plan.system.normals.shape for one in plans):
-        raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
     data.initial[..., number] = stencil.slope(plan.initial, [one.initial for one in plans])
     data.parameters[..., number] = stencil.slope(plan.laws.parameters, [one.laws.parameters for one in plans])
     return [

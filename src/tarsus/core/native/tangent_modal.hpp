@@ -374,13 +374,12 @@ class ModalTangent {
   }
 
   void note_apex(const Recorded& step, int i, double s) {
-    Entering<Row> gap(sizes_);
-    std::copy_n(&gap_slopes_[N * i], N, gap.input(0));
-    Row value, slope, bend;
-    gap.at(nodes_, 0, s, value, slope, bend);
-    feet_[i].apex = value;
-    const bool inside = s < step.fraction && bend_of(i, s) < 0.0;
-    feet_[i].apex_time = inside ? slope * (-step.length / bend_of(i, s)) : Row(0.0);
+    const Shown<Row> shown = shown_at(step, s);
+    feet_[i].apex = shown.gap[i];
+    const double bend = bend_of(i, s);
+    // one at the beginning or the end of a flight stays there
+    const bool inside = s > 0.0 && s < step.fraction && bend < 0.0;
+    feet_[i].apex_time = inside ? shown.rate[i] * (-step.length * step.length / bend) : Row(0.0);
   }
 
   // Second derivative of a gap by the scaled time.
@@ -439,9 +438,12 @@ class ModalTangent {
     const double turns = std::isfinite(settings_.period) ? std::round(e.time / settings_.period) : 0.0;
     const bool whole = std::fabs(e.time - turns * settings_.period) <= 1e-12 * e.time && e.time < settings_.end;
     to[0] = whole ? data_.period * turns : Row(0.0);
-    to[9] = foot.apex;
-    to[10] = foot.apex_time;
-    to[11] = foot.integral;
+    // what is highest at the mark itself moves with it, and the integral goes up to it
+    const bool rising = e.apex_time == e.time && e.apex > 0.0;
+    const double* row = now_.mode->outputs + size_t(e.foot) * sizes_.state();
+    to[9] = foot.apex + (rising ? to[0] * dot(row, rate_) : Row(0.0));
+    to[10] = rising ? to[0] : foot.apex_time;
+    to[11] = foot.integral + to[0] * plain_gap(int(e.foot));
     foot.apex = Row(0.0);
     foot.apex_time = to[0];
   }
@@ -487,10 +489,10 @@ class ModalTangent {
     bool grazes;
   };
 
-  bool at_ground(int i) const {
-    double gap = dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.biased(now_.mode->bias_feed, 2 * sizes_.feet, i).value;
-    return std::fabs(gap) <= 10.0 * (settings_.gap_zero + settings_.gap);
+  double plain_gap(int i) const {
+    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.biased(now_.mode->bias_feed, 2 * sizes_.feet, i).value;
   }
+  bool at_ground(int i) const { return std::fabs(plain_gap(i)) <= 10.0 * (settings_.gap_zero + settings_.gap); }
 
   // The gap of a free foot. It grazes where it would dip below the ground by no more than some errors of a gap.
   Margin gap_margin(int i, const Shown<Row>& shown) const {
