@@ -55,7 +55,18 @@ if TYPE_CHECKING:
     from tarsus.model.robot import Drive, Foot, ModalLoad, PointLoad, Robot
     from tarsus.model.scene import Ground, Initial, Scene
     from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
-    from tarsus.solve import Accuracy, Batch, Run, Session, simulate, simulate_batch
+    from tarsus.solve import (
+        Accuracy,
+        Batch,
+        Gradient,
+        GradientBatch,
+        GradientRun,
+        Run,
+        Session,
+        gradient,
+        simulate,
+        simulate_batch,
+    )
 
 __all__ = [
     "Accuracy",
@@ -76,6 +87,9 @@ __all__ = [
     "Free",
     "Friction",
     "Given",
+    "Gradient",
+    "GradientBatch",
+    "GradientRun",
     "Gravity",
     "Ground",
     "ImpactLaw",
@@ -118,6 +132,7 @@ __all__ = [
     "device_names",
     "float_paths",
     "get_value",
+    "gradient",
     "load_laws",
     "load_mixture",
     "load_scene",
@@ -146,7 +161,7 @@ _HOMES = {
     ),
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.model.scene": "Ground Initial Scene",
-    "tarsus.solve": "Accuracy Batch Run Session simulate simulate_batch",
+    "tarsus.solve": "Accuracy Batch Gradient GradientBatch GradientRun Run Session gradient simulate simulate_batch",
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from tarsus.plan.slots import check_bounds, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, engine_for
+from tarsus.solve.gradients import GradientBatch, GradientRun
 from tarsus.solve.results import Batch, BatchRun, Part
 from tarsus.solve.simulate import check_duration, simulate
 
@@ -35,6 +36,7 @@ def simulate_batch(
     track: bool = True,
     shared: Shared | None = None,
     ledger: bool = False,
+    gradients: Sequence[str] | None = None,
 ) -> Batch:
     """Simulate a scene for many values of any of its floats.
 
@@ -63,6 +65,9 @@ def simulate_batch(
     ledger
         Make every run as `simulate` does, at its accuracy unless another is given and with its energy account, so that
         no run whose account is open counts as done. That takes several times as long.
+    gradients
+        Paths of numbers of the scene: every run is made as `simulate` makes it with them, and the batch is a
+        `GradientBatch`, which has exact first derivatives of every run.
 
     Raises
     ------
@@ -83,6 +88,10 @@ def simulate_batch(
         groups.setdefault(chosen, []).append(i)
     shared = Shared() if shared is None else shared
     periods = np.zeros(count)
+    if gradients is not None:
+        return _with_gradients(
+            scene, values, axes, seconds, periods, accuracy, threads, shared, tuple(gradients)
+        )
     if ledger:
         return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads, shared)
 
@@ -143,6 +152,31 @@ def _with_accounts(
     found = list(spread(work, range(len(periods)), threads))
     unclosed = frozenset(i for i, (_, open_) in enumerate(found) if open_)
     return Batch(scene, values, seconds, periods, [part for part, _ in found], unclosed, axes)
+
+
+def _with_gradients(
+    scene: Scene,
+    values: Mapping[str, np.ndarray],
+    axes: Mapping[str, np.ndarray],
+    seconds: float,
+    periods: NDArray[np.float64],
+    accuracy: Accuracy | None,
+    threads: int | None,
+    shared: Shared,
+    paths: tuple[str, ...],
+) -> GradientBatch:
+    """The batch made of single runs, each with its derivatives."""
+
+    def work(i: int) -> GradientRun:
+        variant = with_values(scene, {path: float(v[i]) for path, v in values.items()})
+        run = simulate(variant, seconds, accuracy, shared=shared, gradients=paths)
+        assert isinstance(run, GradientRun)
+        periods[i] = run.period
+        return run
+
+    made = tuple(spread(work, range(len(periods)), threads))
+    parts = [Part.of(run.raw, np.array([i])) for i, run in enumerate(made)]
+    return GradientBatch(scene, values, seconds, periods, parts, None, axes, made)
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -63,7 +63,9 @@ class Stencil:
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
-        return sum((w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own))
+        return sum(
+            (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
+        )
 
 
 _STENCILS = (
@@ -225,7 +227,9 @@ def _differences(rows: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) 
 
     def slopes(values: Floats) -> Floats:
         """Of values (1 + 4 P, ...), as (..., P)."""
-        by_path = [one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)]
+        by_path = [
+            one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)
+        ]
         return np.stack(by_path, axis=-1)
 
     out = DataTangents.none(rows, len(stencils))
@@ -259,7 +263,9 @@ def _check_shapes(shapes: NDArray[np.generic], paths: Sequence[str]) -> None:
     changed = np.flatnonzero((shapes != shapes[0]).any(axis=1))
     if len(changed):
         path = paths[(int(changed[0]) - 1) // 4]
-        raise InputError(f"{path}: there is no derivative by it here, for the drive's voltage changes its pieces")
+        raise InputError(
+            f"{path}: there is no derivative by it here, for the drive's voltage changes its pieces"
+        )
 
 
 @dataclass(frozen=True)
@@ -312,9 +318,15 @@ def tangents(
 
     n, inputs = len(plan.system.mass), 2 * plan.feet + plan.drives + 1
     width = 1 + 2 * _native.modal_stride(n) + 8 * inputs
-    shapes = (len(recorded.events), 12), (len(when), 2 * n + 5 * plan.feet), (len(recorded.trace) * steps, width)
+    shapes = (
+        (len(recorded.events), 12),
+        (len(when), 2 * n + 5 * plan.feet),
+        (len(recorded.trace) * steps, width),
+    )
     joined = [
-        np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[..., : len(given.paths)]
+        np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[
+            ..., : len(given.paths)
+        ]
         for k, shape in enumerate(shapes)
     ]
     all_flags = np.concatenate(flags)
@@ -324,7 +336,8 @@ def tangents(
 def _by_programs(laws: FootLaws) -> _native.Laws:
     """The laws as programs alone, which carry derivatives."""
     terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name]) for k, (name, law) in enumerate(laws.acting.items())
+        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
+        for k, (name, law) in enumerate(laws.acting.items())
     ]
     programs = [program_of(type(law)) for law in laws.acting.values()]
     return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

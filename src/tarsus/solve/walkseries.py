@@ -76,7 +76,9 @@ def motion_of(walk: WalkPlan, samples: Floats, times: Floats, sources: Floats) -
     force = force.reshape(plan.drives, nt)
     # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
     system = plan.system
-    onto = system.loads @ force + sources[m] * system.weight[:, None] - system.stiffness @ x - system.damping @ v
+    onto = (
+        system.loads @ force + sources[m] * system.weight[:, None] - system.stiffness @ x - system.damping @ v
+    )
     pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
     laws = acting.forces(plan, gap, rate, held, times)
     smooth, resistive = (
@@ -102,7 +104,9 @@ def series_of(run: WalkRun, raw: RawWalks, times: Floats) -> WalkSeries:
     if bounds and sliding.any():
         # below 0 by rounding where a foot has just let go
         margin = np.maximum(strength - pull - found.smooth, 0.0)
-        friction[sliding] = -found.sense[sliding] * acting.value(bounds[0], margin[sliding], strength[sliding])
+        friction[sliding] = -found.sense[sliding] * acting.value(
+            bounds[0], margin[sliding], strength[sliding]
+        )
     return WalkSeries(
         time=times, state=state, force=found.force, volts=of_any.drive_volts(run, times), laws=found.laws,
         contact=np.where(held, -(pull + found.smooth), 0.0), strength=strength,

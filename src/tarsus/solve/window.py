@@ -53,10 +53,14 @@ class Contacts:
             for i in numbers
             if not 0 <= i < feet
         ]
-        problems += [f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))]
+        problems += [
+            f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))
+        ]
         if self.since is not None:
             if len(self.since) != len(self.held):
-                problems.append(f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}")
+                problems.append(
+                    f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}"
+                )
             elif not all(one <= start for one in self.since):
                 problems.append(f"since: a contact held at {start:g} s has begun by then")
         return problems
