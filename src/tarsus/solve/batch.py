@@ -170,7 +170,6 @@ def _with_gradients(
     def work(i: int) -> GradientRun:
         variant = with_values(scene, {path: float(v[i]) for path, v in values.items()})
         run = simulate(variant, seconds, accuracy, shared=shared, gradients=paths)
-        assert isinstance(run, GradientRun)
         periods[i] = run.period
         return run
 

@@ -22,19 +22,20 @@ _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
 """Part of an interval by which events move at most: none changes places with another, or with the edge of a period."""
 LARGEST = 1e-3
-"""Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which the
-stencil leaves 1e-14 then."""
+"""Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which
+the stencil leaves 1e-14 then."""
 TOGETHER = 1e-9
-"""Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if they
-should not."""
+"""Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
+they should not."""
 KINK = 1e-4
-"""Part by which differences to both sides must differ for a kink or a jump: a smooth measure bends by less over `LARGEST`."""
+"""Part by which differences to both sides must differ for a kink or a jump: a smooth measure bends by less over
+`LARGEST`."""
 
 
 @dataclass(frozen=True)
 class Log:
-    """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s], drive
-    period [s] and its derivatives by_period (P,)."""
+    """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s],
+    drive period [s] and its derivatives by_period (P,)."""
 
     rows: Floats
     slopes: Floats
@@ -49,8 +50,8 @@ def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, ND
 
 
 def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
-    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each run, and
-    where (P,) it has a kink or a jump."""
+    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each run,
+    and where (P,) it has a kink or a jump."""
     size = np.array([_step(log, p) for p in range(len(log.by_period))])
     along = _STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]

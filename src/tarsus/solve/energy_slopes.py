@@ -1,7 +1,7 @@
 """Derivatives of the terms of a run's energy ledger.
 
-The energies of a step are quadratic forms of its vector, and so exactly half the difference of those on both sides along a
-derivative. Where a step ends at a moment that moves, the powers before and after it differ.
+The energies of a step are quadratic forms of its vector, and so exactly half the difference of those on both sides
+along a derivative. Where a step ends at a moment that moves, the powers before and after it differ.
 """
 
 from __future__ import annotations

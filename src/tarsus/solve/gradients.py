@@ -44,8 +44,8 @@ _KINKED = (
 
 
 def _order(rows: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest has
-    that of the next event of its foot at the latest."""
+    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest
+    has that of the next event of its foot at the latest."""
     numbers = rows.copy()
     numbers[:, E_INTEGRAL] = np.arange(len(rows))
     found = structured_events(numbers)
@@ -81,7 +81,8 @@ class Gradient(Mapping[str, float]):
 
 @dataclass(frozen=True, repr=False)
 class GradientRun(Run):
-    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked for."""
+    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked
+    for."""
 
     notes: Floats
     paths: tuple[str, ...]
@@ -148,8 +149,8 @@ class GradientRun(Run):
         return MappingProxyType(out)
 
     def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, Sampled]:
-        """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the time on
-        from which there is none. At the very moment of an event they are those after it.
+        """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the
+        time on from which there is none. At the very moment of an event they are those after it.
 
         Raises InputError where the times are not in order.
         """
@@ -164,14 +165,16 @@ class GradientRun(Run):
                 start = self.raw.events[event, 0] if event < len(self.raw.events) else self.end_time
                 rows[:, when >= start] = np.nan
             motion, feet = np.split(rows, [2 * n])
-            out[path] = Sampled(motion[:n], motion[n:], *feet.reshape(5, m, len(when)), held)
+            gap, rate, resistive, smooth, pull = feet.reshape(5, m, len(when))
+            out[path] = Sampled(motion[:n], motion[n:], gap, rate, resistive, smooth, pull, held)
         return MappingProxyType(out)
 
     def gradient(self, name: str) -> Gradient:
-        """Derivatives of a measure by path; of a term of the energy ledger [J] as ``ledger.work_in``, of a law's work there as
-        ``ledger.film``.
+        """Derivatives of a measure by path; of a term of the energy ledger [J] as ``ledger.work_in``, of a law's work
+        there as ``ledger.film``.
 
-        Raises InputError for a name that is neither, and for the work of a law that acts together with others of its kind.
+        Raises InputError for a name that is neither, and for the work of a law that acts together with others of its
+        kind.
         """
         term = name.removeprefix("ledger.")
         if term != name:
@@ -186,7 +189,8 @@ class GradientRun(Run):
         return self._gradient(*measure_slopes(self._log, self.foot_names, name))
 
     def gradient_of(self, objective: Callable[[npt.NDArray[np.void]], float]) -> Gradient:
-        """Derivatives by path of any function of the events (a structured array as `all_events`, with the period marks)."""
+        """Derivatives by path of any function of the events (a structured array as `all_events`, with the period
+        marks)."""
 
         def values(rows: Floats, periods: Floats) -> Floats:
             return np.array([float(objective(structured_events(np.ascontiguousarray(one)))) for one in rows])
@@ -225,8 +229,8 @@ class GradientBatch(Batch):
     made: tuple[GradientRun, ...] = ()
 
     def gradient(self, name: str) -> Mapping[str, Floats]:
-        """Derivatives of a measure or a term of the ledger of every run by path, in the batch's shape; NaN where there is
-        none, see `Gradient` of the run in ``made``."""
+        """Derivatives of a measure or a term of the ledger of every run by path, in the batch's shape; NaN where
+        there is none, see `Gradient` of the run in ``made``."""
         found = [run.gradient(name) for run in self.made]
         paths = self.made[0].paths if self.made else ()
         return MappingProxyType(

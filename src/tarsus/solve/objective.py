@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tarsus.model.scene import Scene
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.gradients import Gradient, GradientRun
+from tarsus.solve.gradients import Gradient
 from tarsus.solve.simulate import simulate
 
 __all__ = ["gradient"]
@@ -27,8 +27,8 @@ def gradient(
     Parameters
     ----------
     objective
-        Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events with
-        the period marks, smooth in their numbers.
+        Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events
+        with the period marks, smooth in their numbers.
     scene
         The scene.
     wrt
@@ -42,5 +42,4 @@ def gradient(
         As `simulate` and `GradientRun.gradient` do.
     """
     run = simulate(scene, duration, accuracy, gradients=wrt)
-    assert isinstance(run, GradientRun)
     return run.gradient(objective) if isinstance(objective, str) else run.gradient_of(objective)

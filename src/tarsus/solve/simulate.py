@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import overload
 
 from tarsus.base.errors import InputError
 from tarsus.measure import scene_period
@@ -28,6 +29,24 @@ MEMORY = 2**30
 """Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
 
 
+@overload
+def simulate(
+    scene: Scene,
+    duration: float | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: None = None,
+) -> Run: ...
+@overload
+def simulate(
+    scene: Scene,
+    duration: float | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: Sequence[str],
+) -> GradientRun: ...
 def simulate(
     scene: Scene,
     duration: float | None = None,

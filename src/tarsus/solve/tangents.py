@@ -32,9 +32,10 @@ STEP = 1e-4
 """Step of a difference of data, of the number itself (of one unit where it is zero). What is lowered is smooth in it, a
 polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
 FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
-"""Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the run,
-and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter they are, the
-more of the rounding of the structure's modes remains. How rates change is seen at the first, smallest step."""
+"""Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
+run, and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter
+they are, the more of the rounding of the structure's modes remains. How rates change is seen at the first, smallest
+step."""
 
 
 @dataclass(frozen=True)
@@ -141,10 +142,11 @@ class Entering:
 def entering(
     scene: Scene, plan: Plan, paths: Sequence[str], duration: float, longest: float | None = None
 ) -> Entering:
-    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene; longest [s]: step of
-    the run, the whole of it unless given.
+    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene; longest [s]:
+    step of the run, the whole of it unless given.
 
-    Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its pieces.
+    Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
+    pieces.
     """
     known = [slot(scene, path) is not None for path in paths]
     longest = duration if longest is None else longest
@@ -195,7 +197,7 @@ def _structure_step(scene: Scene, plan: Plan, path: str, longest: float) -> floa
     return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
 
 
-def _rates(system: LinearSystem) -> NDArray[np.complex128]:
+def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
     """Eigenvalues [1/s] of a structure in the air, in order."""
     n = len(system.mass)
     flow = np.zeros((2 * n, 2 * n))
@@ -273,8 +275,9 @@ class Tangents:
     """Derivatives of a recorded run by P numbers, last axis.
 
     events (ne, 12, P): of the event rows; samples (nt, 2n + 5m, P): of displacements, velocities, gaps, gap rates,
-    resistive and smooth forces and pulls at sample times; steps (nr, width, P) where asked for: of the end of every step
-    [s], its start state and its nodal inputs; flags (nf, 3): number of an event, reason, number of a path or -1 for all.
+    resistive and smooth forces and pulls at sample times; steps (nr, width, P) where asked for: of the end of every
+    step [s], its start state and its nodal inputs; flags (nf, 3): number of an event, reason, number of a path or -1
+    for all.
     """
 
     events: Floats
@@ -323,14 +326,14 @@ def tangents(
         (len(when), 2 * n + 5 * plan.feet),
         (len(recorded.trace) * steps, width),
     )
-    joined = [
+    event_slopes, samples, of_steps = [
         np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[
             ..., : len(given.paths)
         ]
         for k, shape in enumerate(shapes)
     ]
     all_flags = np.concatenate(flags)
-    return Tangents(*joined, all_flags[all_flags[:, 2] < len(given.paths)])
+    return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
 
 
 def _by_programs(laws: FootLaws) -> _native.Laws:

@@ -77,8 +77,8 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0 if it
-    was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
+    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0
+    if it was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
 
     raw: RawRuns
     notes: Floats
