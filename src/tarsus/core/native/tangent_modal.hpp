@@ -148,19 +148,18 @@ class ModalTangent : StepTangents {
     }
     const int c = channel_of(i);
     const Jet at(now_.time.value), later = jet(at.value, Row(1.0)), volts = drive_at(c, at);
-    const Row by = slope_of(holds(i, at - now_.since[i], volts, at)) - shown.pull[i];
-    const Jet age(at.value - now_.since[i].value), still(volts.value);
+    const Row by = slope_of(holds(laws_, i, at - now_.since[i], volts, at)) - shown.pull[i];
+    const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
     const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
-    const Row holding = slope_of(holds(i, jet(age.value, Row(1.0)), rising, later)) - slope_of(holds(i, age, still, at));
-    const double rate = holding[0] - pulling;
+    const double rate = holds(fixed_laws_, i, age, rising, later).slope[0] - pulling;
     return {by, rate, std::fabs(rate) <= 1e-9 * run_.scales[1] / settings_.end};
   }
 
   // Pull that breaks the contact of a held foot off.
-  Jet holds(int i, const Jet& age, const Jet& volts, const Jet& time) {
+  static Jet holds(LawTangents& laws, int i, const Jet& age, const Jet& volts, const Jet& time) {
     Jet out(0.0);
-    if (laws_.has(i, HAS_LATCH)) out = laws_.value(STRENGTH, i, {age});
-    if (laws_.has(i, HAS_FORCE)) out = out - laws_.force(i, Jet(0.0), Jet(0.0), volts, time);
+    if (laws.has(i, HAS_LATCH)) out = laws.value(STRENGTH, i, {age});
+    if (laws.has(i, HAS_FORCE)) out = out - laws.force(i, Jet(0.0), Jet(0.0), volts, time);
     return out;
   }
 

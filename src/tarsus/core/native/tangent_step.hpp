@@ -36,7 +36,8 @@ class StepTangents {
                const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
                const std::vector<Beside>& beside)
       : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run)), run_(run), data_(data),
-        laws_(laws, run.parameters, data), drives_(signals, nodes, data, run, channels),
+        laws_(laws, run.parameters, data.parameters),
+        fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
         channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
@@ -69,7 +70,7 @@ class StepTangents {
   const Settings settings_;
   const RunData run_;
   const DataTangents& data_;
-  LawTangents laws_;
+  LawTangents laws_, fixed_laws_;  // with the parameters' derivatives, and without
   DriveTangents drives_;
   Instant now_;
   std::vector<Shadow> shadows_;
