@@ -215,9 +215,9 @@ class _Energies:
         z = steps.vectors(state, self.inputs)
         level = trace[rows, T_CLASS].astype(int)
         whole = trace[rows, T_FRACTION] == 1.0
-        for k in np.unique(level[whole]):
+        for k in set(level[whole].tolist()):
             members = np.flatnonzero(whole & (level == k))
-            out[:, members] = self.apply(int(k), z[members])
+            out[:, members] = self.apply(k, z[members])
         ended = np.flatnonzero(~whole)
         for part in chunks(len(ended), (TERMS + 1) * max(2 * steps.nb, 1)):
             members = ended[part]

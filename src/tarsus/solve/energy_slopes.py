@@ -151,10 +151,9 @@ def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
 
 def _stored(run: GradientRun, given: Entering, found: Tangents) -> tuple[Floats, Floats]:
     """Derivatives (P,) of the changes of kinetic and elastic energy."""
-    from tarsus.solve.series import last_state
 
     system, n = run.plan.system, len(run.plan.system.mass)
-    first, last = run.plan.initial, last_state(run)
+    first, last = run.plan.initial, run.motion.last
     starts, ends = given.data.initial, found.samples[0, : 2 * n]
     kinetic = last[n:] @ system.mass @ ends[n:] - first[n:] @ system.mass @ starts[n:]
     elastic = last[:n] @ system.stiffness @ ends[:n] - first[:n] @ system.stiffness @ starts[:n]

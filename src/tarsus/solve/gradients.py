@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 
@@ -15,15 +16,19 @@ from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_FOOT, E_INTEGRAL, E_KIND, E_TIME, T_FRACTION, T_LENGTH
 from tarsus.core.replay import Sampled
 from tarsus.measure import no_measure
+from tarsus.model.scene import Scene
+from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, structured_events
 from tarsus.solve.directional import Log, directional_slopes, measure_slopes
-from tarsus.solve.engine import Accuracy
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
+from tarsus.solve.engines import RECORDED, Shared, prepared
+from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.tangents import Entering, Tangents, entering, tangents
-from tarsus.solve.window import Recorded, recording
+from tarsus.solve.window import Recorded, record, recording
 
-__all__ = ["Gradient", "GradientBatch", "GradientRun"]
+__all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -84,9 +89,14 @@ class GradientRun(Run):
     """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked
     for."""
 
-    notes: Floats
-    paths: tuple[str, ...]
-    accuracy: Accuracy
+    notes: Floats = field(kw_only=True)
+    paths: tuple[str, ...] = field(kw_only=True)
+
+    @property
+    def raw(self) -> RawRuns:
+        """What the engine left of the run."""
+        assert isinstance(self.log, RawRuns)
+        return self.log
 
     @cached_property
     def _given(self) -> Entering:
@@ -97,7 +107,7 @@ class GradientRun(Run):
         return given
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
-        settings = recording(self.plan, self.duration, self.accuracy)
+        settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
         recorded = Recorded(self.raw, self.notes)
         return tangents(self.plan, self.raw.book, self._given, recorded, settings, times=times, steps=steps)
 
@@ -236,3 +246,21 @@ class GradientBatch(Batch):
         return MappingProxyType(
             {path: np.array([one[path] for one in found]).reshape(self.shape) for path in paths}
         )
+
+
+def gradient_run(
+    scene: Scene, paths: Sequence[str], seconds: float, accuracy: Accuracy | None, shared: Shared
+) -> GradientRun:
+    """A run with derivatives by the numbers at paths. Raises InputError as `tarsus.simulate` does."""
+    start = time.perf_counter()
+    engine, rows = prepared(scene, {}, seconds, shared)
+    plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
+    if plan.legs is not None:
+        raise InputError("gradients: the walking engine has no derivatives yet")
+    given = entering(scene, plan, paths, seconds)
+    given.row.scales[:, 2] = period
+    made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
+    motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
+    return GradientRun(
+        scene, seconds, period, made.raw, {}, accuracy, kept=motion, wall_s=spent, notes=made.notes, paths=given.paths
+    )

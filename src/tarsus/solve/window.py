@@ -17,12 +17,11 @@ from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.plan.walker import WalkPlan
-from tarsus.solve import acting
+from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
-from tarsus.solve.march import RawWalks, tables_of, walk
-from tarsus.solve.walkseries import motion_of
+from tarsus.solve.march import tables_of, walk
+from tarsus.solve.motion import unpacked
 
 __all__ = ["Contacts", "Recorded", "Window", "record", "recording", "simulate_window"]
 
@@ -111,7 +110,10 @@ def record(
         np.array([start]), *begin,
     )  # fmt: skip
     mask = -1 if pending is None else sum(1 << i for i in pending)
-    return Recorded(RawRuns(code, events, event_end, finish, trace, book, mode, state, mask, place), notes)
+    raw = RawRuns(
+        code, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=mask, physical=place
+    )
+    return Recorded(raw, notes)
 
 
 def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
@@ -129,7 +131,7 @@ class Window:
     energy account being asked for; rows: every event as the engine has it, with what marks there are.
     """
 
-    plan: Plan
+    acting: Acting
     times: Floats
     states: Sampled
     code: ResultCode
@@ -144,11 +146,11 @@ class Window:
     @cached_property
     def forces(self) -> Mapping[str, Floats]:
         """Force [N] (m, nt) of every smooth law on the feet by name, positive along the normal."""
-        return acting.forces(self.plan, self.states.gap, self.states.rate, self.states.held, self.times)
+        return self.acting.forces(self.states.gap, self.states.rate, self.states.held, self.times)
 
 
 def simulate_window(
-    plan: Plan | WalkPlan,
+    plan: Plan,
     state: npt.ArrayLike,
     t0: float,
     times: npt.ArrayLike,
@@ -163,7 +165,7 @@ def simulate_window(
     Parameters
     ----------
     plan
-        The plan of a scene (`tarsus.plan.lowering.lower_scene`), or of a walker's (`tarsus.plan.walker.lower_walker`).
+        The plan of a scene (`tarsus.plan.lowering.lower_scene`).
     state
         Displacements and velocities (2n,) at the start [m, m/s].
     t0
@@ -185,30 +187,25 @@ def simulate_window(
     InputError
         For states, times or contacts that do not fit the plan.
     """
-    base = plan.plan if isinstance(plan, WalkPlan) else plan
     contacts = contacts or Contacts()
     when, first = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(state, dtype=float)
-    _check(base, first, t0, when, contacts)
+    _check(plan, first, t0, when, contacts)
     end = float(when[-1])
-    rows = rows_of(base) if rows is None else rows
+    rows = rows_of(plan) if rows is None else rows
     rows.initial[0] = first
-    sources = rows.sources[0]
-    if isinstance(plan, WalkPlan):
+    acts = Acting(plan, rows)
+    if plan.legs is not None:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
         raw = walk(
             plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
-            start=(t0, *(row[0] for row in contacts.rows(base.feet, t0))),
+            start=(t0, *(row[0] for row in contacts.rows(plan.feet, t0))),
         )  # fmt: skip
-        return _of_walk(plan, raw, when, sources)
-    book = shared if isinstance(shared, SharedBook) else SharedBook(base, end)
-    made = record(base, book, end, rows, accuracy, start=t0, contacts=contacts)
-    states = sample(sources, book.book, made.trace, when)
-    return Window(base, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
-
-
-def _of_walk(plan: WalkPlan, raw: RawWalks, times: Floats, sources: Floats) -> Window:
-    states = motion_of(plan, raw.samples, times, sources).state
-    return Window(plan.plan, times, states, ResultCode.of(int(raw.codes[0])), raw.events)
+        states = unpacked(acts, raw.samples, when)[0]
+        return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
+    book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
+    made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
+    states = sample(rows.sources[0], book.book, made.trace, when)
+    return Window(acts, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
 
 
 def _check(plan: Plan, state: Floats, t0: float, times: Floats, contacts: Contacts) -> None:

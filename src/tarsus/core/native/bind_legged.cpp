@@ -7,6 +7,8 @@
 
 namespace tarsus {
 
+using namespace legged;
+
 namespace {
 
 template <class To, class From>

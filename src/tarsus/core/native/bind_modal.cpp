@@ -6,6 +6,8 @@
 
 namespace tarsus {
 
+using namespace modal;
+
 namespace {
 
 // Rows of states (2 nb) with room for more blocks: (count, 2 nb) to (count, 2 stride).

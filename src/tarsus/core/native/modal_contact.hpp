@@ -3,7 +3,7 @@
 #include "modal_state.hpp"
 #include "rules.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
 inline void add_film_momenta(Modal& m) {
@@ -222,4 +222,4 @@ TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   return false;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

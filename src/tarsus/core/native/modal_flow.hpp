@@ -2,7 +2,7 @@
 #pragma once
 #include "modal_state.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // What state and drives make of an output at the nodes of a step.
 template <class S>
@@ -97,4 +97,4 @@ TARSUS_INLINE double chord_bound(const Modal& m, const StepClass& step, int foot
   return S::sum(sum);
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

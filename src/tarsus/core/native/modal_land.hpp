@@ -5,7 +5,7 @@
 #pragma once
 #include "modal_scan.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Inputs by powers of s, and those times j! / ((rate h)^j rate).
 inline void scale_inputs(Modal& m, const StepClass& step) {
@@ -303,4 +303,4 @@ TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s)
   return S::sum(zero) == 0.0;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -4,7 +4,7 @@
 #include "modal_collocate.hpp"
 #include "modal_scan.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // A film P = half / (g + thickness)^2 and a strength initial + rate age, of the one foot.
 struct OneFoot {
@@ -207,4 +207,4 @@ TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
   return out;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -2,7 +2,7 @@
 #pragma once
 #include "modal_state.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // How they ended. event_end: events of run i are those from event_end[i - 1] on; finish (runs, 3): end time [s], steps,
 // rejected steps. Of the last run: the contact mode it is in and its flowing state; and where it was about to enter
@@ -30,4 +30,4 @@ int modal_stride(int modes);
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                       const Batch& batch);
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -5,7 +5,7 @@
 #pragma once
 #include "modal_flow.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Pull that breaks the contact of a foot off [N]: its strength less its smooth force at zero gap.
 template <class Real>
@@ -79,4 +79,4 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
   return out;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

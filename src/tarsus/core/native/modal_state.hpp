@@ -7,7 +7,7 @@
 #include "pack.hpp"
 #include "signals.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // How a free foot begins a step. At the ground its gap starts at zero and rises with the first power of time after a
 // bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
@@ -163,4 +163,4 @@ struct Modal {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

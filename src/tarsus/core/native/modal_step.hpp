@@ -4,7 +4,7 @@
 #include "modal_land.hpp"
 #include "peak.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Classes to go down after a step with that error. A step that was not tried for where it leads (negative room) is cut
 // down to what may be used of it. One that runs into the ground fails for what lies below it: one class down often ends
@@ -168,4 +168,4 @@ TARSUS_INLINE Taken take_step(Modal& m, const Method& method, const Ahead& ahead
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -4,14 +4,14 @@
 #include "modal_one.hpp"
 #include "modal_step.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Steps of any feet under any laws, or of one foot: see take_step.
 template <class S>
 struct AnyFeet {
   const OneFoot& foot;
-  double attempt(Modal& m, const StepClass& step, double t) const { return tarsus::attempt<S>(m, step, t); }
-  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return tarsus::scan<S>(m, step, t, limit); }
+  double attempt(Modal& m, const StepClass& step, double t) const { return modal::attempt<S>(m, step, t); }
+  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return modal::scan<S>(m, step, t, limit); }
 };
 
 template <class S>
@@ -151,4 +151,4 @@ struct ModalSystem : Modal {
   TARSUS_APART Taken any_step(const Ahead& ahead) { return take_step<S>(*this, AnyFeet<S>{one}, ahead); }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

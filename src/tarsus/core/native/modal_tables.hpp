@@ -16,7 +16,7 @@
 
 #include "nodes.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int TERMS = 40;   // most Taylor terms kept for landing inside a step
 constexpr int BEFORE = N;   // zeros before the Markov parameters of an output
@@ -224,4 +224,4 @@ class Book {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal
