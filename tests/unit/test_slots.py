@@ -142,7 +142,7 @@ def test_runs_are_those_of_the_changed_scenes(case):
     assert events > 0
 
 
-def test_bits_do_not_depend_on_neighbours_order_or_threads():
+def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(monkeypatch):
     rng = np.random.default_rng(3)
     count = 24
     vary = {
@@ -153,6 +153,7 @@ def test_bits_do_not_depend_on_neighbours_order_or_threads():
     }  # fmt: skip
     whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
     order = rng.permutation(count)
+    monkeypatch.setattr("tarsus.solve.batch._CHUNK", 5)
     mixed = ts.simulate_batch(chain(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
     for k, i in enumerate(order):
         np.testing.assert_array_equal(mixed.run(k).all_events, whole.run(int(i)).all_events)

@@ -8,6 +8,8 @@
 
 namespace tarsus {
 
+using namespace modal;
+
 namespace {
 
 typedef Array<uint8_t> Flags;

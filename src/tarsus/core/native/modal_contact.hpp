@@ -62,6 +62,7 @@ inline void leave_mode(Modal& m, int foot) {
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
   m.entering = false;
+  m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
   m.bias = &m.biases.of(mode);
   const int n2 = 2 * m.sizes.coordinates;

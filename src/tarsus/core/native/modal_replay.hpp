@@ -6,7 +6,7 @@
 #include "laws.hpp"
 #include "modal_tables.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int TRACE_HEAD = 5;  // numbers of a recorded step before its state: see Modal::record
 
@@ -264,4 +264,4 @@ inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws&
   return out;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -5,7 +5,7 @@
 #include "rules.hpp"
 #include "tangent.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Numbers of an event; when: its time as it is told.
 struct EventNumbers {
@@ -238,4 +238,4 @@ class Instant {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

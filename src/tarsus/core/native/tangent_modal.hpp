@@ -6,7 +6,7 @@
 #pragma once
 #include "tangent_step.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 class ModalTangent : StepTangents {
  public:
@@ -253,4 +253,4 @@ class ModalTangent : StepTangents {
 
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

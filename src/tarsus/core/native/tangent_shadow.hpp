@@ -4,7 +4,7 @@
 #pragma once
 #include "tangent_instant.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // One of the structures beside the run's, and its weight in the difference of a lane.
 struct Beside {
@@ -84,4 +84,4 @@ class Shadow {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -3,7 +3,7 @@
 #include "legged_march.hpp"
 #include "window.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // Put a run that has just begun to where it starts: held feet stand still or slide as they move along the ground.
 inline void begin_at(LeggedMarch& s, const Beginning& start) {
@@ -20,4 +20,4 @@ inline void begin_at(LeggedMarch& s, const Beginning& start) {
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -2,7 +2,7 @@
 
 #include "modal_system.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 namespace {
 
@@ -63,4 +63,4 @@ WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals,
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

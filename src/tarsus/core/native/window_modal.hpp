@@ -4,7 +4,7 @@
 #include "modal_run.hpp"
 #include "window.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Beside what runs come to: the recorded steps and notes on the events of all of them, end to end.
 struct WindowResult {
@@ -66,4 +66,4 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
   return out;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal
