@@ -8,7 +8,6 @@ import pytest
 import tarsus as ts
 from scene_files import scene as scene_of
 from tarsus.plan.lowering import lower_scene
-from tarsus.plan.walker import lower_walker
 from tarsus.solve.window import Contacts, simulate_window
 from walking_scenes import sticky, trotter
 
@@ -48,7 +47,7 @@ def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name, duration):
 
 def test_a_window_of_a_walker_goes_on_as_its_run():
     for scene in (trotter(), trotter(5, ground=sticky())):
-        run, plan = ts.simulate(scene), lower_walker(scene)
+        run, plan = ts.simulate(scene), lower_scene(scene)
         times = np.linspace(0.0, run.duration, 201)
         series = run.at(times)
         states = series.state

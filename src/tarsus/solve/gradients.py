@@ -56,9 +56,9 @@ def _order(rows: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     found = structured_events(numbers)
     order = found["gap_integral"].astype(np.intp)
     given = np.arange(len(rows))
-    for row, time in zip(order, found["time"], strict=True):
-        if time != rows[row, E_TIME]:
-            later = np.flatnonzero((rows[:, E_FOOT] == rows[row, E_FOOT]) & (rows[:, E_TIME] == time))
+    for row, when in zip(order, found["time"], strict=True):
+        if when != rows[row, E_TIME]:
+            later = np.flatnonzero((rows[:, E_FOOT] == rows[row, E_FOOT]) & (rows[:, E_TIME] == when))
             given[row] = later[later > row][0]
     return order, given
 
@@ -262,5 +262,14 @@ def gradient_run(
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
     return GradientRun(
-        scene, seconds, period, made.raw, {}, accuracy, kept=motion, wall_s=spent, notes=made.notes, paths=given.paths
+        scene,
+        seconds,
+        period,
+        made.raw,
+        {},
+        accuracy,
+        kept=motion,
+        wall_s=spent,
+        notes=made.notes,
+        paths=given.paths,
     )

@@ -111,7 +111,16 @@ def record(
     )  # fmt: skip
     mask = -1 if pending is None else sum(1 << i for i in pending)
     raw = RawRuns(
-        code, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=mask, physical=place
+        code,
+        finish,
+        events,
+        event_end,
+        trace=trace,
+        book=book,
+        mode=mode,
+        state=state,
+        pending=mask,
+        physical=place,
     )
     return Recorded(raw, notes)
 

@@ -3,7 +3,7 @@
 #include "tangent_shadow.hpp"
 #include "window.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
 // integrated over the steps between them has no derivative here; all else has.
@@ -383,4 +383,4 @@ class StepTangents {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal
