@@ -58,7 +58,18 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Ground, Initial, Scene
     from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
     from tarsus.orbits import Branch, Orbit, branch, periodic
-    from tarsus.solve import Accuracy, Batch, Run, Session, simulate, simulate_batch
+    from tarsus.solve import (
+        Accuracy,
+        Batch,
+        Gradient,
+        GradientBatch,
+        GradientRun,
+        Run,
+        Session,
+        gradient,
+        simulate,
+        simulate_batch,
+    )
 
 __all__ = [
     "Accuracy",
@@ -80,6 +91,9 @@ __all__ = [
     "Free",
     "Friction",
     "Given",
+    "Gradient",
+    "GradientBatch",
+    "GradientRun",
     "Gravity",
     "Ground",
     "ImpactLaw",
@@ -124,6 +138,7 @@ __all__ = [
     "device_names",
     "float_paths",
     "get_value",
+    "gradient",
     "load_laws",
     "load_mixture",
     "load_scene",
@@ -154,7 +169,7 @@ _HOMES = {
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.model.scene": "Ground Initial Scene",
     "tarsus.orbits": "Branch Orbit branch periodic",
-    "tarsus.solve": "Accuracy Batch Run Session simulate simulate_batch",
+    "tarsus.solve": "Accuracy Batch Gradient GradientBatch GradientRun Run Session gradient simulate simulate_batch",
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, prepared
+from tarsus.solve.gradients import GradientBatch, GradientRun, gradient_run
 from tarsus.solve.results import Batch, Part
 from tarsus.solve.simulate import changed_run, seconds_of
 
@@ -34,6 +35,7 @@ def simulate_batch(
     track: bool = True,
     shared: Shared | None = None,
     ledger: bool = False,
+    gradients: Sequence[str] | None = None,
 ) -> Batch:
     """Simulate a scene for many values of any of its floats.
 
@@ -62,6 +64,9 @@ def simulate_batch(
     ledger
         Make every run as `simulate` does, at its accuracy unless another is given and with its energy account, so that
         no run whose account is open counts as done. That takes several times as long.
+    gradients
+        Paths of numbers of the scene: every run is made as `simulate` makes it with them, and the batch is a
+        `GradientBatch`, which has exact first derivatives of every run.
 
     Raises
     ------
@@ -81,6 +86,10 @@ def simulate_batch(
         groups.setdefault(chosen, []).append(i)
     shared = Shared() if shared is None else shared
     periods = np.zeros(count)
+    if gradients is not None:
+        return _with_gradients(
+            scene, values, axes, seconds, periods, accuracy, threads, shared, tuple(gradients)
+        )
     if ledger:
         return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads, shared)
 
@@ -132,6 +141,30 @@ def _with_accounts(
     found = list(spread(work, range(len(periods)), threads))
     unclosed = frozenset(i for i, (_, open_) in enumerate(found) if open_)
     return Batch(scene, values, seconds, periods, [part for part, _ in found], unclosed, axes, accuracy)
+
+
+def _with_gradients(
+    scene: Scene,
+    values: Mapping[str, np.ndarray],
+    axes: Mapping[str, np.ndarray],
+    seconds: float,
+    periods: NDArray[np.float64],
+    accuracy: Accuracy | None,
+    threads: int | None,
+    shared: Shared,
+    paths: tuple[str, ...],
+) -> GradientBatch:
+    """The batch made of single runs, each with its derivatives."""
+
+    def work(i: int) -> GradientRun:
+        variant = with_values(scene, {path: float(v[i]) for path, v in values.items()})
+        run = gradient_run(variant, paths, seconds, accuracy, shared)
+        periods[i] = run.period
+        return run
+
+    made = tuple(spread(work, range(len(periods)), threads))
+    parts = [Part.of(run.log, np.array([i])) for i, run in enumerate(made)]
+    return GradientBatch(scene, values, seconds, periods, parts, None, axes, accuracy, made=made)
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

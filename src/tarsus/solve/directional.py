@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from tarsus.measure import Judgement, RunTable, measured
 from tarsus.measure.history import RESOLUTION
 from tarsus.solve.codes import structured_events
 
-__all__ = ["measure_slopes"]
+__all__ = ["Log", "directional_slopes", "measure_slopes"]
 
 Floats = NDArray[np.float64]
 
@@ -21,37 +22,44 @@ _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
 """Part of an interval by which events move at most: none changes places with another, or with the edge of a period."""
 LARGEST = 1e-3
-"""Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which the
-stencil leaves 1e-14 then."""
+"""Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which
+the stencil leaves 1e-14 then."""
 TOGETHER = 1e-9
-"""Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if they
-should not."""
+"""Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
+they should not."""
 KINK = 1e-4
-"""Part by which differences to both sides must differ for a kink or a jump: a smooth measure bends by less over `LARGEST`."""
+"""Part by which differences to both sides must differ for a kink or a jump: a smooth measure bends by less over
+`LARGEST`."""
 
 
-def measure_slopes(
-    events: Floats, slopes: Floats, feet: Sequence[str], end: float, period: float, by_period: Floats, name: str
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Derivatives (P,) of a measure of a run, and where (P,) it has a kink or a jump.
+@dataclass(frozen=True)
+class Log:
+    """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s],
+    drive period [s] and its derivatives by_period (P,)."""
 
-    Parameters
-    ----------
-    events, slopes
-        Event rows (ne, 12) of the run with its marks, and their derivatives (ne, 12, P).
-    feet, end, period, by_period
-        Names of the feet, time reached [s], drive period [s] and its derivatives (P,).
-    name
-        Of the measure.
-    """
-    count = slopes.shape[2]
-    size = np.array([_step(events, slopes[..., p], period, float(by_period[p])) for p in range(count)])
-    rows = events[None, None] + _STEPS[None, :, None, None] * np.moveaxis(slopes, 2, 0)[:, None] * size[:, None, None, None]
-    periods = period + _STEPS * (size * by_period)[:, None]
-    values = _values(rows.reshape(-1, *events.shape), feet, end, periods.ravel(), name).reshape(count, 5)
+    rows: Floats
+    slopes: Floats
+    end: float
+    period: float
+    by_period: Floats
+
+
+def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
+    """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
+    return directional_slopes(log, lambda rows, periods: _values(rows, feet, log.end, periods, name))
+
+
+def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
+    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each run,
+    and where (P,) it has a kink or a jump."""
+    size = np.array([_step(log, p) for p in range(len(log.by_period))])
+    along = _STEPS * size[:, None]
+    rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
+    periods = log.period + along * log.by_period[:, None]
+    values = of(rows.reshape(-1, *log.rows.shape), periods.ravel()).reshape(len(size), len(_STEPS))
     ahead, behind = values[:, 3] - values[:, 2], values[:, 2] - values[:, 1]
     largest = np.maximum(np.abs(ahead), np.abs(behind))
-    rounding = 1e-13 * np.abs(values).max(axis=1)
+    rounding = 1e-13 * np.abs(values).max(axis=1, initial=0.0)
     kinked = np.abs(ahead - behind) > KINK * largest + rounding
     return values @ _WEIGHTS / size, kinked
 
@@ -66,9 +74,10 @@ def _values(rows: Floats, feet: Sequence[str], end: float, periods: Floats, name
     return measured(Judgement(table), [name])[name].value
 
 
-def _step(events: Floats, slopes: Floats, period: float, by_period: float) -> float:
-    """How far along the derivatives events may move."""
-    limits = []
+def _step(log: Log, p: int) -> float:
+    """How far along derivative number p events may move."""
+    events, slopes, period, by_period = log.rows, log.slopes[..., p], log.period, float(log.by_period[p])
+    limits: list[float] = []
 
     def hold(room: Floats, moving: Floats, part: float, least: float = 0.0) -> None:
         meant = (room > least) & (np.abs(moving) > 0.0)

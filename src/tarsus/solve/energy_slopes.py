@@ -1,7 +1,7 @@
 """Derivatives of the terms of a run's energy ledger.
 
-The energies of a step are quadratic forms of its vector, and so exactly half the difference of those on both sides along a
-derivative. Where a step ends at a moment that moves, the powers before and after it differ.
+The energies of a step are quadratic forms of its vector, and so exactly half the difference of those on both sides
+along a derivative. Where a step ends at a moment that moves, the powers before and after it differ.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
 def _energies(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
     """Work, damping, resistive and smooth forces' work (4,) over recorded steps."""
     done = integrate(system, book, trace)
-    return np.array([one[-1] if len(one) else 0.0 for one in (done.work, done.damping, done.resistive, done.smooth)])
+    return np.array(
+        [one[-1] if len(one) else 0.0 for one in (done.work, done.damping, done.resistive, done.smooth)]
+    )
 
 
 def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Floats:
@@ -79,7 +81,9 @@ def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Fl
         out += (sides[0] - sides[1]) / (2.0 * part)
     for other in given.beside:
         if other.path == p:
-            out += other.weight * _energies(other.system, other.book.book, _recast(run, other.book.book, trace))
+            out += other.weight * _energies(
+                other.system, other.book.book, _recast(run, other.book.book, trace)
+            )
     return out
 
 
@@ -154,7 +158,10 @@ def _stored(run: GradientRun, given: Entering, found: Tangents) -> tuple[Floats,
     kinetic = last[n:] @ system.mass @ ends[n:] - first[n:] @ system.mass @ starts[n:]
     elastic = last[:n] @ system.stiffness @ ends[:n] - first[:n] @ system.stiffness @ starts[:n]
     for other in given.beside:
-        for energy, matrix, part in ((kinetic, other.system.mass, slice(n, None)), (elastic, other.system.stiffness, slice(n))):
+        for energy, matrix, part in (
+            (kinetic, other.system.mass, slice(n, None)),
+            (elastic, other.system.stiffness, slice(n)),
+        ):
             ends_of = [0.5 * z[part] @ matrix @ z[part] for z in (last, first)]
             energy[other.path] += other.weight * (ends_of[0] - ends_of[1])
     return kinetic, elastic

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -13,20 +13,22 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
+from tarsus.core.arrays import E_FOOT, E_INTEGRAL, E_KIND, E_TIME, T_FRACTION, T_LENGTH
 from tarsus.core.replay import Sampled
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import structured_events
-from tarsus.solve.directional import measure_slopes
+from tarsus.solve.codes import EVENT_TYPE, structured_events
+from tarsus.solve.directional import Log, directional_slopes, measure_slopes
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, Shared, prepared
 from tarsus.solve.motion import Replayed
+from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.tangents import Entering, Tangents, entering, tangents
 from tarsus.solve.window import Recorded, record, recording
 
-__all__ = ["Gradient", "GradientRun", "gradient_run"]
+__all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -41,7 +43,24 @@ _REASONS = {
 _ONE_SIDED = {3, 5}
 """Where the derivative to the run's own side is the one told."""
 _ENERGY_ONLY = 6
-_KINKED = "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
+_KINKED = (
+    "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
+)
+
+
+def _order(rows: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest
+    has that of the next event of its foot at the latest."""
+    numbers = rows.copy()
+    numbers[:, E_INTEGRAL] = np.arange(len(rows))
+    found = structured_events(numbers)
+    order = found["gap_integral"].astype(np.intp)
+    given = np.arange(len(rows))
+    for row, when in zip(order, found["time"], strict=True):
+        if when != rows[row, E_TIME]:
+            later = np.flatnonzero((rows[:, E_FOOT] == rows[row, E_FOOT]) & (rows[:, E_TIME] == when))
+            given[row] = later[later > row][0]
+    return order, given
 
 
 @dataclass(frozen=True)
@@ -67,7 +86,8 @@ class Gradient(Mapping[str, float]):
 
 @dataclass(frozen=True, repr=False)
 class GradientRun(Run):
-    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked for."""
+    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked
+    for."""
 
     notes: Floats = field(kw_only=True)
     paths: tuple[str, ...] = field(kw_only=True)
@@ -80,7 +100,11 @@ class GradientRun(Run):
 
     @cached_property
     def _given(self) -> Entering:
-        return entered(self.scene, self.plan, self.paths, self.duration, self.period)
+        steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
+        longest = float(steps.max(initial=0.0)) or self.duration
+        given = entering(self.scene, self.plan, self.paths, self.duration, longest)
+        given.row.scales[:, 2] = self.period
+        return given
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
@@ -119,18 +143,24 @@ class GradientRun(Run):
         """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
         there is none. ``foot`` and ``kind`` are those of the events."""
         out = {}
+        order, given = _order(self.raw.events)
+        kept = order[self.raw.events[order, E_KIND] != EventKind.PERIOD_MARK]
         for p, path in enumerate(self.paths):
             rows = self._derived.events[..., p].copy()
             for event, _ in self._reasons(p):
                 rows[event:] = np.nan
-            rows[:, 1:3] = self.raw.events[:, 1:3]
-            found = structured_events(rows)
-            out[path] = found[found["kind"] != EventKind.PERIOD_MARK]
+            rows[:, E_TIME] = rows[given, E_TIME]
+            fields = {name: rows[kept, column] for column, name in enumerate(EVENT_TYPE.names or ())}
+            fields |= {"foot": self.raw.events[kept, E_FOOT], "kind": self.raw.events[kept, E_KIND]}
+            found = np.zeros(len(kept), dtype=EVENT_TYPE)
+            for name, column in fields.items():
+                found[name] = column
+            out[path] = found
         return MappingProxyType(out)
 
     def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, Sampled]:
-        """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the time on
-        from which there is none. At the very moment of an event they are those after it.
+        """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the
+        time on from which there is none. At the very moment of an event they are those after it.
 
         Raises InputError where the times are not in order.
         """
@@ -145,28 +175,43 @@ class GradientRun(Run):
                 start = self.raw.events[event, 0] if event < len(self.raw.events) else self.end_time
                 rows[:, when >= start] = np.nan
             motion, feet = np.split(rows, [2 * n])
-            out[path] = Sampled(motion[:n], motion[n:], *feet.reshape(5, m, len(when)), held)
+            gap, rate, resistive, smooth, pull = feet.reshape(5, m, len(when))
+            out[path] = Sampled(motion[:n], motion[n:], gap, rate, resistive, smooth, pull, held)
         return MappingProxyType(out)
 
     def gradient(self, name: str) -> Gradient:
-        """Derivatives of a measure by path; of a term of the energy ledger [J] as ``ledger.work_in``, of a law's work there as
-        ``ledger.film``.
+        """Derivatives of a measure by path; of a term of the energy ledger [J] as ``ledger.work_in``, of a law's work
+        there as ``ledger.film``.
 
-        Raises InputError for a name that is neither, and for the work of a law that acts together with others of its kind.
+        Raises InputError for a name that is neither, and for the work of a law that acts together with others of its
+        kind.
         """
         term = name.removeprefix("ledger.")
         if term != name:
             if term not in self._energies:
                 known = ", ".join(f"ledger.{one}" for one in self._energies)
-                raise InputError(f"{name}: the ledger has no such term, or laws that act together do that work; there are {known}")
+                raise InputError(
+                    f"{name}: the ledger has no such term, or laws that act together do that work; there are {known}"
+                )
             return self._gradient(self._energies[term], np.zeros(len(self.paths), dtype=bool), energy=True)
         if name not in self.measures:
             raise InputError(no_measure(name, self.measures))
-        values, kinked = measure_slopes(
-            self.raw.events, self._derived.events, self.foot_names, self.end_time, self.period,
-            self._given.data.period[0], name,
-        )  # fmt: skip
-        return self._gradient(values, kinked)
+        return self._gradient(*measure_slopes(self._log, self.foot_names, name))
+
+    def gradient_of(self, objective: Callable[[npt.NDArray[np.void]], float]) -> Gradient:
+        """Derivatives by path of any function of the events (a structured array as `all_events`, with the period
+        marks)."""
+
+        def values(rows: Floats, periods: Floats) -> Floats:
+            return np.array([float(objective(structured_events(np.ascontiguousarray(one)))) for one in rows])
+
+        return self._gradient(*directional_slopes(self._log, values))
+
+    @property
+    def _log(self) -> Log:
+        return Log(
+            self.raw.events, self._derived.events, self.end_time, self.period, self._given.data.period[0]
+        )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
         plain, flags, one_sided = {}, {}, {}
@@ -187,6 +232,22 @@ class GradientRun(Run):
         return energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), steps=True))
 
 
+@dataclass(frozen=True, repr=False)
+class GradientBatch(Batch):
+    """A batch of runs with derivatives, in ``made``."""
+
+    made: tuple[GradientRun, ...] = ()
+
+    def gradient(self, name: str) -> Mapping[str, Floats]:
+        """Derivatives of a measure or a term of the ledger of every run by path, in the batch's shape; NaN where
+        there is none, see `Gradient` of the run in ``made``."""
+        found = [run.gradient(name) for run in self.made]
+        paths = self.made[0].paths if self.made else ()
+        return MappingProxyType(
+            {path: np.array([one[path] for one in found]).reshape(self.shape) for path in paths}
+        )
+
+
 def gradient_run(
     scene: Scene, paths: Sequence[str], seconds: float, accuracy: Accuracy | None, shared: Shared
 ) -> GradientRun:
@@ -196,16 +257,19 @@ def gradient_run(
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
     if plan.legs is not None:
         raise InputError("gradients: the walking engine has no derivatives yet")
-    given = entered(scene, plan, paths, seconds, period)
+    given = entering(scene, plan, paths, seconds)
+    given.row.scales[:, 2] = period
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
     return GradientRun(
-        scene, seconds, period, made.raw, {}, accuracy, kept=motion, wall_s=spent, notes=made.notes, paths=given.paths
+        scene,
+        seconds,
+        period,
+        made.raw,
+        {},
+        accuracy,
+        kept=motion,
+        wall_s=spent,
+        notes=made.notes,
+        paths=given.paths,
     )
-
-
-def entered(scene: Scene, plan: object, paths: Sequence[str], duration: float, period: float) -> Entering:
-    """What enters a run of a scene, with marks every ``period`` [s]."""
-    given = entering(scene, plan, paths, duration)  # type: ignore[arg-type]
-    given.row.scales[:, 2] = period
-    return given

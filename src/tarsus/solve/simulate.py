@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 from tarsus.base.errors import InputError
 from tarsus.model.scene import Scene
@@ -13,9 +13,30 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import RECORDED, Shared, motion_of
 from tarsus.solve.run import Run
 
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import GradientRun
+
 __all__ = ["RECORDED", "changed_run", "seconds_of", "simulate"]
 
 
+@overload
+def simulate(
+    scene: Scene,
+    duration: float | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: None = None,
+) -> Run: ...
+@overload
+def simulate(
+    scene: Scene,
+    duration: float | None = None,
+    accuracy: Accuracy | None = None,
+    *,
+    shared: Shared | None = None,
+    gradients: Sequence[str],
+) -> GradientRun: ...
 def simulate(
     scene: Scene,
     duration: float | None = None,

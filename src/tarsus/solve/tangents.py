@@ -17,7 +17,7 @@ from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import FootLaws, Plan, lower_scene, program_of
+from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -31,9 +31,11 @@ LANES = 8
 STEP = 1e-4
 """Step of a difference of data, of the number itself (of one unit where it is zero). What is lowered is smooth in it, a
 polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
-STRUCTURE_STEP = 1e-5
-"""That of structures. A step of the engine may span a thousand radians of a mode: they turn by a hundredth then, of which
-the stencil leaves 3e-10, and rounding 1e-11."""
+FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
+"""Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
+run, and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter
+they are, the more of the rounding of the structure's modes remains. How rates change is seen at the first, smallest
+step."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,9 @@ class Stencil:
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
-        return sum((w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own))
+        return sum(
+            (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
+        )
 
 
 _STENCILS = (
@@ -135,14 +139,19 @@ class Entering:
     beside: tuple[Beside, ...]
 
 
-def entering(scene: Scene, plan: Plan, paths: Sequence[str], duration: float) -> Entering:
-    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene.
+def entering(
+    scene: Scene, plan: Plan, paths: Sequence[str], duration: float, longest: float | None = None
+) -> Entering:
+    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene; longest [s]:
+    step of the run, the whole of it unless given.
 
-    Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its pieces.
+    Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
+    pieces.
     """
     known = [slot(scene, path) is not None for path in paths]
+    longest = duration if longest is None else longest
     stencils = [
-        Stencil.of(scene, path, STEP if is_slot else STRUCTURE_STEP)
+        Stencil.of(scene, path, STEP if is_slot else _structure_step(scene, plan, path, longest))
         for path, is_slot in zip(paths, known, strict=True)
     ]
     own = [p for p, is_slot in enumerate(known) if is_slot]
@@ -172,6 +181,31 @@ def _one_row(rows: Rows, run: int) -> Rows:
     )  # fmt: skip
 
 
+def _structure_step(scene: Scene, plan: Plan, path: str, longest: float) -> float:
+    """Step of a number of the structure, as part of it; longest [s]: of the run's steps."""
+    stencil = Stencil.of(scene, path, FIRST)
+    value, place = float(get_value(scene, path)), float(stencil.places[-1])
+    other = lower_system(with_values(scene, {path: value + place}))
+    if other.mass.shape != plan.system.mass.shape:
+        raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
+    before, after = _rates(plan.system), _rates(other)
+    change = np.abs(after - before) / abs(place) * (FIRST * abs(value) or FIRST)
+    turned = float(change.max(initial=0.0)) * longest
+    parts = [TURN / turned] if turned > 0.0 else []
+    moving = change > 1e-12 * np.abs(before).max(initial=0.0)
+    parts += list(CHANGE * np.maximum(np.abs(before[moving]), 1.0 / longest) / change[moving])
+    return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
+
+
+def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
+    """Eigenvalues [1/s] of a structure in the air, in order."""
+    n = len(system.mass)
+    flow = np.zeros((2 * n, 2 * n))
+    flow[:n, n:] = np.eye(n)
+    flow[n:] = -np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
+    return np.sort_complex(np.linalg.eigvals(flow))
+
+
 def _structures(
     scene: Scene, plan: Plan, path: str, number: int, stencil: Stencil, duration: float, data: DataTangents
 ) -> list[Beside]:
@@ -181,8 +215,6 @@ def _structures(
     """
     value = float(get_value(scene, path))
     plans = [lower_scene(with_values(scene, {path: value + float(place)})) for place in stencil.places]
-    if any(one.system.normals.shape != plan.system.normals.shape for one in plans):
-        raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
     data.initial[..., number] = stencil.slope(plan.initial, [one.initial for one in plans])
     data.parameters[..., number] = stencil.slope(plan.laws.parameters, [one.laws.parameters for one in plans])
     return [
@@ -197,7 +229,9 @@ def _differences(rows: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) 
 
     def slopes(values: Floats) -> Floats:
         """Of values (1 + 4 P, ...), as (..., P)."""
-        by_path = [one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)]
+        by_path = [
+            one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)
+        ]
         return np.stack(by_path, axis=-1)
 
     out = DataTangents.none(rows, len(stencils))
@@ -231,7 +265,9 @@ def _check_shapes(shapes: NDArray[np.generic], paths: Sequence[str]) -> None:
     changed = np.flatnonzero((shapes != shapes[0]).any(axis=1))
     if len(changed):
         path = paths[(int(changed[0]) - 1) // 4]
-        raise InputError(f"{path}: there is no derivative by it here, for the drive's voltage changes its pieces")
+        raise InputError(
+            f"{path}: there is no derivative by it here, for the drive's voltage changes its pieces"
+        )
 
 
 @dataclass(frozen=True)
@@ -239,8 +275,9 @@ class Tangents:
     """Derivatives of a recorded run by P numbers, last axis.
 
     events (ne, 12, P): of the event rows; samples (nt, 2n + 5m, P): of displacements, velocities, gaps, gap rates,
-    resistive and smooth forces and pulls at sample times; steps (nr, width, P) where asked for: of the end of every step
-    [s], its start state and its nodal inputs; flags (nf, 3): number of an event, reason, number of a path or -1 for all.
+    resistive and smooth forces and pulls at sample times; steps (nr, width, P) where asked for: of the end of every
+    step [s], its start state and its nodal inputs; flags (nf, 3): number of an event, reason, number of a path or -1
+    for all.
     """
 
     events: Floats
@@ -284,19 +321,26 @@ def tangents(
 
     n, inputs = len(plan.system.mass), 2 * plan.feet + plan.drives + 1
     width = 1 + 2 * _native.modal_stride(n) + 8 * inputs
-    shapes = (len(recorded.events), 12), (len(when), 2 * n + 5 * plan.feet), (len(recorded.trace) * steps, width)
-    joined = [
-        np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[..., : len(given.paths)]
+    shapes = (
+        (len(recorded.events), 12),
+        (len(when), 2 * n + 5 * plan.feet),
+        (len(recorded.trace) * steps, width),
+    )
+    event_slopes, samples, of_steps = [
+        np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[
+            ..., : len(given.paths)
+        ]
         for k, shape in enumerate(shapes)
     ]
     all_flags = np.concatenate(flags)
-    return Tangents(*joined, all_flags[all_flags[:, 2] < len(given.paths)])
+    return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
 
 
 def _by_programs(laws: FootLaws) -> _native.Laws:
     """The laws as programs alone, which carry derivatives."""
     terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name]) for k, (name, law) in enumerate(laws.acting.items())
+        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
+        for k, (name, law) in enumerate(laws.acting.items())
     ]
     programs = [program_of(type(law)) for law in laws.acting.values()]
     return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

@@ -52,10 +52,14 @@ class Contacts:
             for i in numbers
             if not 0 <= i < feet
         ]
-        problems += [f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))]
+        problems += [
+            f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))
+        ]
         if self.since is not None:
             if len(self.since) != len(self.held):
-                problems.append(f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}")
+                problems.append(
+                    f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}"
+                )
             elif not all(one <= start for one in self.since):
                 problems.append(f"since: a contact held at {start:g} s has begun by then")
         return problems
@@ -72,8 +76,8 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0 if it
-    was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
+    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0
+    if it was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
 
     raw: RawRuns
     notes: Floats
@@ -107,7 +111,16 @@ def record(
     )  # fmt: skip
     mask = -1 if pending is None else sum(1 << i for i in pending)
     raw = RawRuns(
-        code, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=mask, physical=place
+        code,
+        finish,
+        events,
+        event_end,
+        trace=trace,
+        book=book,
+        mode=mode,
+        state=state,
+        pending=mask,
+        physical=place,
     )
     return Recorded(raw, notes)
 

@@ -89,7 +89,8 @@ struct LawTangents {
   const Laws& laws;
   std::vector<uint8_t> varied;  // whether a parameter of a foot has a derivative
 
-  LawTangents(const Laws& l, const double* parameters, const DataTangents& data)
+  // ``slopes``: derivatives of the parameters.
+  LawTangents(const Laws& l, const double* parameters, const std::vector<Row>& slopes)
       : laws(l), varied(l.feet, 0), plain_(l), fixed_(size_t(l.feet) * l.fixed), registers_(l.registers), rows_(l.registers) {
     plain_.take(parameters);
     for (const auto& terms : laws.terms) {
@@ -99,8 +100,8 @@ struct LawTangents {
           std::vector<Jet> given;
           for (int k = 0; k < program.parameters; k++) {
             const size_t at = size_t(i) * laws.columns + term.first + k;
-            given.push_back(jet(parameters[at], data.parameters[at]));
-            if (any_less(Row(0.0), magnitude(data.parameters[at]))) varied[i] = 1;
+            given.push_back(jet(parameters[at], slopes[at]));
+            if (any_less(Row(0.0), magnitude(slopes[at]))) varied[i] = 1;
           }
           prepare(program, given.data(), fixed_.data() + size_t(i) * laws.fixed + term.fixed);
         }

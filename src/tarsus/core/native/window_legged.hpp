@@ -18,6 +18,7 @@ inline void begin_at(LeggedMarch& s, const Beginning& start) {
       s.feet[i].start = JUST_LEFT;
     }
   }
+  gather(s);
 }
 
 }  // namespace tarsus::legged

@@ -1,0 +1,262 @@
+"""Derivatives of runs against closed forms and against differences of tight runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+import tarsus as ts
+from printed_robots import hexapod
+from scene_files import scene as scene_of
+from tarsus.base.spec import get_value, with_values
+from tarsus.plan.slots import slots
+from walking_scenes import trotter
+
+TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
+FIELDS = ("time", "speed_before", "speed_after", "pull", "energy")
+LEDGER = ("work_in", "damping", "kinetic", "elastic", "impacts", "adhesion")
+
+
+STEPS = (1e-5, 1e-4, 1e-3)
+"""A difference errs by rounding of 1e-11 over its step and by the fourth power of it, more where motion is sensitive: a
+derivative is right if it agrees with one of three."""
+
+
+def differences(scene: ts.Scene, path: str, duration: float, values) -> list[np.ndarray]:
+    """Fourth-order differences of what ``values`` makes of tight runs, for every step over which no event comes or
+    goes."""
+    at = float(get_value(scene, path))
+    out = []
+    for step in STEPS:
+        size = step * (abs(at) or 1.0)
+        runs = [
+            ts.simulate(with_values(scene, {path: at + k * size}), duration, TIGHT) for k in (-2, -1, 1, 2)
+        ]
+        if len({tuple(run.events["kind"]) for run in runs}) == 1:
+            found = [values(run) for run in runs]
+            out.append((found[0] - 8.0 * found[1] + 8.0 * found[2] - found[3]) / (12.0 * size))
+    return out
+
+
+def assert_near_one(got: np.ndarray, wanted: list[np.ndarray], within: float, what: str) -> None:
+    """Within a part of the largest number of one of several."""
+    assert wanted, what
+    errors = [
+        np.abs(got - one).max(initial=0.0) / max(np.abs(one).max(initial=0.0), 1e-300) for one in wanted
+    ]
+    nothing = np.abs(got).max(initial=0.0) == 0.0
+    assert nothing or min(errors) <= within, (what, errors)
+
+
+def assert_as_differences(scene: ts.Scene, paths, duration: float, within: float = 1e-6) -> None:
+    """Events and states of a run differ along its derivatives, relative to the largest of each kind."""
+    run = ts.simulate(scene, duration, TIGHT, gradients=paths)
+    times = np.linspace(0.0, duration, 12)[1:-1] * 0.997
+    states = run.state_gradients(times)
+
+    def numbers(one):
+        at = one.states(times)
+        return [*(one.events[name] for name in FIELDS), at.x.ravel(), at.v.ravel()]
+
+    sizes = np.cumsum([len(part) for part in numbers(run)])[:-1]
+    for path in paths:
+        wanted = differences(scene, path, duration, lambda one: np.concatenate(numbers(one)))
+        assert path not in run.flags
+        got = [run.event_gradients[path][name] for name in FIELDS]
+        got += [states[path].x.ravel(), states[path].v.ravel()]
+        parts = [np.split(one, sizes) for one in wanted]
+        for k, name in enumerate((*FIELDS, "x", "v")):
+            assert_near_one(got[k], [one[k] for one in parts], within, f"{path} {name}")
+
+
+def test_a_bouncing_ball_in_closed_form():
+    height, e, g = 1.0, 0.9, 9.81
+    paths = ("robot.feet.ball.gap", "ground.restitution.coefficient", "ground.gravity.acceleration")
+    run = ts.simulate(scene_of("ball"), 4.0, gradients=paths)
+    count = len(run.events)
+    assert count == 6
+    fall = np.sqrt(2.0 * height / g)
+    powers = e ** np.arange(1, count)
+    # t_n = fall (1 + 2 sum_k e^k), v_n = e^(n - 1) sqrt(2 g h)
+    times = fall * (1.0 + 2.0 * np.concatenate([[0.0], np.cumsum(powers)]))
+    by_e = 2.0 * fall * np.concatenate([[0.0], np.cumsum(np.arange(1, count) * e ** np.arange(count - 1))])
+    speeds = np.sqrt(2.0 * g * height) * e ** np.arange(count)
+    np.testing.assert_allclose(run.events["time"], times, rtol=1e-12)
+    gap, restitution, gravity = (run.event_gradients[path] for path in paths)
+    np.testing.assert_allclose(gap["time"], times / (2.0 * height), rtol=1e-10)
+    np.testing.assert_allclose(gap["speed_before"], speeds / (2.0 * height), rtol=1e-10)
+    np.testing.assert_allclose(gravity["time"], -times / (2.0 * g), rtol=1e-10)
+    np.testing.assert_allclose(restitution["time"], by_e, rtol=1e-10, atol=1e-13)
+    np.testing.assert_allclose(restitution["speed_after"], speeds * np.arange(1, count + 1), rtol=1e-10)
+    apexes = height * e ** (2.0 * np.arange(count))
+    np.testing.assert_allclose(gap["apex"][1:], apexes[1:] / height, rtol=1e-7)
+    # energy that impacts have taken: m g h (1 - e^2n)
+    lost = run.gradient("ledger.impacts")
+    assert lost[paths[0]] == pytest.approx(g * (1.0 - e ** (2 * count)), rel=1e-9)
+    assert lost[paths[1]] == pytest.approx(-2.0 * count * g * height * e ** (2 * count - 1), rel=1e-9)
+    assert not run.flags
+
+
+@pytest.mark.parametrize(
+    ("name", "duration", "paths", "within"),
+    [
+        (
+            "impact_oscillator",
+            20.0,
+            ("robot.feet.stop.gap", "signals.shaker.frequency", "robot.structure.mass.0.0"),
+            1e-7,
+        ),
+        (
+            "p1_n2",
+            0.023,
+            ("ground.adhesion.initial", "ground.film.thickness", "signals.pull.duty"),
+            1e-6,
+        ),
+        (
+            "sticky_feet",
+            0.017,
+            ("ground.electrostatic.coefficient", "signals.pzt.phase", "robot.structure.shapes.right.1"),
+            1e-6,
+        ),
+    ],
+)
+def test_derivatives_as_differences_of_tight_runs(name, duration, paths, within):
+    assert_as_differences(scene_of(name), paths, duration, within=within)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "duration", "within"),
+    [
+        ("p1_n2", 0.033, 1e-6),
+        ("three_feet", 0.012, 1e-6),
+        ("sticky_feet", 0.043, 3e-6),
+        ("damped_chain", 0.01, 1e-6),
+    ],
+)
+def test_derivatives_by_all_slots_as_differences(name, duration, within):
+    scene = scene_of(name)
+    run = ts.simulate(scene, duration, TIGHT, gradients=list(slots(scene)))
+    # an offset of zero has no size to step by
+    tried = [path for path in slots(scene) if path not in run.flags and not path.endswith("law.offset")]
+    assert len(tried) > 5
+    for path in tried:
+        wanted = differences(scene, path, duration, lambda one: one.events["time"])
+        if wanted:
+            assert_near_one(run.event_gradients[path]["time"], wanted, within, path)
+
+
+def test_a_passive_impact_map():
+    scene = hexapod(
+        signal=ts.Sine(amplitude=20.0, frequency=120.0),
+        gap=1e-5,
+        restitution=0.6,
+        impact=ts.DominantMode(mode=2),
+    )
+    assert_as_differences(
+        scene, ("ground.restitution.coefficient", "signals.pzt.amplitude"), 0.02, within=1e-6
+    )
+
+
+@pytest.mark.slow
+def test_energies_and_measures_as_differences_of_runs():
+    scene, duration = scene_of("p1_n2"), 0.073
+    paths = ("signals.pull.duty", "robot.drives.pull.law.gain", "robot.structure.stiffness.0.0")
+    run = ts.simulate(scene, duration, TIGHT, gradients=paths)
+    names = ("contact_duration", "duty_factor", "mean_height", "hardest_impact", "longest_contact")
+
+    def numbers(one):
+        ledger = [getattr(one.ledger, name) for name in LEDGER]
+        return np.array([*(one.measures[name].value for name in names), *ledger, one.ledger.laws["film"]])
+
+    terms = (*names, *(f"ledger.{one}" for one in LEDGER), "ledger.film")
+    for path, within in zip(paths, (1e-6, 1e-6, 1e-4), strict=True):
+        wanted = differences(scene, path, duration, numbers)
+        for k, name in enumerate(terms):
+            got = np.array([run.gradient(name)[path]])
+            assert_near_one(got, [one[k : k + 1] for one in wanted], within, f"{path} {name}")
+    own = ts.gradient("contact_duration", scene, paths[:1], duration, TIGHT)
+    assert own[paths[0]] == pytest.approx(run.gradient("contact_duration")[paths[0]], rel=1e-8)
+    hardest = ts.gradient(lambda events: events["speed_before"].max(), scene, paths[:1], duration, TIGHT)
+    assert hardest[paths[0]] == pytest.approx(
+        run.event_gradients[paths[0]]["speed_before"][np.argmax(run.events["speed_before"])], rel=1e-6
+    )
+
+
+def test_a_batch_has_the_gradients_of_its_runs():
+    scene, path = scene_of("ball"), "robot.feet.ball.gap"
+    batch = ts.simulate_batch(scene, {"ground.restitution.coefficient": [0.5, 0.8]}, 3.0, gradients=[path])
+    assert isinstance(batch, ts.GradientBatch)
+    found = batch.gradient("hardest_impact")[path]
+    assert found.shape == (2,)
+    np.testing.assert_allclose(found, np.sqrt(2.0 * 9.81) / 2.0, rtol=1e-8)
+
+
+def test_where_there_is_no_derivative_a_sentence_says_so():
+    # an edge of the drive at the very start acts only if it comes later
+    run = ts.simulate(scene_of("p1_n2"), 0.03, gradients=["signals.pull.phase", "ground.film.coefficient"])
+    assert list(run.flags) == ["signals.pull.phase"]
+    found = run.gradient("contact_duration")
+    assert np.isnan(found["signals.pull.phase"]) and np.isfinite(found["ground.film.coefficient"])
+    assert "very start" in found.flags["signals.pull.phase"][0]
+    assert np.isfinite(found.one_sided["signals.pull.phase"])
+    assert np.isnan(run.event_gradients["signals.pull.phase"]["time"]).all()
+
+
+def two_balls(**gaps: float) -> ts.Scene:
+    """Two masses on a common spring above the ground."""
+    structure = ts.Lumped(
+        coordinates=("a", "b"), mass=((1.0, 0.2), (0.2, 1.0)), stiffness=((0.0, 0.0), (0.0, 0.0)),
+        damping=((0.0, 0.0), (0.0, 0.0)),
+    )  # fmt: skip
+    feet = {name: ts.Foot(point=name, gap=gaps.get(name, 1.0)) for name in ("a", "b")}
+    ground = ts.Ground(restitution=ts.Restitution(coefficient=0.6))
+    start = ts.Initial(velocity=(-1.0, -1.0))
+    return ts.Scene(
+        name="two",
+        robot=ts.Robot(structure=structure, drives={}, feet=feet),
+        ground=ground,
+        initial=start,
+        duration=1.5,
+    )
+
+
+def test_feet_that_land_together_and_hand_blows_on_have_no_derivative():
+    paths = ("robot.feet.a.gap", "ground.restitution.coefficient")
+    together = ts.simulate(two_balls(), gradients=paths)
+    assert len(together.events) >= 2 and np.ptp(together.events["time"][:2]) < 1e-12
+    # one gap alone tears the impacts apart; restitution leaves them together
+    assert list(together.flags) == [paths[0]] and "together with another foot" in together.flags[paths[0]][0]
+    apart = ts.simulate(two_balls(a=1.0, b=1.001), gradients=paths)
+    assert not apart.flags
+
+
+def test_a_grazing_touchdown_has_no_derivative():
+    scene = scene_of("impact_oscillator")
+    path = "robot.feet.stop.gap"
+    free = ts.simulate(with_values(scene, {path: 1e3}), 20.0)
+    times = np.linspace(0.0, 20.0, 20001)
+    x = free.states(times).x[0]
+    tops = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] > x[2:])) + 1
+    k = int(tops[np.argmax(x[tops])])
+    near = minimize_scalar(
+        lambda t: -free.states(np.array([t])).x[0, 0], bounds=(times[k - 1], times[k + 1]), method="bounded",
+        options={"xatol": 1e-12},
+    )  # fmt: skip
+    run = ts.simulate(with_values(scene, {path: -near.fun * (1.0 - 1e-9)}), 20.0, gradients=[path])
+    assert len(run.events) and "grazes the ground" in run.flags[path][0]
+    assert np.isnan(run.event_gradients[path]["time"]).all()
+
+
+def test_bad_requests_are_told():
+    scene = scene_of("ball")
+    with pytest.raises(ts.InputError, match="unknown path"):
+        ts.simulate(scene, gradients=["robot.feet.ball.gab"])
+    run = ts.simulate(scene, 1.0, gradients=["robot.feet.ball.gap"])
+    with pytest.raises(ts.InputError, match="there is no measure 'contact_durations'"):
+        run.gradient("contact_durations")
+    with pytest.raises(ts.InputError, match="no such term"):
+        run.gradient("ledger.glue")
+    with pytest.raises(ts.InputError, match="walking engine"):
+        ts.simulate(trotter(), gradients=["ground.gravity.acceleration"])

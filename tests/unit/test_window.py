@@ -1,0 +1,99 @@
+"""Windows: runs from any moment and state, with outputs at any times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene as scene_of
+from tarsus.plan.lowering import lower_scene
+from tarsus.solve.window import Contacts, simulate_window
+from walking_scenes import sticky, trotter
+
+
+def contacts_at(run: ts.Run, held: np.ndarray, time: float) -> Contacts:
+    """What the feet of a run do at a time."""
+    begun = run.events[np.isin(run.events["kind"], (2, 4, 5)) & (run.events["time"] <= time)]
+    numbers = [int(i) for i in np.flatnonzero(held)]
+    return Contacts(numbers, [float(begun["time"][begun["foot"] == i][-1]) for i in numbers])
+
+
+@pytest.mark.parametrize(
+    ("name", "duration"), [("p1_n2", 0.1), ("three_feet", 0.03), ("sticky_feet", 0.06), ("ball", 4.0)]
+)
+def test_a_window_from_the_middle_of_a_run_goes_on_as_the_run(name, duration):
+    scene = scene_of(name)
+    run, plan = ts.simulate(scene, duration), lower_scene(scene)
+    times = np.linspace(0.0, duration, 301)
+    states = run.states(times)
+    assert states.held.any() or name == "ball"
+    for k in (0, 97, 200):
+        start = np.concatenate([states.x[:, k], states.v[:, k]])
+        window = simulate_window(
+            plan, start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k])
+        )
+        later = run.events[run.events["time"] > times[k]]
+        assert list(window.events["kind"]) == list(later["kind"])
+        np.testing.assert_allclose(window.events["time"], later["time"], rtol=0, atol=1e-9 * duration)
+        for got, wanted in (
+            (window.states.x, states.x),
+            (window.states.v, states.v),
+            (window.states.pull, states.pull),
+        ):
+            np.testing.assert_allclose(got, wanted[:, k:], rtol=0, atol=1e-7 * np.abs(wanted).max())
+        assert np.array_equal(window.states.held, states.held[:, k:])
+
+
+def test_a_window_of_a_walker_goes_on_as_its_run():
+    for scene in (trotter(), trotter(5, ground=sticky())):
+        run, plan = ts.simulate(scene), lower_scene(scene)
+        times = np.linspace(0.0, run.duration, 201)
+        series = run.at(times)
+        states = series.state
+        for k in (0, 66, 130):
+            start = np.concatenate([states.x[:, k], states.v[:, k]])
+            window = simulate_window(
+                plan, start, times[k], times[k:], contacts_at(run, states.held[:, k], times[k])
+            )
+            assert len(window.events) == np.sum(run.events["time"] > times[k])
+            np.testing.assert_allclose(
+                window.states.x, states.x[:, k:], rtol=0, atol=1e-9 * np.abs(states.x).max()
+            )
+            for name, force in window.forces.items():
+                wanted = series.laws[name][:, k:]
+                np.testing.assert_allclose(force, wanted, rtol=0, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_a_foot_that_is_leaving_flies_though_its_contact_would_hold_it():
+    scene = scene_of("p1_n2")
+    plan = lower_scene(scene)
+    run = ts.simulate(scene, 0.02)
+    release = float(run.events["time"][run.events["kind"] == 3][-2])
+    at = release - 1e-7
+    states = run.states(np.array([at]))
+    assert states.held[0, 0] and states.pull[0, 0] > 0.0
+    start = np.concatenate([states.x[:, 0], states.v[:, 0]])
+    times = at + np.linspace(0.0, 5e-8, 5)
+    stays = simulate_window(plan, start, at, times)
+    leaves = simulate_window(plan, start, at, times, Contacts(leaving=(0,)))
+    assert stays.states.held.all() and stays.events["kind"][0] == 5
+    assert not leaves.states.held.any()
+
+
+def test_what_does_not_fit_a_plan_is_told_at_once():
+    plan = lower_scene(scene_of("p1_n2"))
+    with pytest.raises(ts.InputError) as caught:
+        simulate_window(
+            plan, [0.0, np.nan], -1.0, [0.3, 0.1], Contacts(held=(0, 3), since=(0.0,), leaving=(0,))
+        )
+    text = str(caught.value)
+    for part in (
+        "state: expected 4 finite",
+        "t0: expected",
+        "times: expected",
+        "no foot number 3",
+        "cannot be held and be",
+        "since: expected",
+    ):
+        assert part in text
