@@ -42,7 +42,7 @@ def landing(
     Parameters
     ----------
     scene
-        a device (see `tarsus devices`) or a scene file; its signal gives the period and the share in which the foot stands.
+        a device (see `tarsus devices`) or a scene file; its signal gives the period, and the share of it on the ground.
     foot
         name of the foot.
     pairs

@@ -24,19 +24,19 @@ Floats = NDArray[np.float64]
 HIDDEN = 40
 """Hidden grounds that a learner is tried on."""
 GAIN, PROBE = 0.35, 0.06
-"""First step of the iterate and of its probes, in parts of a plateau: simultaneous perturbations (Spall, IEEE Trans.
+"""First step of the iterate and of its probes, parts of a plateau: simultaneous perturbations (Spall, IEEE Trans.
 Automat. Contr. 37, 1992) with the decays 0.602 and 0.101 that he recommends. A probe of 6 % moves a plateau of 0.5 ms
 by 30 us, about what a gap that is 5 % off asks for."""
 BIT_GAIN = 0.03
-"""First step of the plateau that a bit moves, as a share of it; it falls with the 0.7th power of the number of steps."""
+"""First step of the plateau that a bit moves, a share of it; it falls with the 0.7th power of the steps' number."""
 UNKNOWN = 0.06
 """Without a box the hidden grounds have gaps, restitution and film within this share of the scene's."""
 
 
 @dataclass(frozen=True)
 class Learning:
-    """What was learned. speeds (nh, steps + 1) [m/s]: hardest touchdown of every step on every hidden ground, first that
-    of the design; plain (nh,): of the plain step there; regret (nh, steps): sum of what the steps so far struck harder
+    """What was learned. speeds (nh, steps + 1) [m/s]: hardest touchdown of every step on every hidden ground, first
+    that of the design; plain (nh,): of the plain step; regret (nh, steps): sum of what the steps so far struck harder
     than the softest of all on that ground; grounds: the hidden ones; sensor: what was told."""
 
     speeds: Floats

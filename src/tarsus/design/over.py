@@ -114,7 +114,7 @@ def over_of(scene: Scene, given: Any) -> Over | None:
 
     Raises InputError for unknown paths, for a box that is empty, and for values that the scene refuses.
     """
-    if given is None or isinstance(given, Mapping) and not given:
+    if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
         given = Ensemble(read_draws(Path(given)))

@@ -88,7 +88,7 @@ class Step:
         levels, durations = np.zeros((count, m + 2)), np.zeros((count, m + 2))
         for index in np.unique(number):
             family, rows = which[int(index)], np.flatnonzero(number == index)
-            a, b = family.sizes
+            a = family.sizes[0]
             between = (
                 free[rows]
                 if self.levels.free

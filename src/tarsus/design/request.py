@@ -48,8 +48,8 @@ class Sensor(Enum):
 class Options:
     """objective: what is minimised; drive: whose volts are designed, the only one when absent; tick [s] of the timer;
     shortest [s] of a plateau; ringing: greatest overshoot after release, as a share of the mean gap in the air;
-    contact, lift: least shares of the plain step's that the design keeps; sensor: what a learner is told; seed; threads;
-    effort: factor on the length of the search."""
+    contact, lift: least shares of the plain step's that the design keeps; sensor: what a learner is told; seed;
+    threads; effort: factor on the length of the search."""
 
     objective: Objective = Objective.SPEED
     drive: str | None = None
@@ -163,7 +163,8 @@ def _check_levels(levels: Levels, drive: Drive) -> None:
         low, high = drive.amplifier.clip
         if levels.low < low or levels.high > high:
             raise InputError(
-                f"levels: {levels.low:g} V to {levels.high:g} V go beyond the amplifier, which gives {low:g} V to {high:g} V"
+                f"levels: {levels.low:g} V to {levels.high:g} V go beyond the amplifier, which gives {low:g} V to "
+                f"{high:g} V"
             )
     known = max((abs(volts) for volts in drive.history), default=0.0)
     if not isinstance(drive.law, LinearForce) and known > 0.0 and max(-levels.low, levels.high) > known:

@@ -34,11 +34,11 @@ Progress = Callable[[int, int, str], None]
 SAMPLE = 48
 """Signals that the time to settle is measured on."""
 MEAN_GROUNDS = 48
-"""Grounds that stand for a box where a risk averages over it: the mean of a touchdown speed is then known within 3 %."""
+"""Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
 DENSE = 2048
 """Grounds of the last, dense look at a box, before the climb from its worst regions."""
 ROUNDS = 6
-"""Rounds of cutting planes at most; the cantilever needs two to four."""
+"""Rounds of cutting planes at most; the cantilever needs one or two."""
 
 
 @dataclass(frozen=True)
@@ -74,11 +74,11 @@ class FrontPoint:
 class LandingDesign:
     """A soft landing and why to believe it.
 
-    signal: rounded to the timer; exact: before rounding; before, after: what the foot does on the nominal ground with the
-    plain step and with the design, (1, 1) each; grounds: those that the design was judged on, and the worst that was
+    signal: rounded to the timer; exact: before rounding; before, after: what the foot does on the nominal ground with
+    the plain step and with the design, (1, 1) each; grounds: those that the design was judged on, and the worst that was
     found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box. rounds: of cutting
-    planes. worst [m/s]: hardest touchdown on any ground that was looked at, NaN without grounds; nominal_worst: the same
-    of the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all. settle: periods of a run.
+    planes. worst [m/s]: hardest touchdown on any ground that was looked at, NaN without grounds; nominal_worst: the
+    same of the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all. settle: periods of a run.
     """
 
     request: Request
@@ -202,8 +202,8 @@ class _Designer:
         if not before.touchdowns[0, 0] > 0.0:
             where = "stays on the ground" if before.contact[0, 0] > 0.0 else "stays in the air"
             raise InputError(
-                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and {step.support:g} V "
-                f"it {where}"
+                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and "
+                f"{step.support:g} V it {where}"
             )
         self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
         self.archives: dict[int, tuple[list[Family], Archive]] = {}
@@ -222,8 +222,6 @@ class _Designer:
         return Budget(
             max(int(6000 * effort), 64), max(int(40 * effort), 2), max(int(72 * min(effort, 1.5)), 6)
         )
-
-    # -- the search -----------------------------------------------------------------------------------------------------
 
     def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
         return float(risk(self.target.scores(self.trials(*one.rows, grounds)), grounds.weights)[0])
@@ -279,8 +277,6 @@ class _Designer:
         point, _ = polish(cost, one.number, one.point, self.rng, generations=generations)
         levels, durations = self.request.step.place(choices, np.array([one.number]), point[None])
         return replace(one, levels=levels[0], durations=durations[0], point=point)
-
-    # -- grounds --------------------------------------------------------------------------------------------------------
 
     def robust_designs(self, nominal: list[Candidate]) -> tuple[list[Candidate], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
@@ -368,8 +364,6 @@ class _Designer:
             return self.target.scores(self.trials(*one.rows, grounds))[0]
 
         return attack(box, hurt, count, np.random.default_rng([self.request.options.seed, 11]))
-
-    # -- the result -----------------------------------------------------------------------------------------------------
 
     def design(self, learn: int) -> LandingDesign:
         """The whole design."""

@@ -28,8 +28,9 @@ class Landings:
     """What one foot does in a period, of n candidates on ng grounds, each (n, ng).
 
     speed [m/s]: of the hardest touchdown; impulse [N s]: the largest of a touchdown; touchdowns: number of them, those
-    of chatter included; first [s]: when the first one comes after the landing edge, infinite without one; contact [s]; peak [m]: highest gap; lifted [m]: mean gap while in the air. NaN: the run did not
-    reach its end. A foot that never touches has speed, impulse and touchdowns 0, and contact 0 or the whole period.
+    of chatter included; first [s]: when the first one comes after the landing edge, infinite without one; contact [s];
+    peak [m]: highest gap; lifted [m]: mean gap while in the air. NaN: the run did not reach its end. A foot that never
+    touches has speed, impulse and touchdowns 0, and contact 0 or the whole period.
     """
 
     speed: Floats
@@ -71,7 +72,7 @@ class Trials:
     def __call__(
         self, levels: Floats, durations: Floats, grounds: Grounds, *, every: bool = False
     ) -> Landings:
-        """All candidates, levels [V] and durations [s] (n, S), on all grounds; with ``every`` candidate i on ground i."""
+        """All candidates, levels [V] and durations [s] (n, S), on all grounds; ``every``: candidate i on ground i."""
         count, ng = len(levels), len(grounds)
         if every:
             who, where = np.arange(count), np.arange(ng)

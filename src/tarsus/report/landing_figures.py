@@ -100,8 +100,8 @@ def picture(pair: Pair) -> Plate:
     panels[0][0].set_ylabel(f"a. height ({high.label})")
     panels[1][0].set_ylabel("b. volts (V)")
     caption = (
-        "Height of the foot above the ground and of the other points as far above it, and volts, over two periods of the "
-        "periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Triangles: touchdowns."
+        "Height of the foot above the ground and of the other points as far above it, and volts, over two periods of "
+        "the periodic regime, before and after, as in Fig. 5.1 of the source. Shaded: contact. Triangles: touchdowns."
     )
     return Plate(to_svg(drawn, caption), caption)
 
@@ -211,7 +211,7 @@ def front(design: LandingDesign) -> Plate:
     )
     axes.set_ylabel("hardest touchdown (m/s)")
     axes.legend(loc="upper right")
-    caption = "The front on the nominal ground: designs that no other beats in both touchdown speed and energy, plain on-off."
+    caption = "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy."
     return Plate(to_svg(drawn, caption), caption, wide=False)
 
 
@@ -235,5 +235,7 @@ def learning(design: LandingDesign) -> Plate:
     axes.set_xlabel("steps")
     axes.set_ylabel("hardest touchdown (m/s)")
     axes.legend(loc="upper right")
-    caption = f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds, step by step."
+    caption = (
+        f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds."
+    )
     return Plate(to_svg(drawn, caption), caption, wide=False)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tarsus.base.spec import float_paths
 from tarsus.design.landing_files import digest, header_text
+from tarsus.design.request import Sensor
 from tarsus.design.soft_landing import LandingDesign
 from tarsus.files.store import package_version, write_text
 from tarsus.report import landing_figures
@@ -38,8 +39,8 @@ def landing_html(design: LandingDesign) -> str:
             "<h2>The signal</h2>\n", _signal(design),
         ]  # fmt: skip
         if len(design.grounds) > 1:
-            parts += ["<h2>Grounds</h2>\n", _believed(design), figure(landing_figures.on_grounds(design), next(numbers)),
-                      _grounds(design)]  # fmt: skip
+            grounds = figure(landing_figures.on_grounds(design), next(numbers))
+            parts += ["<h2>Grounds</h2>\n", _believed(design), grounds, _grounds(design)]
         parts += [
             "<h2>Speed against energy</h2>\n",
             figure(landing_figures.front(design), next(numbers)),
@@ -55,8 +56,8 @@ def landing_html(design: LandingDesign) -> str:
 def _lede(design: LandingDesign) -> str:
     before, after = float(design.before.speed[0, 0]), design.speed
     told = (
-        f"The plain step strikes at {before:.3g} m/s with {design.before.touchdowns[0, 0]:g} touchdowns a step; the design "
-        f"at {after:.3g} m/s with {design.touchdowns:g}. Every touchdown of the whole period counts; the motion is "
+        f"The plain step strikes at {before:.3g} m/s with {design.before.touchdowns[0, 0]:g} touchdowns a step; the "
+        f"design at {after:.3g} m/s with {design.touchdowns:g}. Every touchdown of the whole period counts; the motion is "
         f"{design.regime.words}."
     )
     if math.isfinite(design.worst):
@@ -66,7 +67,8 @@ def _lede(design: LandingDesign) -> str:
 
 def _compared(design: LandingDesign) -> str:
     names = (
-        ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", ""), ("largest impulse", "impulse", "N s"),
+        ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", ""),
+        ("largest impulse", "impulse", "N s"),
         ("contact a period", "contact", "s"), ("highest gap", "peak", "m"), ("mean gap in the air", "lifted", "m"),
     )  # fmt: skip
     rows: list[list[Cell]] = [
@@ -110,9 +112,10 @@ def _believed(design: LandingDesign) -> str:
     told = [f"Judged by the {design.request.risk.name} of {len(design.grounds)} grounds."]
     if design.rounds:
         last = design.rounds[-1]
+        found = f"a ground {100.0 * last.gap:.2g} % worse" if last.gap > 1e-3 else "no ground worse"
+        rounds = "one round" if len(design.rounds) == 1 else f"{len(design.rounds)} rounds"
         told.append(
-            f"Cutting planes took {len(design.rounds)} rounds; the last found a ground {100.0 * last.gap:.2g} % worse than "
-            f"the {last.grounds} that the design was searched on."
+            f"Cutting planes took {rounds}; the last found {found} than the {last.grounds} of the search."
         )
     if design.attack is not None:
         told.append(f"The last search of the box tried {design.attack.tried} grounds.")
@@ -166,15 +169,15 @@ def _front(design: LandingDesign) -> str:
 def _learned(design: LandingDesign) -> str:
     found = design.learning
     assert found is not None
+    told = "how hard each step struck" if found.sensor is Sensor.SPEED else "whether the contact had closed"
     return (
-        f"<p>Told only {'how hard each step struck' if found.sensor.value == 'speed' else 'whether the contact had closed'}, "
-        f"{100.0 * found.halved:.0f} % of {len(found.grounds)} learners struck with at most half the plain step's speed "
-        f"within ten steps.</p>\n"
+        f"<p>Told only {told}, {100.0 * found.halved:.0f} % of {len(found.grounds)} learners struck with at most half the "
+        f"plain step's speed within ten steps.</p>\n"
     )
 
 
 def _footer(design: LandingDesign) -> str:
     return (
-        f"<p>{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: {design.settle - 1} "
-        f"settle the motion, by measurement. Digest {digest(design.signal)}; Tarsus {escape(package_version())}.</p>\n"
+        f"<p>{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
+        f"{design.settle - 1} settle the motion, by measurement. Digest {digest(design.signal)}; Tarsus {escape(package_version())}.</p>\n"
     )
