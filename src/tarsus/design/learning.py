@@ -72,7 +72,7 @@ def learn_on_hidden_grounds(
         return trials(levels, durations, grounds, every=True)
 
     held = [np.repeat(one, hidden, axis=0) for one in request.step.plain()]
-    plain = trials(*held, grounds, every=True).speed
+    plain = trials(held[0], held[1], grounds, every=True).speed
     learner = _Learner(request, np.repeat(start[1], hidden, axis=0), rng)
     if request.options.sensor is Sensor.CONTACT:
         planned = float(trials(*start, Grounds.nominal(request.scene)).first[0, 0])
@@ -131,14 +131,14 @@ class _Learner:
         self.iterate = np.zeros((len(durations), len(landing)))
         self.sign = np.zeros_like(self.iterate)
 
-    def durations(self, logs: Floats | None = None) -> Floats:
+    def durations(self, given: Floats | None = None) -> Floats:
         """Durations (nh, S) of iterates."""
-        logs = self.iterate if logs is None else logs
+        logs: Floats = self.iterate if given is None else given
         found = self.start.copy()
         found[:, self.moved] = self.start[:, self.moved] * np.exp(logs)
         for plateaus, hold in self.hold:
-            given = found[:, plateaus].sum(axis=1) - self.start[:, plateaus].sum(axis=1)
-            found[:, hold] = np.maximum(self.start[:, hold] - given, 0.2 * self.start[:, hold])
+            longer = found[:, plateaus].sum(axis=1) - self.start[:, plateaus].sum(axis=1)
+            found[:, hold] = np.maximum(self.start[:, hold] - longer, 0.2 * self.start[:, hold])
         return found
 
     def probes(self) -> tuple[Floats, Floats]:
