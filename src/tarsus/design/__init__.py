@@ -1,5 +1,6 @@
 """Design: what a description or a signal should be, given what it should do."""
 
+from tarsus.design.landing_files import header_text, landing_table, write_landing
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
 from tarsus.design.over import Box, Ensemble
 from tarsus.design.soft_landing import LandingDesign, landing
@@ -14,8 +15,11 @@ __all__ = [
     "LinkDesign",
     "StepLift",
     "design_links",
+    "header_text",
     "landing",
+    "landing_table",
     "landscape",
     "standing",
     "step_lift",
+    "write_landing",
 ]
