@@ -42,6 +42,15 @@ def test_the_session_on_the_page_of_slots_runs():
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
 
 
+def test_the_design_on_the_page_of_soft_landings_runs():
+    page = (DOCS / "landing.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.591, abs=1e-3)
+    assert "LANDING_COUNT" in names["header"]
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

@@ -23,6 +23,7 @@ def landing(
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     objective: str = "speed",
     drive: str | None = None,
+    free: Annotated[list[str] | None, Parameter(negative=())] = None,
     tick: str = "1 us",
     shortest: str = "10 us",
     ringing: str | None = None,
@@ -59,6 +60,9 @@ def landing(
         speed, impulse or touchdowns.
     drive
         whose volts are designed; the only one when left out.
+    free
+        path of a switching time that may move, of a scene whose signal is on-off already; no others do, then; may be
+        repeated.
     tick
         of the timer that edges are rounded to.
     shortest
@@ -99,7 +103,7 @@ def landing(
     with console.progress_bar("design") as progress:
         found = design(
             the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
-            drive=drive, seed=seed, effort=effort, threads=threads, **options,
+            drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=threads, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_landing(found, folder)

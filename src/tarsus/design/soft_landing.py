@@ -24,7 +24,7 @@ from tarsus.design.timer import neighbours
 from tarsus.design.trials import Landings, Trials
 from tarsus.design.worst_ground import Attack, Round, attack, close_gap
 from tarsus.model.drive.waveforms import OnOff
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, override
 
 __all__ = ["FrontPoint", "LandingDesign", "landing"]
 
@@ -126,10 +126,10 @@ class LandingDesign:
 
     @property
     def scene(self) -> Scene:
-        """The scene with the designed signal."""
-        return Trials(
-            self.request.scene, self.request.drive, self.request.foot, self.request.step.period
-        ).with_signal(self.signal)
+        """The scene with the designed signal, whose provenance says so."""
+        scene = self.request.scene
+        signals = {**scene.signals, self.request.drive: self.signal}
+        return override(scene, {"signals": signals}, by="`tarsus design landing`")
 
     @property
     def plain_signal(self) -> OnOff:
