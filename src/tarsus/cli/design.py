@@ -7,10 +7,10 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-app = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+design = App(name="design", help="Design what a description or a signal should be, given what it should do.")
 
 
-@app.command
+@design.command
 def landing(
     scene: str,
     /,
@@ -92,7 +92,7 @@ def landing(
     """
     from tarsus.cli import console, requests
     from tarsus.design.landing_files import LANDING_FILES, landing_table, write_landing
-    from tarsus.design.soft_landing import landing as design
+    from tarsus.design.soft_landing import landing as made
     from tarsus.files.output import OutputFolder
 
     options = _options(objective, sensor, tick, shortest, ringing)
@@ -101,7 +101,7 @@ def landing(
     target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
     target.check()
     with console.progress_bar("design") as progress:
-        found = design(
+        found = made(
             the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
             drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=threads, **options,
         )  # fmt: skip

@@ -118,8 +118,8 @@ def _by_bits(
     steps: int,
 ) -> list[Floats]:
     """One plateau is moved towards a later arrival after every step whose contact closed by the planned instant [s],
-    and towards an earlier one after every other: the root of a quantile (Robbins and Monro 1951), at which the foot arrives
-    in time in `CLOSED_SHARE` of the steps."""
+    and towards an earlier one after every other: the root of a quantile (Robbins and Monro 1951), at which the foot
+    arrives in time in `CLOSED_SHARE` of the steps."""
     plateau, sign = moved
     speeds: list[Floats] = []
     for number in range(1, steps + 2):
@@ -134,8 +134,8 @@ def _by_bits(
 def _arrival(
     learner: _Learner, trials: Trials, start: tuple[Floats, Floats], nominal: Grounds
 ) -> tuple[float, int, float]:
-    """When the design's foot arrives on the nominal ground [s]; the plateau that moves this most, and which way a longer
-    one does: all that the learner by bits has from the model."""
+    """When the design's foot arrives on the nominal ground [s]; the plateau that moves this most, and which way a
+    longer one does: all that the learner by bits has from the model."""
     first = float(trials(*start, nominal).first[0, 0])
     logs = PROBE * 0.2 * np.eye(len(learner.moved))
     longer = trials(np.repeat(start[0], len(logs), axis=0), learner.near(start[1], logs), nominal).first[:, 0]

@@ -2,7 +2,7 @@
 
 #include "modal_system.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 namespace {
 
@@ -20,12 +20,7 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
   }
   out.events = std::move(system.log.events);
   out.trace = std::move(system.trace);
-  out.mode = system.mode;
-  out.pending = system.entering ? system.next : nullptr;
-  out.physical = system.physical;
-  const int nb = system.mode == nullptr ? 0 : system.mode->blocks_used;
-  out.state.assign(system.state(), system.state() + nb);
-  out.state.insert(out.state.end(), system.state() + book.sizes.stride, system.state() + book.sizes.stride + nb);
+  note_end(system, out);
   return out;
 }
 
@@ -41,10 +36,10 @@ ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, co
                       const Batch& batch) {
   switch (book.sizes.stride) {
     case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch);
-    case 4: return run_all<Shape<4, 1>>(book, nodes, signals, laws, settings, batch);
+    case 4: return run_all<Shape<std::min(WIDEST, 4), 4 / std::min(WIDEST, 4)>>(book, nodes, signals, laws, settings, batch);
     case 8: return run_all<Shape<WIDEST, 8 / WIDEST>>(book, nodes, signals, laws, settings, batch);
     default: return run_all<Shape<WIDEST, 0>>(book, nodes, signals, laws, settings, batch);
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -4,11 +4,7 @@
 
 namespace tarsus {
 
-#ifdef __AVX512F__
-constexpr int WIDEST = 8;
-#else
-constexpr int WIDEST = 4;
-#endif
+constexpr int WIDEST = WIDTH;  // as in a row
 
 template <int WIDTH>
 struct PackOf {

@@ -2,12 +2,8 @@
 
 import re
 
-import pytest
-
 import tarsus.core
 from tarsus.core import _native
-
-pytestmark = pytest.mark.native
 
 # What a row is worked on with where the target names it; "native" may be any of them, but never single numbers.
 ROWS = {"baseline": {"SSE", "NEON"}, "x86-64-v3": {"AVX2"}, "x86-64-v4": {"AVX-512"}}
