@@ -3,8 +3,10 @@
 from tarsus.design.landing_files import header_text, landing_table, write_landing
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
 from tarsus.design.over import Box, Ensemble
+from tarsus.design.request import Options, Sensor
 from tarsus.design.soft_landing import LandingDesign, landing
 from tarsus.design.step_lift import StepLift, step_lift
+from tarsus.design.target import Objective
 from tarsus.model.standing import standing
 
 __all__ = [
@@ -13,6 +15,9 @@ __all__ = [
     "LandingDesign",
     "Landscape",
     "LinkDesign",
+    "Objective",
+    "Options",
+    "Sensor",
     "StepLift",
     "design_links",
     "header_text",
