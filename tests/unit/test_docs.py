@@ -51,6 +51,15 @@ def test_the_orbit_on_the_page_of_periodic_motion_is_found():
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
 
 
+def test_the_design_on_the_page_of_soft_landings_runs():
+    page = (DOCS / "landing.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.591, abs=1e-3)
+    assert "LANDING_COUNT" in names["header"]
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

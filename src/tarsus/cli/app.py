@@ -17,10 +17,11 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "check", "simulate", "sweep", "branch", "synthesize", "identify", "calibrate", "next",
+    "devices", "show", "check", "simulate", "sweep", "branch", "synthesize", "identify", "calibrate", "next", "design",
     "bench",
 )  # fmt: skip
-"""In the order of the help page; each is a function in the module of `tarsus.cli` that has its name."""
+"""In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
+name."""
 
 
 GONE = {

@@ -1,7 +1,30 @@
-"""Design: what a description should be, given what it should do."""
+"""Design: what a description or a signal should be, given what it should do."""
 
+from tarsus.design.landing_files import header_text, landing_table, write_landing
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
+from tarsus.design.over import Box, Ensemble
+from tarsus.design.request import Options, Sensor
+from tarsus.design.soft_landing import LandingDesign, landing
 from tarsus.design.step_lift import StepLift, step_lift
+from tarsus.design.target import Objective
 from tarsus.model.standing import standing
 
-__all__ = ["Landscape", "LinkDesign", "StepLift", "design_links", "landscape", "standing", "step_lift"]
+__all__ = [
+    "Box",
+    "Ensemble",
+    "LandingDesign",
+    "Landscape",
+    "LinkDesign",
+    "Objective",
+    "Options",
+    "Sensor",
+    "StepLift",
+    "design_links",
+    "header_text",
+    "landing",
+    "landing_table",
+    "landscape",
+    "standing",
+    "step_lift",
+    "write_landing",
+]

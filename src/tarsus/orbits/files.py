@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from tarsus.base.events import IMPACTS
+from tarsus.files.jsontext import json_text
 from tarsus.files.series import Variable, write_netcdf
 from tarsus.files.store import package_version, write_text
 from tarsus.orbits.branching import Branch
@@ -65,5 +65,5 @@ def write_branch(branch: Branch, folder: Path) -> tuple[Path, Path]:
         "source": f"tarsus {package_version()}",
     }
     write_netcdf(branch_variables(branch), attrs, folder / "branch.nc")
-    write_text(folder / "branch.json", json.dumps(branch.to_dict(), indent=1) + "\n")
+    write_text(folder / "branch.json", json_text(branch.to_dict()) + "\n")
     return folder / "branch.nc", folder / "branch.json"
