@@ -143,6 +143,13 @@ def _course(
             _check_ends(f"signals.{name}", wave, fields)
             _check_ends(f"robot.drives.{name}", drive, drive_fields)
         shapes, fits = _shapes(wave, fields, count)
+    elif isinstance(wave, OnOff) and drive.amplifier.ideal and not drive_fields:
+        course, fits = _plateaus(wave, fields, drive, count)
+        rest = np.flatnonzero(~fits)
+        if not len(rest):
+            return course
+        slow = _one_by_one(scene, name, wave, {key: column[rest] for key, column in fields.items()}, {})
+        return _merged(course, slow, rest)
     if shapes is None or not fits.all():
         rest = np.flatnonzero(~fits)
         slow = _one_by_one(
@@ -155,6 +162,29 @@ def _course(
         fast = _linear(shapes, drive.law, drive_fields, count)
         return _merged(fast, slow, rest)
     return _linear(shapes, drive.law, drive_fields, count)
+
+
+def _plateaus(
+    wave: OnOff, fields: Mapping[str, Floats], drive: Drive, count: int
+) -> tuple[Course, NDArray[np.bool_]]:
+    """Voltages one after the other through a law with memory, and for which runs (nr,) this holds: a rate-independent
+    force is as constant as they are. A drive that repeats has its first period apart, as `lower` makes it: the memory
+    of what came before ends there."""
+    shapes, fits = _shapes(wave, fields, count)
+    assert shapes is not None
+    sizes = len(wave.levels) if wave.repeat else len(wave.levels) + 1
+    volts = np.array([pieces.coef[:, 0] for pieces in shapes.pieces]).reshape(-1, sizes)
+    times = np.array([pieces.start for pieces in shapes.pieces]).reshape(-1, sizes + 1)
+    twice = wave.repeat and drive.law.has_memory
+    levels, which = _distinct(list((np.tile(volts, (1, 2)) if twice else volts).T))
+    force = np.array([drive.law.force(row, drive.history) for row in levels])[which]
+    if twice:
+        times = np.concatenate([times, times[:, -1:] + times[:, 1:]], axis=1)
+    loop = -1 if not wave.repeat else sizes if twice else 0
+    same = np.tile([1.0, 0.0, 0.0], (count, 1))
+    pieces = [*_straight(times, force, force, loop), *shapes.pieces]
+    first = len(shapes.pieces)
+    return Course(pieces, shapes.which, first + shapes.which, same, same.copy(), shapes.periods), fits
 
 
 def _check_ends(where: str, of: Signal | Drive, varied: Mapping[str, Floats]) -> None:

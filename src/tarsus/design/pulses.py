@@ -1,0 +1,167 @@
+"""Unknowns of an on-off signal: when it switches, and to which levels between the two that it holds.
+
+A period is a step of the foot: *landing plateaus*, the support level held, *release plateaus*, the lift level held.
+N pairs of switchings are 2 N plateaus, shared out between the two edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.model.drive.waveforms import OnOff
+
+__all__ = ["Family", "Levels", "Step", "families"]
+
+Floats = NDArray[np.float64]
+
+MOST_FAMILIES = 200
+"""Sequences of listed levels that are searched at most; more levels than that want `free`."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Voltages [V] of the plateaus between the held ones: any of a list, or all from low to high where ``free``."""
+
+    listed: tuple[float, ...]
+    free: bool = False
+
+    @property
+    def low(self) -> float:
+        return min(self.listed)
+
+    @property
+    def high(self) -> float:
+        return max(self.listed)
+
+
+@dataclass(frozen=True)
+class Family:
+    """A sequence of plateaus. landing, release: the level [V] of each plateau of the two edges; empty levels are free.
+
+    sizes: number of plateaus at the two edges.
+    """
+
+    sizes: tuple[int, int]
+    landing: tuple[float, ...] = ()
+    release: tuple[float, ...] = ()
+
+    @property
+    def plateaus(self) -> int:
+        return sum(self.sizes)
+
+
+@dataclass(frozen=True)
+class Step:
+    """What all signals of a design share.
+
+    period [s]; support, lift [V]: the held levels; supported [s]: from the landing edge to the release edge; shortest,
+    longest [s]: of a plateau; levels: of the plateaus.
+    """
+
+    period: float
+    support: float
+    lift: float
+    supported: float
+    shortest: float
+    longest: float
+    levels: Levels
+
+    def unknowns(self, pairs: int) -> int:
+        """Number of unknowns of a signal with so many pairs."""
+        return 2 * pairs * (2 if self.levels.free else 1)
+
+    def place(self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats) -> tuple[Floats, Floats]:
+        """Levels [V] and durations [s] (n, S) of points (n, nu) of the unit cube, each of a family of its own.
+
+        Raises nothing: plateaus that together would leave no time to hold are shortened in proportion.
+        """
+        count, m = len(cube), which[0].plateaus
+        spans = self.shortest + np.clip(cube[:, :m], 0.0, 1.0) ** 2 * (self.longest - self.shortest)
+        free = self.levels.low + np.clip(cube[:, m : 2 * m], 0.0, 1.0) * (self.levels.high - self.levels.low)
+        levels, durations = np.zeros((count, m + 2)), np.zeros((count, m + 2))
+        for index in np.unique(number):
+            family, rows = which[int(index)], np.flatnonzero(number == index)
+            a, b = family.sizes
+            between = free[rows] if self.levels.free else np.tile([*family.landing, *family.release], (len(rows), 1))
+            first, last = spans[rows, :a], spans[rows, a:]
+            halves = (self.supported, self.period - self.supported)
+            first, last = (self._fit(part, half) for part, half in zip((first, last), halves, strict=True))
+            hold = [half - part.sum(axis=1) for half, part in zip(halves, (first, last), strict=True)]
+            durations[rows] = np.column_stack([first, hold[0], last, hold[1]])
+            held = [np.full(len(rows), self.support), np.full(len(rows), self.lift)]
+            levels[rows] = np.column_stack([between[:, :a], held[0], between[:, a:], held[1]])
+        return levels, durations
+
+    def _fit(self, spans: Floats, half: float) -> Floats:
+        """At least half of the time between two edges is held: what is less is no step any more."""
+        total = spans.sum(axis=1, keepdims=True)
+        return spans * np.minimum(1.0, 0.5 * half / np.where(total > 0.0, total, 1.0))
+
+    def signal(self, levels: Floats, durations: Floats) -> OnOff:
+        """The waveform of one candidate (S,)."""
+        return OnOff(levels=tuple(levels.tolist()), durations=tuple(durations.tolist()), repeat=True)
+
+    def plain(self) -> tuple[Floats, Floats]:
+        """Levels and durations (1, 2) of the step without pairs."""
+        held = np.array([[self.support, self.lift]])
+        return held, np.array([[self.supported, self.period - self.supported]])
+
+    def children(self, parent: Family, cube: Floats, to: Sequence[Family]) -> tuple[NDArray[np.int64], Floats]:
+        """Points of families with one more pair that move almost as a parent's point (nu,): the new pair is as short as
+        can be, or, with free levels, repeats the level beside it."""
+        m, (a, _) = parent.plateaus, parent.sizes
+        numbers, points = [], []
+        for index, family in enumerate(to):
+            more = (family.sizes[0] - a, family.sizes[1] - parent.sizes[1])
+            if min(more) < 0:
+                continue
+            spans, volts = [cube[:a], cube[a:m]], [cube[m : m + a], cube[m + a :]]
+            held = [self._share(self.support), self._share(self.lift)]
+            for edge, extra in enumerate(more):
+                level = volts[edge][-1:] if len(volts[edge]) else np.full(1, held[edge])
+                spans[edge] = np.append(spans[edge], np.zeros(extra))
+                if self.levels.free:
+                    volts[edge] = np.append(volts[edge], np.repeat(level, extra))
+            if not self.levels.free and not _continues(parent, family):
+                continue
+            numbers.append(index)
+            points.append(np.concatenate([*spans, *(volts if self.levels.free else [])]))
+        return np.array(numbers, dtype=np.int64), np.array(points).reshape(len(numbers), -1)
+
+    def _share(self, level: float) -> float:
+        return (level - self.levels.low) / (self.levels.high - self.levels.low)
+
+
+def _continues(parent: Family, family: Family) -> bool:
+    a, b = parent.sizes
+    return family.landing[:a] == parent.landing and family.release[:b] == parent.release
+
+
+def families(step: Step, pairs: int) -> list[Family]:
+    """Every way to share 2 ``pairs`` plateaus between the edges, and every sequence of the listed levels on them: no
+    plateau is as the one beside it. Of two levels a pair cannot be torn apart."""
+    found: list[Family] = []
+    for a in range(2 * pairs + 1):
+        b = 2 * pairs - a
+        if step.levels.free:
+            found.append(Family((a, b)))
+            continue
+        for landing in _sequences(step.levels.listed, a, step.lift, step.support):
+            for release in _sequences(step.levels.listed, b, step.support, step.lift):
+                found.append(Family((a, b), landing, release))
+                if len(found) >= MOST_FAMILIES:
+                    return found
+    return found
+
+
+def _sequences(levels: Sequence[float], count: int, before: float, after: float) -> list[tuple[float, ...]]:
+    return [
+        one
+        for one in product(levels, repeat=count)
+        if all(x != y for x, y in zip((before, *one), (*one, after), strict=True))
+    ]

@@ -1,0 +1,138 @@
+"""Candidates on grounds: every signal on every ground as one batch, and what the foot does in a period."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.events import IMPACTS
+from tarsus.base.spec import with_values
+from tarsus.design.over import Grounds
+from tarsus.model.drive.waveforms import OnOff
+from tarsus.model.scene import Scene
+from tarsus.solve.batch import simulate_batch
+from tarsus.solve.codes import EventColumns
+from tarsus.solve.engines import Shared
+from tarsus.solve.results import Batch, Part
+
+__all__ = ["Landings", "Trials", "landings_of"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Landings:
+    """What one foot does in a period, of n candidates on ng grounds, each (n, ng).
+
+    speed [m/s]: of the hardest touchdown; impulse [N s]: the largest of a touchdown; touchdowns: number of them, those
+    of chatter included; contact [s]; peak [m]: highest gap; lifted [m]: mean gap while in the air. NaN: the run did not
+    reach its end. A foot that never touches has speed, impulse and touchdowns 0, and contact 0 or the whole period.
+    """
+
+    speed: Floats
+    impulse: Floats
+    touchdowns: Floats
+    contact: Floats
+    peak: Floats
+    lifted: Floats
+
+    def reshaped(self, *shape: int) -> Landings:
+        return Landings(*(getattr(self, one.name).reshape(shape) for one in fields(self)))
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Runs that did not reach their end."""
+        return np.isnan(self.speed)
+
+
+@dataclass
+class Trials:
+    """Runs of a scene in which one drive is given on-off signals and one foot is watched.
+
+    periods: of a run; counted: how many of its last ones are looked at. runs: how many have been made.
+    """
+
+    scene: Scene
+    drive: str
+    foot: str
+    period: float
+    periods: int = 2
+    counted: int = 1
+    threads: int | None = None
+    runs: int = 0
+
+    def __post_init__(self) -> None:
+        self._shared = Shared()
+
+    def __call__(self, levels: Floats, durations: Floats, grounds: Grounds, *, every: bool = False) -> Landings:
+        """All candidates, levels [V] and durations [s] (n, S), on all grounds; with ``every`` candidate i on ground i."""
+        count, ng = len(levels), len(grounds)
+        if every:
+            who, where = np.arange(count), np.arange(ng)
+        else:
+            who, where = np.repeat(np.arange(count), ng), np.tile(np.arange(ng), count)
+        batch = self.batch(levels[who], durations[who], {p: own[where] for p, own in grounds.values.items()})
+        found = landings_of(batch, self.foot, self.period, self.periods, self.counted)
+        return found if every else found.reshaped(count, ng)
+
+    def batch(self, levels: Floats, durations: Floats, values: Mapping[str, Floats]) -> Batch:
+        """Runs (nr,) of signals (nr, S) with other numbers (nr,) by path."""
+        self.runs += len(levels)
+        scene = self.with_signal(OnOff(levels=tuple(levels[0]), durations=tuple(durations[0]), repeat=True))
+        head = f"signals.{self.drive}"
+        vary = {f"{head}.durations.{i}": column for i, column in enumerate(durations.T)}
+        vary |= {f"{head}.levels.{i}": column for i, column in enumerate(levels.T) if np.ptp(column) > 0.0}
+        return simulate_batch(
+            scene, vary | dict(values), self.periods * self.period, threads=self.threads, shared=self._shared
+        )
+
+    def with_signal(self, signal: OnOff) -> Scene:
+        """The scene with this signal."""
+        return with_values(self.scene, {"signals": {**self.scene.signals, self.drive: signal}})
+
+
+def landings_of(batch: Batch, foot: str, period: float, periods: int, counted: int) -> Landings:
+    """What a foot does in the last ``counted`` of ``periods`` periods [s] of every run of a batch; (nr,) each."""
+    number = list(batch.scene.robot.feet).index(foot)
+    speed, impulse, touchdowns = (np.zeros(len(batch)) for _ in range(3))
+    for part in batch.parts:
+        _touchdowns(part, number, (periods - counted) * period, speed, impulse, touchdowns)
+    names = ("contact_duration", "peak", "mean_height")
+    found = batch.measured(names, period=period, skip=periods - counted)
+    contact, peak, height = (_of_foot(found[name], number) for name in names)
+    air = period - contact
+    lifted = np.where(air > 0.0, height * period / np.where(air > 0.0, air, 1.0), 0.0)
+    done = np.where(batch.done, 1.0, np.nan)
+    return Landings(
+        speed * done, impulse * done, touchdowns / counted * done, contact * done,
+        np.nan_to_num(peak) * done, np.nan_to_num(lifted) * done,
+    )  # fmt: skip
+
+
+def _of_foot(measured: object, number: int) -> Floats:
+    per_foot = getattr(measured, "per_foot", None)
+    assert per_foot is not None
+    return per_foot[:, number]
+
+
+def _touchdowns(
+    part: Part, foot: int, since: float, speed: Floats, impulse: Floats, touchdowns: Floats
+) -> None:
+    """Enter the touchdowns of a foot after an instant [s] into the numbers (nr,) of a whole batch.
+
+    The impulse follows from the energy that an impact takes, E = m (v-^2 - v+^2) / 2, and its speeds: m (v- + v+).
+    """
+    rows = EventColumns([part.events])
+    own = np.repeat(part.members, np.diff(part.event_end, prepend=0))
+    hits = np.flatnonzero(
+        np.isin(rows["kind"], np.array(IMPACTS, dtype=float)) & (rows["foot"] == foot) & (rows["time"] > since)
+    )
+    run, before, after = own[hits], np.abs(rows["speed_before"][hits]), np.abs(rows["speed_after"][hits])
+    lost = before - after
+    blow = np.where(lost > 0.0, 2.0 * rows["energy"][hits] / np.where(lost > 0.0, lost, 1.0), 0.0)
+    np.maximum.at(speed, run, before)
+    np.maximum.at(impulse, run, blow)
+    np.add.at(touchdowns, run, 1.0)
