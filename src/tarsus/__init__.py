@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tarsus.base import moved
 
 if TYPE_CHECKING:
+    from tarsus import design
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
@@ -115,6 +116,7 @@ __all__ = [
     "WalkerLeg",
     "Wave",
     "calibrate",
+    "design",
     "device_names",
     "float_paths",
     "get_value",
@@ -161,6 +163,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("tarsus")
+    if name == "design":
+        return import_module("tarsus.design")
     if name not in _HOME:
         raise AttributeError(f"module 'tarsus' has no attribute '{name}'")
     value = getattr(import_module(_HOME[name]), name)

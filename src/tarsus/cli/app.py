@@ -13,6 +13,7 @@ from tarsus.cli import (
     calibrate,
     check,
     console,
+    design,
     devices,
     identify,
     show,
@@ -62,6 +63,7 @@ def build() -> App:
     )
     for verb in (*VERBS, *_installed()):
         app.command(verb)
+    app.command(design.app)
     return app
 
 
@@ -137,5 +139,5 @@ def run(argv: list[str]) -> int:
 
 def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
-    names = {verb.__name__ for verb in VERBS}
+    names = {verb.__name__ for verb in VERBS} | {"design"}
     return f"{argv[0]} " if argv and argv[0] in names else ""

@@ -6,15 +6,16 @@ last step struck (a scalar), or whether the contact was closed at one instant (a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design.over import Box, Ensemble, Grounds
-from tarsus.design.request import Request
+from tarsus.design.request import Request, Sensor
 from tarsus.design.target import Target
-from tarsus.design.trials import Trials
+from tarsus.design.trials import Landings, Trials
 
 __all__ = ["Learning", "learn_on_hidden_grounds"]
 
@@ -23,23 +24,26 @@ Floats = NDArray[np.float64]
 HIDDEN = 40
 """Hidden grounds that a learner is tried on."""
 GAIN, PROBE = 0.35, 0.06
-"""First step of the iterate and of its probes, in parts of a plateau: simultaneous perturbations (Spall, IEEE Trans.
+"""First step of the iterate and of its probes, parts of a plateau: simultaneous perturbations (Spall, IEEE Trans.
 Automat. Contr. 37, 1992) with the decays 0.602 and 0.101 that he recommends. A probe of 6 % moves a plateau of 0.5 ms
 by 30 us, about what a gap that is 5 % off asks for."""
+BIT_GAIN = 0.03
+"""First step of the plateau that a bit moves, a share of it; it falls with the 0.7th power of the steps' number."""
 UNKNOWN = 0.06
 """Without a box the hidden grounds have gaps, restitution and film within this share of the scene's."""
 
 
 @dataclass(frozen=True)
 class Learning:
-    """What was learned. speeds (nh, steps + 1) [m/s]: hardest touchdown of every step on every hidden ground, first that
-    of the design; plain (nh,): of the plain step there; regret (nh, steps): sum of what each step struck harder than the
-    best that the learner ever found on that ground; grounds: the hidden ones."""
+    """What was learned. speeds (nh, steps + 1) [m/s]: hardest touchdown of every step on every hidden ground, first
+    that of the design; plain (nh,): of the plain step; regret (nh, steps): sum of what the steps so far struck harder
+    than the softest of all on that ground; grounds: the hidden ones; sensor: what was told."""
 
     speeds: Floats
     plain: Floats
     regret: Floats
     grounds: Grounds
+    sensor: Sensor
 
     @property
     def halved(self) -> float:
@@ -49,46 +53,71 @@ class Learning:
 
 
 def learn_on_hidden_grounds(
-    trials: Trials, request: Request, target: Target, start: tuple[Floats, Floats], steps: int, hidden: int = HIDDEN
+    trials: Trials,
+    request: Request,
+    target: Target,
+    start: tuple[Floats, Floats],
+    steps: int,
+    hidden: int = HIDDEN,
 ) -> Learning:
     """Let a design (1, S) learn for so many steps on hidden grounds, all at once.
 
-    A step is a period; each lasts until the motion has settled, and its last period is felt. Two steps probe to either
-    side of the iterate, the third is the iterate itself.
+    A step lasts until the motion has settled, and its last period is felt.
     """
     rng = np.random.default_rng([request.options.seed, 13])
     grounds = _hidden_grounds(request, hidden, rng)
-    count = len(grounds)
-    levels = np.repeat(start[0], count, axis=0)
-    learner = _Learner(request, np.repeat(start[1], count, axis=0), rng)
+    levels = np.repeat(start[0], hidden, axis=0)
 
-    def felt(durations: Floats) -> Floats:
-        return target.measure(trials(levels, durations, grounds, every=True))
+    def step(durations: Floats) -> Landings:
+        return trials(levels, durations, grounds, every=True)
 
-    def speed(durations: Floats) -> Floats:
-        return trials(levels, durations, grounds, every=True).speed
-
-    plain = request.step.plain()
-    before = trials(
-        np.repeat(plain[0], count, axis=0), np.repeat(plain[1], count, axis=0), grounds, every=True
-    ).speed
-    felt_plain = target.unit
-    speeds = [speed(learner.durations())]
-    best = learner.durations(), felt(learner.durations())
-    while len(speeds) <= steps:
-        plus, minus = learner.probes()
-        answers = felt(plus), felt(minus)
-        speeds += [speed(plus), speed(minus)]
-        learner.update((answers[0] - answers[1]) / felt_plain)
-        now = learner.durations()
-        mine = felt(now)
-        speeds.append(speed(now))
-        better = mine <= best[1]
-        best = np.where(better[:, None], now, best[0]), np.where(better, mine, best[1])
-        learner.back_to(*best, mine)
+    held = [np.repeat(one, hidden, axis=0) for one in request.step.plain()]
+    plain = trials(*held, grounds, every=True).speed
+    learner = _Learner(request, np.repeat(start[1], hidden, axis=0), rng)
+    if request.options.sensor is Sensor.CONTACT:
+        planned = float(trials(*start, Grounds.nominal(request.scene)).first[0, 0])
+        speeds = _by_bits(learner, step, planned, steps)
+    else:
+        speeds = _by_speeds(learner, step, target, steps)
     table = np.stack(speeds, axis=1)[:, : steps + 1]
     regret = np.cumsum(table[:, 1:] - table.min(axis=1, keepdims=True), axis=1)
-    return Learning(table, before, regret, grounds)
+    return Learning(table, plain, regret, grounds, request.options.sensor)
+
+
+def _by_speeds(
+    learner: _Learner, step: Callable[[Floats], Landings], target: Target, steps: int
+) -> list[Floats]:
+    """Two steps probe to either side of the iterate, the third is the iterate itself."""
+    first = step(learner.durations())
+    best, softest = learner.durations(), target.measure(first)
+    speeds = [first.speed]
+    while len(speeds) <= steps:
+        plus, minus = learner.probes()
+        felt = [step(plus), step(minus)]
+        learner.update((target.measure(felt[0]) - target.measure(felt[1])) / target.unit)
+        now = learner.durations()
+        felt.append(step(now))
+        for durations, one in zip((plus, minus, now), felt, strict=True):
+            better = target.measure(one) <= softest
+            best = np.where(better[:, None], durations, best)
+            softest = np.where(better, target.measure(one), softest)
+            speeds.append(one.speed)
+        learner.back_to(best, softest, target.measure(felt[2]))
+    return speeds
+
+
+def _by_bits(
+    learner: _Learner, step: Callable[[Floats], Landings], planned: float, steps: int
+) -> list[Floats]:
+    """The first plateau is made shorter after every step whose contact closed by the planned instant [s], and longer
+    after every other: the root of a median (Robbins and Monro 1951), at which the foot arrives when it is meant to."""
+    speeds: list[Floats] = []
+    for number in range(1, steps + 2):
+        found = step(learner.durations())
+        speeds.append(found.speed)
+        early = np.where(found.first <= planned, 1.0, -1.0)
+        learner.iterate[:, :1] = learner.iterate[:, :1] - BIT_GAIN / number**0.7 * early[:, None]
+    return speeds
 
 
 class _Learner:
@@ -151,7 +180,11 @@ def _hidden_grounds(request: Request, hidden: int, rng: np.random.Generator) -> 
         from tarsus.base.spec import float_paths
 
         known = float_paths(scene)
-        names = (f"robot.feet.{request.foot}.gap", "ground.restitution.coefficient", "ground.film.coefficient")
+        names = (
+            f"robot.feet.{request.foot}.gap",
+            "ground.restitution.coefficient",
+            "ground.film.coefficient",
+        )
         paths = tuple(path for path in names if path in known and known[path].value > 0.0)
         middle = np.array([known[path].value for path in paths])
         over = Box(paths, (1.0 - UNKNOWN) * middle, (1.0 + UNKNOWN) * middle)

@@ -49,9 +49,7 @@ class Grounds:
 
     def with_more(self, values: Floats) -> Grounds:
         """These and others (n, np), of equal weight."""
-        joined = {
-            path: np.append(own, values[:, i]) for i, (path, own) in enumerate(self.values.items())
-        }
+        joined = {path: np.append(own, values[:, i]) for i, (path, own) in enumerate(self.values.items())}
         count = len(self) + len(values)
         return Grounds(joined, np.full(count, 1.0 / count))
 
@@ -116,7 +114,7 @@ def over_of(scene: Scene, given: Any) -> Over | None:
 
     Raises InputError for unknown paths, for a box that is empty, and for values that the scene refuses.
     """
-    if given is None or isinstance(given, Mapping) and not given:
+    if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
         given = Ensemble(read_draws(Path(given)))
@@ -132,16 +130,24 @@ def over_of(scene: Scene, given: Any) -> Over | None:
                 raise InputError(f"{path}: is no number, so it has no range")
             low, high = (parse_quantity(one, known[path].unit) for one in pair)
         except (InputError, ValueError, TypeError) as error:
-            told = error.problems if isinstance(error, InputError) else [f"{path}: expected (low, high), got {pair}"]
+            told = (
+                error.problems
+                if isinstance(error, InputError)
+                else [f"{path}: expected (low, high), got {pair}"]
+            )
             problems += [one if one.startswith(path) else f"{path}: {one}" for one in told]
             continue
         if not low < high:
             shown = [format_quantity(float(f"{one:.6g}"), known[path].unit) for one in (low, high)]
-            problems.append(f"{path}: the box is empty, expected its lower end before its upper one, got {shown[0]} to {shown[1]}")
+            problems.append(
+                f"{path}: the box is empty, expected its lower end before its upper one, got {shown[0]} to {shown[1]}"
+            )
         ends.append((path, low, high))
     if problems:
         raise InputError(problems)
-    box = Box(tuple(p for p, _, _ in ends), np.array([a for _, a, _ in ends]), np.array([b for _, _, b in ends]))
+    box = Box(
+        tuple(p for p, _, _ in ends), np.array([a for _, a, _ in ends]), np.array([b for _, _, b in ends])
+    )
     _check(scene, box)
     return box
 

@@ -75,7 +75,9 @@ class Step:
         """Number of unknowns of a signal with so many pairs."""
         return 2 * pairs * (2 if self.levels.free else 1)
 
-    def place(self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats) -> tuple[Floats, Floats]:
+    def place(
+        self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats
+    ) -> tuple[Floats, Floats]:
         """Levels [V] and durations [s] (n, S) of points (n, nu) of the unit cube, each of a family of its own.
 
         Raises nothing: plateaus that together would leave no time to hold are shortened in proportion.
@@ -86,8 +88,12 @@ class Step:
         levels, durations = np.zeros((count, m + 2)), np.zeros((count, m + 2))
         for index in np.unique(number):
             family, rows = which[int(index)], np.flatnonzero(number == index)
-            a, b = family.sizes
-            between = free[rows] if self.levels.free else np.tile([*family.landing, *family.release], (len(rows), 1))
+            a = family.sizes[0]
+            between = (
+                free[rows]
+                if self.levels.free
+                else np.tile([*family.landing, *family.release], (len(rows), 1))
+            )
             first, last = spans[rows, :a], spans[rows, a:]
             halves = (self.supported, self.period - self.supported)
             first, last = (self._fit(part, half) for part, half in zip((first, last), halves, strict=True))
@@ -111,7 +117,9 @@ class Step:
         held = np.array([[self.support, self.lift]])
         return held, np.array([[self.supported, self.period - self.supported]])
 
-    def children(self, parent: Family, cube: Floats, to: Sequence[Family]) -> tuple[NDArray[np.int64], Floats]:
+    def children(
+        self, parent: Family, cube: Floats, to: Sequence[Family]
+    ) -> tuple[NDArray[np.int64], Floats]:
         """Points of families with one more pair that move almost as a parent's point (nu,): the new pair is as short as
         can be, or, with free levels, repeats the level beside it."""
         m, (a, _) = parent.plateaus, parent.sizes

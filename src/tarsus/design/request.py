@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
 
-__all__ = ["Options", "Request", "levels_of", "request_of"]
+__all__ = ["Options", "Request", "Sensor", "levels_of", "request_of"]
 
 Floats = NDArray[np.float64]
 
@@ -34,12 +35,21 @@ SHORTEST = 10e-6
 """Shortest plateau [s] unless another is given: what a microcontroller and its output stage switch without effort."""
 
 
+class Sensor(Enum):
+    """What a learner is told of each step. The value is a word for it."""
+
+    SPEED = "speed"
+    """A scalar: the design's measure, how hard the step struck."""
+    CONTACT = "contact"
+    """One bit: whether the contact has closed by the instant at which it is planned to."""
+
+
 @dataclass(frozen=True)
 class Options:
     """objective: what is minimised; drive: whose volts are designed, the only one when absent; tick [s] of the timer;
     shortest [s] of a plateau; ringing: greatest overshoot after release, as a share of the mean gap in the air;
-    contact, lift: least shares of the plain step's that the design keeps; free: paths of the switching times that may
-    move, of a scene whose signal is on-off already; seed; threads; effort: factor on the length of the search."""
+    contact, lift: least shares of the plain step's that the design keeps; sensor: what a learner is told; seed;
+    threads; effort: factor on the length of the search."""
 
     objective: Objective = Objective.SPEED
     drive: str | None = None
@@ -48,6 +58,7 @@ class Options:
     ringing: float | None = None
     contact: float = 0.8
     lift: float = 0.8
+    sensor: Sensor = Sensor.SPEED
     seed: int = 0
     threads: int | None = None
     effort: float = 1.0
@@ -134,7 +145,9 @@ def levels_of(given: Any, drive: Drive | None) -> Levels:
         words: Sequence[Any] = given if not isinstance(given, str) else (
             given.strip().removeprefix("free=").split(":") if free else given.split(",")
         )  # fmt: skip
-        volts = tuple(parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words)
+        volts = tuple(
+            parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words
+        )
         if free and len(volts) != 2:
             raise InputError(f"levels: free levels are free=low:high, such as free=-8V:8V, got '{given}'")
         found = Levels(tuple(sorted(set(volts))), free)
@@ -150,7 +163,8 @@ def _check_levels(levels: Levels, drive: Drive) -> None:
         low, high = drive.amplifier.clip
         if levels.low < low or levels.high > high:
             raise InputError(
-                f"levels: {levels.low:g} V to {levels.high:g} V go beyond the amplifier, which gives {low:g} V to {high:g} V"
+                f"levels: {levels.low:g} V to {levels.high:g} V go beyond the amplifier, which gives {low:g} V to "
+                f"{high:g} V"
             )
     known = max((abs(volts) for volts in drive.history), default=0.0)
     if not isinstance(drive.law, LinearForce) and known > 0.0 and max(-levels.low, levels.high) > known:
@@ -167,14 +181,18 @@ def _drive(scene: Scene, name: str | None) -> str:
             raise InputError(f"drive: the robot has no drive '{name}'{nearest(name, drives)}")
         return name
     if len(drives) != 1:
-        raise InputError(f"drive: the robot has {len(drives)} drives; name the one to be designed, such as --drive NAME")
+        raise InputError(
+            f"drive: the robot has {len(drives)} drives; name the one to be designed, such as --drive NAME"
+        )
     return drives[0]
 
 
 def _period(scene: Scene, drive: str) -> float:
     wave = scene.waveforms.get(drive)
     if wave is None or wave.period is None:
-        raise InputError(f"signals.{drive}: the signal to be designed needs a period; give the scene a periodic one")
+        raise InputError(
+            f"signals.{drive}: the signal to be designed needs a period; give the scene a periodic one"
+        )
     return wave.period
 
 

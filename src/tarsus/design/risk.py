@@ -82,7 +82,9 @@ class CVaR(Risk):
         before = np.cumsum(sorted_weights, axis=1) - sorted_weights
         share = 1.0 - self.level
         taken = np.clip(share - before, 0.0, sorted_weights)
-        counted = np.where(taken > 0.0, np.take_along_axis(scores, order, axis=1), 0.0)  # 0 times infinity is 0
+        counted = np.where(
+            taken > 0.0, np.take_along_axis(scores, order, axis=1), 0.0
+        )  # 0 times infinity is 0
         return (taken * counted).sum(axis=1) / share
 
 

@@ -28,8 +28,8 @@ _TRIED = (2, 3, 4, 6, 8, 12)
 
 @dataclass(frozen=True)
 class Regime:
-    """What the periodic motion is. speeds (np,) [m/s]: hardest touchdown of each of the last periods; repeats: after how
-    many periods, 0 where it does not within `SEEN`."""
+    """What the periodic motion is. speeds (np,) [m/s]: hardest touchdown of each of the last periods; repeats: after
+    how many periods, 0 where it does not within `SEEN`."""
 
     speeds: Floats
     repeats: int

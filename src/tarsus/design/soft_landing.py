@@ -13,6 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.design.energy import Energy, period_rises
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.over import Box, Ensemble, Grounds
+from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
 from tarsus.design.request import Options, Request, request_of
 from tarsus.design.risk import Nominal, Risk, Worst
@@ -33,20 +34,23 @@ Progress = Callable[[int, int, str], None]
 SAMPLE = 48
 """Signals that the time to settle is measured on."""
 MEAN_GROUNDS = 48
-"""Grounds that stand for a box where a risk averages over it: the mean of a touchdown speed is then known within 3 %."""
+"""Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
 DENSE = 2048
 """Grounds of the last, dense look at a box, before the climb from its worst regions."""
 ROUNDS = 6
-"""Rounds of cutting planes at most; the cantilever needs two to four."""
+"""Rounds of cutting planes at most; the cantilever needs one or two."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A signal by its plateaus: levels [V] and durations [s] (S,), with its pairs."""
+    """A signal by its plateaus: levels [V] and durations [s] (S,), with its pairs; where it came from, the family's
+    number and the point (nu,) of the unit cube, is empty for the plain step."""
 
     levels: Floats
     durations: Floats
     pairs: int
+    number: int = 0
+    point: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def rows(self) -> tuple[Floats, Floats]:
@@ -70,11 +74,11 @@ class FrontPoint:
 class LandingDesign:
     """A soft landing and why to believe it.
 
-    signal: rounded to the timer; exact: before rounding; before, after: what the foot does on the nominal ground with the
-    plain step and with the design, (1, 1) each; grounds: those that the design was judged on, and the worst that was
+    signal: rounded to the timer; exact: before rounding; before, after: what the foot does on the nominal ground with
+    the plain step and with the design, (1, 1) each; grounds: those that the design was judged on, and the worst that was
     found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box. rounds: of cutting
-    planes. worst [m/s]: hardest touchdown on any ground that was looked at, NaN without grounds; nominal_worst: the same
-    of the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all. settle: periods of a run.
+    planes. worst [m/s]: hardest touchdown on any ground that was looked at, NaN without grounds; nominal_worst: the
+    same of the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all. settle: periods of a run.
     """
 
     request: Request
@@ -123,9 +127,9 @@ class LandingDesign:
     @property
     def scene(self) -> Scene:
         """The scene with the designed signal."""
-        return Trials(self.request.scene, self.request.drive, self.request.foot, self.request.step.period).with_signal(
-            self.signal
-        )
+        return Trials(
+            self.request.scene, self.request.drive, self.request.foot, self.request.step.period
+        ).with_signal(self.signal)
 
     @property
     def plain_signal(self) -> OnOff:
@@ -187,9 +191,7 @@ class _Designer:
         self.request, self.progress = request, progress
         options, step = request.options, request.step
         self.rng = np.random.default_rng([options.seed, 5])
-        self.trials = Trials(
-            request.scene, request.drive, request.foot, step.period, threads=options.threads
-        )
+        self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=options.threads)
         paths = request.over.paths if request.over is not None else ()
         self.nominal = Grounds.nominal(request.scene, paths)
         levels, durations = step.plain()
@@ -200,8 +202,8 @@ class _Designer:
         if not before.touchdowns[0, 0] > 0.0:
             where = "stays on the ground" if before.contact[0, 0] > 0.0 else "stays in the air"
             raise InputError(
-                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and {step.support:g} V "
-                f"it {where}"
+                f"foot '{request.foot}' never lands: with the plain step between {step.lift:g} V and "
+                f"{step.support:g} V it {where}"
             )
         self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
         self.archives: dict[int, tuple[list[Family], Archive]] = {}
@@ -221,8 +223,6 @@ class _Designer:
             max(int(6000 * effort), 64), max(int(40 * effort), 2), max(int(72 * min(effort, 1.5)), 6)
         )
 
-    # -- the search -----------------------------------------------------------------------------------------------------
-
     def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
         return float(risk(self.target.scores(self.trials(*one.rows, grounds)), grounds.weights)[0])
 
@@ -238,7 +238,9 @@ class _Designer:
             found.append(found[-1] if worse else best)
         return found
 
-    def _search(self, pairs: int, grounds: Grounds, risk: Risk, budget: Budget) -> tuple[list[Family], Archive]:
+    def _search(
+        self, pairs: int, grounds: Grounds, risk: Risk, budget: Budget
+    ) -> tuple[list[Family], Archive]:
         step = self.request.step
         choices = families(step, pairs)
         cost = self._cost(choices, grounds, risk)
@@ -246,7 +248,8 @@ class _Designer:
         if pairs - 1 in self.archives:
             before, archive = self.archives[pairs - 1]
             made = [
-                step.children(before[archive.numbers[row]], archive.points[row], choices) for row in archive.best(3)
+                step.children(before[archive.numbers[row]], archive.points[row], choices)
+                for row in archive.best(3)
             ]
             starts = np.concatenate([n for n, _ in made]), np.concatenate([x for _, x in made])
         return choices, search(cost, len(choices), step.unknowns(pairs), budget, self.rng, starts)
@@ -263,9 +266,17 @@ class _Designer:
         levels, durations = self.request.step.place(
             choices, archive.numbers[row : row + 1], archive.points[row : row + 1]
         )
-        return Candidate(levels[0], durations[0], pairs)
+        return Candidate(levels[0], durations[0], pairs, int(archive.numbers[row]), archive.points[row])
 
-    # -- grounds --------------------------------------------------------------------------------------------------------
+    def _polished(self, one: Candidate, grounds: Grounds) -> Candidate:
+        if not len(one.point):
+            return one
+        choices = self.archives[one.pairs][0]
+        cost = self._cost(choices, grounds, self.request.risk)
+        generations = max(int(40 * self.request.options.effort), 4)
+        point, _ = polish(cost, one.number, one.point, self.rng, generations=generations)
+        levels, durations = self.request.step.place(choices, np.array([one.number]), point[None])
+        return replace(one, levels=levels[0], durations=durations[0], point=point)
 
     def robust_designs(self, nominal: list[Candidate]) -> tuple[list[Candidate], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
@@ -280,7 +291,11 @@ class _Designer:
             grounds = self.nominal.with_more(over.spread(MEAN_GROUNDS, self.request.options.seed))
         found, rounds = [self.plain], ()
         for pairs in range(1, self.request.pairs + 1):
-            self.progress(self.request.pairs + pairs - 1, 2 * self.request.pairs, f"{pairs} pairs, {len(grounds)} grounds")
+            self.progress(
+                self.request.pairs + pairs - 1,
+                2 * self.request.pairs,
+                f"{pairs} pairs, {len(grounds)} grounds",
+            )
             if isinstance(over, Box) and isinstance(risk, Worst):
                 best, grounds, rounds = self._cutting_planes(pairs, over, grounds)
             else:
@@ -297,17 +312,24 @@ class _Designer:
             return self._strike(one, DENSE // 4).score
         return self.score(one, grounds, self.request.risk)
 
+    def _best_of(self, one: Candidate, other: Candidate, grounds: Grounds) -> Candidate:
+        return other if self._judge(other, grounds) <= self._judge(one, grounds) else one
+
     def _on_fixed_grounds(self, pairs: int, grounds: Grounds) -> Candidate:
         choices, archive = self.archives[pairs]
         cost = self._cost(choices, grounds, self.request.risk)
         self.archives[pairs] = choices, self._descended(archive, cost, self.budget(0.5), 24)
         return self._candidate(pairs, int(self.archives[pairs][1].best(1)[0]))
 
-    def _descended(self, archive: Archive, cost: Callable[..., Floats], budget: Budget, count: int) -> Archive:
+    def _descended(
+        self, archive: Archive, cost: Callable[..., Floats], budget: Budget, count: int
+    ) -> Archive:
         """The best of an archive judged by another cost, and followed down by it."""
         rows = archive.best(max(8 * count, 64), near=0.03)
         again = Archive.empty(archive.points.shape[1])
-        again.add(archive.numbers[rows], archive.points[rows], cost(archive.numbers[rows], archive.points[rows]))
+        again.add(
+            archive.numbers[rows], archive.points[rows], cost(archive.numbers[rows], archive.points[rows])
+        )
         first = again.best(count)
         descend(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
         return again
@@ -324,8 +346,8 @@ class _Designer:
             first = state["round"] == 0
             state["round"] += 1
             cost = self._cost(choices, active, Worst())
-            budget = self.budget(0.7 if first else 0.35)
-            state["archive"] = self._descended(state["archive"], cost, budget, 24 if first else 8)
+            budget = self.budget(1.0 if first else 0.6)
+            state["archive"] = self._descended(state["archive"], cost, budget, 32 if first else 12)
             self.archives[pairs] = choices, state["archive"]
             rows = state["archive"].best(3)
             return state["archive"].costs[rows], [self._candidate(pairs, int(row)) for row in rows]
@@ -343,14 +365,12 @@ class _Designer:
 
         return attack(box, hurt, count, np.random.default_rng([self.request.options.seed, 11]))
 
-    # -- the result -----------------------------------------------------------------------------------------------------
-
     def design(self, learn: int) -> LandingDesign:
         """The whole design."""
         request = self.request
         nominal = self.nominal_designs()
         robust, grounds, rounds = self.robust_designs(nominal)
-        chosen = robust[-1]
+        chosen = self._best_of(robust[-1], self._polished(robust[-1], grounds), grounds)
         rounded, loss = self._rounded(chosen, grounds)
         struck = self._strike(rounded, DENSE) if isinstance(request.over, Box) else None
         nominal_worst = np.nan
@@ -375,15 +395,15 @@ class _Designer:
         return float(self.trials(*one.rows, grounds.with_more(struck.grounds)).speed.max())
 
     def _rounded(self, one: Candidate, grounds: Grounds) -> tuple[Candidate, float]:
-        """The best neighbour in whole ticks, and what rounding costs [m/s]."""
+        """The best neighbour in whole ticks and whole millivolts, and what rounding costs [m/s]."""
         request = self.request
         ticks = neighbours(one.durations, request.ticks, self.rng)
         durations = ticks * (request.step.period / request.ticks)
-        levels = np.tile(one.levels, (len(ticks), 1))
+        levels = np.tile(np.round(one.levels, 3), (len(ticks), 1))
         risk = request.risk
         scores = risk(self.target.scores(self.trials(levels, durations, grounds)), grounds.weights)
         best = int(np.argmin(scores))
-        rounded = replace(one, durations=durations[best])
+        rounded = replace(one, levels=levels[best], durations=durations[best])
         both = [risk(self.trials(*c.rows, grounds).speed, grounds.weights)[0] for c in (one, rounded)]
         return rounded, float(both[1] - both[0])
 

@@ -26,7 +26,9 @@ def in_ticks(period: float, tick: float) -> int:
     count = round(period / tick)
     if count < 100:
         shown = format_quantity(float(f"{tick:.4g}"), "s")
-        raise InputError(f"tick: a timer of {shown} has {count} ticks in a period of {period:g} s, expected at least 100")
+        raise InputError(
+            f"tick: a timer of {shown} has {count} ticks in a period of {period:g} s, expected at least 100"
+        )
     return count
 
 
@@ -38,9 +40,9 @@ def neighbours(durations: Floats, total: int, rng: np.random.Generator) -> Ints:
     inner = len(edges)
     shifts = np.array(list(product((0, -1, 1), repeat=inner))) if 3**inner <= MOST else None
     if shifts is None:
-        shifts = np.concatenate([np.zeros((1, inner), dtype=int), rng.integers(-1, 2, size=(MOST - 1, inner))])
+        shifts = np.concatenate(
+            [np.zeros((1, inner), dtype=int), rng.integers(-1, 2, size=(MOST - 1, inner))]
+        )
     moved = near + shifts[np.argsort(np.abs(shifts).sum(axis=1), kind="stable")]
     ticks = np.diff(np.column_stack([np.zeros(len(moved)), moved, np.full(len(moved), total)]), axis=1)
     return ticks[(ticks >= 1).all(axis=1)].astype(np.int64)
-
-

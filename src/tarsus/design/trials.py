@@ -28,13 +28,15 @@ class Landings:
     """What one foot does in a period, of n candidates on ng grounds, each (n, ng).
 
     speed [m/s]: of the hardest touchdown; impulse [N s]: the largest of a touchdown; touchdowns: number of them, those
-    of chatter included; contact [s]; peak [m]: highest gap; lifted [m]: mean gap while in the air. NaN: the run did not
-    reach its end. A foot that never touches has speed, impulse and touchdowns 0, and contact 0 or the whole period.
+    of chatter included; first [s]: when the first one comes after the landing edge, infinite without one; contact [s];
+    peak [m]: highest gap; lifted [m]: mean gap while in the air. NaN: the run did not reach its end. A foot that never
+    touches has speed, impulse and touchdowns 0, and contact 0 or the whole period.
     """
 
     speed: Floats
     impulse: Floats
     touchdowns: Floats
+    first: Floats
     contact: Floats
     peak: Floats
     lifted: Floats
@@ -67,8 +69,10 @@ class Trials:
     def __post_init__(self) -> None:
         self._shared = Shared()
 
-    def __call__(self, levels: Floats, durations: Floats, grounds: Grounds, *, every: bool = False) -> Landings:
-        """All candidates, levels [V] and durations [s] (n, S), on all grounds; with ``every`` candidate i on ground i."""
+    def __call__(
+        self, levels: Floats, durations: Floats, grounds: Grounds, *, every: bool = False
+    ) -> Landings:
+        """All candidates, levels [V] and durations [s] (n, S), on all grounds; ``every``: candidate i on ground i."""
         count, ng = len(levels), len(grounds)
         if every:
             who, where = np.arange(count), np.arange(ng)
@@ -97,9 +101,11 @@ class Trials:
 def landings_of(batch: Batch, foot: str, period: float, periods: int, counted: int) -> Landings:
     """What a foot does in the last ``counted`` of ``periods`` periods [s] of every run of a batch; (nr,) each."""
     number = list(batch.scene.robot.feet).index(foot)
-    speed, impulse, touchdowns = (np.zeros(len(batch)) for _ in range(3))
+    speed, impulse, touchdowns, first = (np.zeros(len(batch)) for _ in range(4))
+    first[:] = np.inf
+    since = (periods - counted) * period
     for part in batch.parts:
-        _touchdowns(part, number, (periods - counted) * period, speed, impulse, touchdowns)
+        _touchdowns(part, number, since, speed, impulse, touchdowns, first)
     names = ("contact_duration", "peak", "mean_height")
     found = batch.measured(names, period=period, skip=periods - counted)
     contact, peak, height = (_of_foot(found[name], number) for name in names)
@@ -107,7 +113,7 @@ def landings_of(batch: Batch, foot: str, period: float, periods: int, counted: i
     lifted = np.where(air > 0.0, height * period / np.where(air > 0.0, air, 1.0), 0.0)
     done = np.where(batch.done, 1.0, np.nan)
     return Landings(
-        speed * done, impulse * done, touchdowns / counted * done, contact * done,
+        speed * done, impulse * done, touchdowns / counted * done, (first - since) * done, contact * done,
         np.nan_to_num(peak) * done, np.nan_to_num(lifted) * done,
     )  # fmt: skip
 
@@ -119,7 +125,7 @@ def _of_foot(measured: object, number: int) -> Floats:
 
 
 def _touchdowns(
-    part: Part, foot: int, since: float, speed: Floats, impulse: Floats, touchdowns: Floats
+    part: Part, foot: int, since: float, speed: Floats, impulse: Floats, touchdowns: Floats, first: Floats
 ) -> None:
     """Enter the touchdowns of a foot after an instant [s] into the numbers (nr,) of a whole batch.
 
@@ -128,7 +134,9 @@ def _touchdowns(
     rows = EventColumns([part.events])
     own = np.repeat(part.members, np.diff(part.event_end, prepend=0))
     hits = np.flatnonzero(
-        np.isin(rows["kind"], np.array(IMPACTS, dtype=float)) & (rows["foot"] == foot) & (rows["time"] > since)
+        np.isin(rows["kind"], np.array(IMPACTS, dtype=float))
+        & (rows["foot"] == foot)
+        & (rows["time"] > since)
     )
     run, before, after = own[hits], np.abs(rows["speed_before"][hits]), np.abs(rows["speed_after"][hits])
     lost = before - after
@@ -136,3 +144,4 @@ def _touchdowns(
     np.maximum.at(speed, run, before)
     np.maximum.at(impulse, run, blow)
     np.add.at(touchdowns, run, 1.0)
+    np.minimum.at(first, run, rows["time"][hits])

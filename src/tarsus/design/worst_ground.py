@@ -40,7 +40,9 @@ class Attack:
     tried: int
 
 
-def attack(box: Box, hurt: Hurt, count: int, rng: np.random.Generator, budget: Budget | None = None) -> Attack:
+def attack(
+    box: Box, hurt: Hurt, count: int, rng: np.random.Generator, budget: Budget | None = None
+) -> Attack:
     """Search a box for the ground that hurts a design most: an even spread of ``count``, then uphill from the worst of
     several regions."""
     budget = budget or Budget(islands=6, generations=18, offspring=8)

@@ -383,7 +383,7 @@ def _stored_measure(entry: Mapping[str, Any]) -> StoredMeasure:
 
 
 def _write_json(path: Path, content: Any) -> None:
-    text = json.dumps(_finite(content), indent=2, ensure_ascii=False, allow_nan=False)
+    text = json.dumps(finite(content), indent=2, ensure_ascii=False, allow_nan=False)
     path.write_text(text + "\n", encoding="utf-8")
 
 
@@ -396,14 +396,14 @@ def _read_json(path: Path) -> dict[str, Any]:
         raise InputError([f"{path} is not a run's {path.name}: {error}"]) from error
 
 
-def _finite(content: Any) -> Any:
+def finite(content: Any) -> Any:
     """JSON has no NaN: null stands for a value that does not exist."""
     if isinstance(content, float):
         return content if math.isfinite(content) else None
     if isinstance(content, Mapping):
-        return {str(key): _finite(value) for key, value in content.items()}
+        return {str(key): finite(value) for key, value in content.items()}
     if isinstance(content, list | tuple):
-        return [_finite(value) for value in content]
+        return [finite(value) for value in content]
     return content
 
 

@@ -1,0 +1,176 @@
+"""`tarsus design`: what a signal should be, given what it should do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+app = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+
+
+@app.command
+def landing(
+    scene: str,
+    /,
+    *,
+    foot: str,
+    pairs: int = 1,
+    levels: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8 V, 8 V",
+    over: Annotated[list[str] | None, Parameter(negative=())] = None,
+    risk: str | None = None,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    objective: str = "speed",
+    drive: str | None = None,
+    tick: str = "1 us",
+    shortest: str = "10 us",
+    ringing: str | None = None,
+    learn: int = 0,
+    sensor: str = "speed",
+    seed: int = 0,
+    effort: float = 1.0,
+    threads: int | None = None,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    report: bool = True,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Find on-off switching times with which a foot touches down softly, every touchdown of the period counted.
+
+    Parameters
+    ----------
+    scene
+        a device (see `tarsus devices`) or a scene file; its signal gives the period, and the share of it on the ground.
+    foot
+        name of the foot.
+    pairs
+        pairs of switchings beside the step's two edges, at most.
+    levels
+        voltages, e.g. "-8 V, 8 V", or free=-8V:8V for any between; the lowest and the highest are held.
+    over
+        PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
+    risk
+        worst, cvar:q, mean or nominal; worst with --over, else nominal.
+    output
+        folder for landing.json, signal.toml, scene.toml, landing.h, scenarios.csv and report.html.
+    objective
+        speed, impulse or touchdowns.
+    drive
+        whose volts are designed; the only one when left out.
+    tick
+        of the timer that edges are rounded to.
+    shortest
+        time that a level lasts at least.
+    ringing
+        greatest overshoot after release over the mean gap in the air, e.g. "20 %".
+    learn
+        steps in which the landing is learned again on hidden grounds, without a model; 0 for none.
+    sensor
+        what the learner is told: speed (a scalar) or contact (one bit).
+    seed
+        of the search.
+    effort
+        factor on the length of the search.
+    threads
+        worker threads; by default one for each processor that this process may use.
+    set_
+        path=value, changes the scene first; may be repeated.
+    law
+        a Python file with laws that the scene uses; may be repeated.
+    overwrite
+        replace what `design landing` wrote into the folder before; other files stay.
+    report
+        write report.html.
+    json
+        print one JSON object instead of the table.
+    """
+    from tarsus.cli import console, requests
+    from tarsus.design.landing_files import LANDING_FILES, landing_table, write_landing
+    from tarsus.design.soft_landing import landing as design
+    from tarsus.files.output import OutputFolder
+
+    options = _options(objective, sensor, tick, shortest, ringing)
+    grounds = _grounds(over or ())
+    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
+    target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
+    target.check()
+    with console.progress_bar("design") as progress:
+        found = design(
+            the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
+            drive=drive, seed=seed, effort=effort, threads=threads, **options,
+        )  # fmt: skip
+    with target.writing() as folder:
+        write_landing(found, folder)
+        if report:
+            from tarsus.report.landing_page import write_landing_report
+
+            write_landing_report(found, folder / "report.html")
+    table = landing_table(found)
+    if json:
+        console.print_json(table)
+    else:
+        _show(table, folder)
+    return 0
+
+
+def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str | None) -> dict[str, Any]:
+    from tarsus.base.errors import InputError
+    from tarsus.base.units import parse_quantity
+    from tarsus.design.request import Sensor
+    from tarsus.design.target import Objective
+
+    problems: list[str] = []
+    found: dict[str, Any] = {}
+    for name, text, kind in (("objective", objective, Objective), ("sensor", sensor, Sensor)):
+        words = [one.value for one in kind]
+        if text in words:
+            found[name] = kind(text)
+        else:
+            problems.append(f"--{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{text}'")
+    for name, text, unit in (("tick", tick, "s"), ("shortest", shortest, "s"), ("ringing", ringing, "1")):
+        if text is None:
+            continue
+        try:
+            found[name] = parse_quantity(text, unit)
+        except InputError as error:
+            problems += [f"--{name}: {one}" for one in error.problems]
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _grounds(words: Any) -> Any:
+    """A file of draws, or a box."""
+    from tarsus.design.over import read_box
+
+    if len(words) == 1 and words[0].endswith(".npz"):
+        return words[0]
+    return read_box(words)
+
+
+def _show(table: dict[str, Any], folder: Path) -> None:
+    from tarsus.cli import console
+
+    rows = [
+        (str(i), f"{time * 1e6:.6g}", f"{level:.5g}", f"{span * 1e6:.6g}")
+        for i, (time, level, span) in enumerate(
+            zip(table["switching_times"], table["levels"], table["durations"], strict=True)
+        )
+    ]
+    console.table(("switching", "time (us)", "level (V)", "lasts (us)"), rows)
+    plain = table["plain"]
+    print(f"\nplain step: {plain['speed']:.4g} m/s, {plain['touchdowns']:g} touchdowns a step")
+    print(
+        f"designed:   {table['speed']:.4g} m/s, {table['touchdowns']:g} touchdowns a step, {table['regime']}"
+    )
+    if table["worst"] == table["worst"]:
+        print(f"worst:      {table['worst']:.4g} m/s on {len(table['scenarios'])} grounds"
+              + (f", {table['worst_ground']['tried']} looked at" if table["worst_ground"] else "")
+              + f"; the nominal design's worst {table['nominal_worst']:.4g} m/s")  # fmt: skip
+    if table["energy"] == table["energy"]:
+        print(
+            f"energy:     {table['energy']:.4g} J a period, {table['energy_recovered']:.4g} J with charge recovery"
+        )
+    print(f"wrote {folder}")
