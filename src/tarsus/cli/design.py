@@ -7,7 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
+from tarsus.cli import design_gait
+
 app = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+app.command(design_gait.gait)
+app.command(design_gait.adapt)
 
 
 @app.command

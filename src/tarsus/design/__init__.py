@@ -1,19 +1,29 @@
 """Design: what a description or a signal should be, given what it should do."""
 
+from tarsus.design.adaptive import AdaptiveGait, Sense, adapt
+from tarsus.design.gait_fronts import GaitFront, GaitPoint, gait
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
 from tarsus.design.over import Box, Ensemble
 from tarsus.design.soft_landing import LandingDesign, landing
 from tarsus.design.step_lift import StepLift, step_lift
+from tarsus.design.unknowns import Symmetry
 from tarsus.model.standing import standing
 
 __all__ = [
+    "AdaptiveGait",
     "Box",
     "Ensemble",
+    "GaitFront",
+    "GaitPoint",
     "LandingDesign",
     "Landscape",
     "LinkDesign",
+    "Sense",
     "StepLift",
+    "Symmetry",
+    "adapt",
     "design_links",
+    "gait",
     "landing",
     "landscape",
     "standing",

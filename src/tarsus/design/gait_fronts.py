@@ -253,7 +253,7 @@ class _Designer:
             if (number and rounds[-1].gap <= CLOSED) or number == ROUNDS:
                 break
             grounds = grounds.with_more(_worst(struck.grounds, gaps, box))
-            share = 0.3 if not number else 0.075
+            share = 0.4 if not number else 0.05
             points, costs, on_own = self._search(grounds, Worst(), share, starts, f"{len(grounds)} grounds")
             best = points, costs, on_own
             starts = points[along(costs, 48)]
