@@ -27,8 +27,6 @@ Progress = Callable[[int, int, str], None]
 
 SPREAD_GROUNDS = 12
 """Grounds on which gaits are sought, one by one."""
-TRAINING = 96
-"""Grounds that the rule is grown on."""
 DEPTH = 3
 """Comparisons at most before a gait is chosen."""
 WORTH = 0.005
@@ -137,6 +135,7 @@ def adapt(
     steps: int = 20,
     gaits: int = 6,
     hidden: int = 200,
+    training: int = 96,
     noise: float = 0.02,
     progress: Progress | None = None,
     **options: Any,
@@ -159,8 +158,8 @@ def adapt(
         ``charge``, ``slip``, both with a comma, or ``nothing``.
     objective
         What the gait is for, one.
-    steps, gaits, hidden
-        Steps of the probe, gaits at most, number of hidden grounds.
+    steps, gaits, hidden, training
+        Steps of the probe, gaits at most, number of hidden grounds, and of those in a box that the rule is grown on.
     noise
         Standard deviation of what is sensed, as a share of it.
 
@@ -171,7 +170,7 @@ def adapt(
     """
     problems = [
         f"{name}: expected at least {least}, got {value}"
-        for name, value, least in (("steps", steps, 2), ("gaits", gaits, 1), ("hidden", hidden, 2))
+        for name, value, least in (("steps", steps, 2), ("gaits", gaits, 1), ("hidden", hidden, 2), ("training", training, 2))
         if value < least
     ]
     if not 0.0 <= noise < 1.0:
@@ -192,7 +191,7 @@ def adapt(
     found, request = made
     if len(request.objectives) != 1 or not request.objectives[0].grounded:
         raise InputError("objective: a robot adapts to its ground for one objective that depends on it, such as speed")
-    return _Adapter(request, found, noise, progress or (lambda done, total, what: None)).design(steps, gaits, hidden)
+    return _Adapter(request, found, noise, progress or (lambda done, total, what: None)).design(steps, gaits, (training, hidden))
 
 
 class _Adapter:
@@ -206,9 +205,9 @@ class _Adapter:
         self.walks = Walks(request.scene, request.unknowns, request.objectives, request.duration, options.threads)
         self.runs = 0
 
-    def design(self, steps: int, most: int, count: int) -> AdaptiveGait:
+    def design(self, steps: int, most: int, counts: tuple[int, int]) -> AdaptiveGait:
         """The whole design."""
-        training, hidden = self._grounds(count)
+        training, hidden = self._grounds(*counts)
         pool = self._pool(training)
         self.progress(1, 4, "gaits on training grounds")
         costs = self._table(pool, training)
@@ -229,7 +228,7 @@ class _Adapter:
             self.walks.runs + self.runs,
         )  # fmt: skip
 
-    def _grounds(self, count: int) -> tuple[dict[str, Floats], dict[str, Floats]]:
+    def _grounds(self, some: int, count: int) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Training and hidden grounds: values by path."""
         over = self.request.over
         if isinstance(over, Ensemble):
@@ -238,7 +237,7 @@ class _Adapter:
             own = {path: np.asarray(values, dtype=float) for path, values in over.values.items()}
             return {p: v[:-count] for p, v in own.items()}, {p: v[-count:] for p, v in own.items()}
         assert isinstance(over, Box)
-        train, test = over.spread(TRAINING, self.request.options.seed), over.at(self.rng.random((count, len(over.paths))))
+        train, test = over.spread(some, self.request.options.seed), over.at(self.rng.random((count, len(over.paths))))
         return tuple({p: own[:, i] for i, p in enumerate(over.paths)} for own in (train, test))  # type: ignore
 
     def _pool(self, training: Mapping[str, Floats]) -> Floats:

@@ -38,9 +38,8 @@ MEAN_GROUNDS = 24
 """Grounds that stand for a box where a risk averages over it."""
 MORE = 3
 """Grounds added in a round at most: every one of them costs a run of each later candidate."""
-LOOK, CLIMB = 48, 4
-"""Grounds and steps uphill of an attack between rounds; the last attack looks at four times as many, with other random
-numbers, and climbs twice as long."""
+CLIMB = 4
+"""Steps uphill of an attack between rounds; the last attack climbs twice as long."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,8 @@ class GaitPoint:
     """A gait on a front.
 
     point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their units
-    and order, on the scene's own ground, under the risk, and the worst that was found in a box (NaN without one);
+    and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds; of the nominal front's gaits
+    on the grounds that candidates were judged on, of all others in an attack of their own on the box);
     worst_ground: values by path of the ground where the first objective that depends on the ground is worst; energy [J]:
     plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front needs energy).
     """
@@ -218,11 +218,10 @@ class _Designer:
                 points, costs, on_own = self._search(grounds, risk, 0.6, points[along(costs, 48)], f"{len(grounds)} grounds")
         chosen = along(costs)
         robust = self._robust(costs, on_own, nominal[1][:, 0].min())
-        shown = np.concatenate([points[chosen], points[robust][None], nominal[0], best[None]])
-        made, gap = self._shown(shown, grounds, len(chosen) + 1)
-        n = len(chosen)
+        made, gap = self._shown(np.concatenate([points[chosen], points[robust][None], best[None]]), grounds)
+        plain, _ = self._shown(nominal[0], grounds, attacked=False)
         return GaitFront(
-            request, tuple(made[:n]), tuple(made[n + 1 : -1]), made[n], made[-1], grounds, tuple(rounds), gap,
+            request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
             points, costs, self.tried, self.kept.walks.runs, self.kept.reused,
         )  # fmt: skip
 
@@ -247,7 +246,8 @@ class _Designer:
         active = self.kept(attacked, grounds)
         best: tuple[Floats, Floats, Floats] | None = None
         for number in range(ROUNDS + 1):
-            struck = strike(self.kept, attacked, box, LOOK, CLIMB, 100 * self.request.options.seed + number)
+            options = self.request.options
+            struck = strike(self.kept, attacked, box, options.look, CLIMB, 100 * options.seed + number)
             gaps = self._gaps(active, struck.costs, grounds)
             rounds.append(FrontRound(len(grounds), float(gaps.max())))
             if (number and rounds[-1].gap <= CLOSED) or number == ROUNDS:
@@ -270,8 +270,9 @@ class _Designer:
         worse = np.maximum(np.nan_to_num(struck - known, nan=0.0), 0.0)
         return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
 
-    def _shown(self, points: Floats, grounds: Grounds, robust: int) -> tuple[list[GaitPoint], float]:
-        """Points (k, nu) as gaits, and the gap of the first ``robust`` of them."""
+    def _shown(self, points: Floats, grounds: Grounds, *, attacked: bool = True) -> tuple[list[GaitPoint], float]:
+        """Points (k, nu) as gaits, and the gap of all but the last, which is of no front; without an attack the worst is
+        that of the grounds."""
         request, objectives = self.request, self.request.objectives
         each = self.kept(points, grounds)
         risked = np.stack([_finite(request.risk(each[:, :, j], grounds.weights)) for j in range(each.shape[2])], axis=1)
@@ -281,11 +282,12 @@ class _Designer:
         if request.over is not None:
             worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
             where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
-        if isinstance(request.over, Box):
+        if attacked and isinstance(request.over, Box):
             self.progress(self.tried, request.options.candidates, "the last look at the box")
-            struck = strike(self.kept, points, request.over, 4 * LOOK, 2 * CLIMB, 100 * request.options.seed + 99)
-            if not isinstance(request.risk, Nominal):
-                gap = float(self._gaps(each, struck.costs, grounds)[:robust].max())
+            count, seed = 4 * request.options.look, 100 * request.options.seed + 99
+            struck = strike(self.kept, points, request.over, count, 2 * CLIMB, seed)
+            if isinstance(request.risk, Worst):
+                gap = float(self._gaps(each, struck.costs, grounds)[:-1].max())
             for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
                 where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
             worst = np.maximum(worst, struck.costs)

@@ -27,12 +27,14 @@ FEWEST = 64
 @dataclass(frozen=True)
 class GaitOptions:
     """symmetry: of the phases, where they are free; dead: legs that do not move; candidates: gaits that are tried in all;
-    loss: share of the best nominal value that the robust gait may give up; duration [s] of a run, the scene's when absent;
+    look: grounds that an attack between rounds looks at in a box before it climbs, the last attack at four times as many, with
+    other random numbers; loss: share of the best nominal value that the robust gait may give up; duration [s] of a run, the scene's when absent;
     seed; threads."""
 
     symmetry: Symmetry | str = Symmetry.NONE
     dead: tuple[str, ...] = ()
     candidates: int = 4000
+    look: int = 48
     loss: float = 0.1
     duration: float | None = None
     seed: int = 0
@@ -62,9 +64,11 @@ class GaitRequest:
             *(f"{n} [{u}] {lo!r} {hi!r}" for n, u, lo, hi in
               zip(self.unknowns.names, self.unknowns.units, self.unknowns.low.tolist(), self.unknowns.high.tolist(),
                   strict=True)),
+            f"paths {', '.join(self.unknowns.paths)}; shares {self.unknowns.base.tolist()} {self.unknowns.share.tolist()}",
             f"objectives {', '.join(one.name for one in self.objectives)}",
             f"over {described(self.over)}", f"risk {self.risk.name}",
-            f"candidates {self.options.candidates}, duration {self.duration!r}, seed {self.options.seed}",
+            f"candidates {self.options.candidates}, look {self.options.look}, duration {self.duration!r}, "
+            f"loss {self.options.loss!r}, seed {self.options.seed}",
         ]  # fmt: skip
 
 
@@ -120,6 +124,8 @@ def gait_request(
     problems += _of_energy(scene, objectives)
     if options.candidates < FEWEST:
         problems.append(f"candidates: expected at least {FEWEST}, got {options.candidates}")
+    if options.look < 1:
+        problems.append(f"look: expected at least 1 ground, got {options.look}")
     if not 0.0 <= options.loss < 1.0:
         problems.append(f"loss: expected a share from 0 to below 1, got {options.loss:g}")
     if options.duration is not None and not options.duration > 0.0:
