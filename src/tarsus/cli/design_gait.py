@@ -95,12 +95,19 @@ def gait(
     target = OutputFolder(output, "design gait", (*FRONT_FILES, *KEPT_FILES), overwrite, resumable=True)
     target.check(resume=resume)
     legs = tuple(leg.strip() for leg in dead.split(",") if leg.strip())
-    _checked(the_scene, given, objective, risk, {"symmetry": symmetry, "dead": legs, "candidates": candidates, **options})
+    _checked(
+        the_scene,
+        given,
+        objective,
+        risk,
+        {"symmetry": symmetry, "dead": legs, "candidates": candidates, **options},
+    )
     try:
         with target.writing(resume=resume) as folder, console.progress_bar("gaits") as progress:
             found = design(
-                the_scene, given["free"], objective, given["over"], risk, folder=folder, resume=resume, progress=progress,
-                symmetry=symmetry, dead=legs, candidates=candidates, seed=seed, threads=threads, **options,
+                the_scene, given["free"], objective, given["over"], risk, folder=folder, resume=resume,
+                progress=progress, symmetry=symmetry, dead=legs, candidates=candidates, seed=seed, threads=threads,
+                **options,
             )  # fmt: skip
             write_front(found, folder)
             if report:
@@ -109,7 +116,10 @@ def gait(
                 write_gait_report(found, folder)
     except KeyboardInterrupt:
         console.complain(
-            [f"interrupted; the walks so far are kept in {shlex.quote(str(output))}: the same line with --resume goes on"]
+            [
+                f"interrupted; the walks so far are kept in {shlex.quote(str(output))}: the same line with "
+                "--resume goes on"
+            ]
         )
         return 1
     if json:
@@ -154,7 +164,8 @@ def adapt(
     free
         as for `tarsus design gait`.
     over
-        PATH=a:b, a number that the robot does not know, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
+        PATH=a:b, a number that the robot does not know, from a to b; may be repeated. Or a draws.npz of `tarsus
+        identify`.
     output
         folder for adapt.json, hidden.csv and report.html.
     sense
@@ -194,9 +205,9 @@ def adapt(
     target.check()
     with console.progress_bar("adaptive gait") as progress:
         found = design(
-            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden, progress=progress,
-            symmetry=symmetry, dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()), candidates=candidates,
-            seed=seed, threads=threads, **options,
+            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden,
+            progress=progress, symmetry=symmetry, dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
+            candidates=candidates, seed=seed, threads=threads, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_adapt(found, folder)
@@ -260,7 +271,9 @@ def _grounds(words: Any) -> Any:
     return read_box(words) or None
 
 
-def _checked(scene: Any, given: dict[str, Any], objective: str, risk: str | None, options: dict[str, Any]) -> None:
+def _checked(
+    scene: Any, given: dict[str, Any], objective: str, risk: str | None, options: dict[str, Any]
+) -> None:
     """Raise InputError for a bad request before anything is written."""
     from tarsus.design.gait_request import GaitOptions, gait_request
 
@@ -281,10 +294,16 @@ def _show(design: GaitFront) -> None:
     for name, point in gait_scene_names(design):
         row = [name]
         for j, one in enumerate(design.objectives):
-            row += [f"{point.nominal[j]:.4g}", *([f"{point.worst[j]:.4g}"] if judged and one.grounded else [])]
+            row += [
+                f"{point.nominal[j]:.4g}",
+                *([f"{point.worst[j]:.4g}"] if judged and one.grounded else []),
+            ]
         rows.append((*row, *(f"{point.values[path]:.4g}" for path in names)))
     console.table((*head, *(path.removeprefix("gait.") for path in names)), rows)
-    print(f"\n{design.candidates} gaits tried, {design.runs} walks" + (f", {design.reused} read" if design.reused else ""))
+    print(
+        f"\n{design.candidates} gaits tried, {design.runs} walks"
+        + (f", {design.reused} read" if design.reused else "")
+    )
     if judged and design.gap == design.gap:
         print(f"gap of the worst grounds: {100 * design.gap:.2g} %; {len(design.grounds)} grounds active")
     if judged:
@@ -296,7 +315,9 @@ def _show_adapted(design: AdaptiveGait) -> None:
 
     console.table(("when", "gait"), [(said, str(number)) for said, number in design.table])
     for number, values in enumerate(design.gaits):
-        told = ", ".join(f"{path.removeprefix('gait.')} {value:.4g}" for path, value in list(values.items())[:6])
+        told = ", ".join(
+            f"{path.removeprefix('gait.')} {value:.4g}" for path, value in list(values.items())[:6]
+        )
         print(f"gait {number}{' (probe)' if number == design.probe else ''}: {told}")
     print(
         f"\nlost on {len(design.known)} hidden grounds: {100 * design.regret:.2g} %; the best single gait loses "

@@ -45,8 +45,8 @@ class Sense(Enum):
     NOTHING = "nothing"
     """Nothing: one gait for all grounds."""
     CHARGE = "charge"
-    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on the ground,
-    and touchdowns a step."""
+    """The charge of its actuators, which tells when a foot meets and leaves the ground: the share of the time on
+    the ground, and touchdowns a step."""
     SLIP = "slip"
     """Its way over the ground: path that the feet slide, and stride."""
 
@@ -55,11 +55,15 @@ _SENSED = {
     Sense.NOTHING: (),
     Sense.CHARGE: (
         OBJECTIVES["support"],
-        WalkObjective("touchdowns", "1", True, "touchdowns a step", ("impacts",), lambda seen: seen["impacts"]),
+        WalkObjective(
+            "touchdowns", "1", True, "touchdowns a step", ("impacts",), lambda seen: seen["impacts"]
+        ),
     ),
     Sense.SLIP: (
         OBJECTIVES["slip"],
-        WalkObjective("stride", "m", True, "way of the body a step", ("stride",), lambda seen: seen["stride"]),
+        WalkObjective(
+            "stride", "m", True, "way of the body a step", ("stride",), lambda seen: seen["stride"]
+        ),
     ),
 }
 
@@ -68,10 +72,10 @@ _SENSED = {
 class AdaptiveGait:
     """A few gaits, a rule that chooses among them, and what that loses.
 
-    gaits: values by path of each; probe: number of the one that is walked first; senses: names; rule: from senses to the
-    number of a gait. costs (nh, k): of the gaits on the hidden grounds; known (nh,): of the best gait found for each ground
-    by a search of its own; chosen (nh,): by the rule; grounds (nh,) by path. steps: walked before the gait is chosen, with
-    the probe. runs: made in all.
+    gaits: values by path of each; probe: number of the one that is walked first; senses: names; rule: from senses
+    to the number of a gait. costs (nh, k): of the gaits on the hidden grounds; known (nh,): of the best gait found
+    for each ground by a search of its own; chosen (nh,): by the rule; grounds (nh,) by path. steps: walked before
+    the gait is chosen, with the probe. runs: made in all.
     """
 
     request: GaitRequest
@@ -97,7 +101,8 @@ class AdaptiveGait:
 
     @property
     def fixed_regret(self) -> float:
-        """The same of that one of the gaits which is best on the mean of the hidden grounds: the best of no sensing."""
+        """The same of that one of the gaits which is best on the mean of the hidden grounds: the best of no
+        sensing."""
         return self._lost(self.costs[:, int(np.argmin(self.costs.mean(axis=0)))])
 
     @property
@@ -117,7 +122,9 @@ def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
         return tuple(given)
     words = [word.strip() for word in given.split(",")]
     known = [one.value for one in Sense]
-    problems = [f"sense: there is none called '{word}'{nearest(word, known)}" for word in words if word not in known]
+    problems = [
+        f"sense: there is none called '{word}'{nearest(word, known)}" for word in words if word not in known
+    ]
     if not problems and len(set(words)) > 1 and Sense.NOTHING.value in words:
         problems.append("sense: 'nothing' stands alone")
     if problems:
@@ -142,18 +149,19 @@ def adapt(
 ) -> AdaptiveGait:
     """Design a rule from what a robot senses in its first steps to one of a few gaits.
 
-    Gaits are sought on grounds spread over the box, each by itself; the few that together lose least are kept. The robot
-    walks ``steps`` steps with one of them, the probe, and then takes the one that the rule says. Rule and probe are those
-    that lose least on training grounds. What is lost is measured on hidden grounds, which nothing above has seen, against
-    the best gait that a search finds for each of them alone. The chosen gait is judged by a walk of its own from the start
-    of the scene.
+    Gaits are sought on grounds spread over the box, each by itself; the few that together lose least are kept. The
+    robot walks ``steps`` steps with one of them, the probe, and then takes the one that the rule says. Rule and
+    probe are those that lose least on training grounds. What is lost is measured on hidden grounds, which nothing
+    above has seen, against the best gait that a search finds for each of them alone. The chosen gait is judged by a
+    walk of its own from the start of the scene.
 
     Parameters
     ----------
     scene, free, options
         As for `tarsus.design.gait`.
     over
-        A mapping of paths to (low, high), or an `Ensemble`, of whose members the last ``hidden`` (at most half) are hidden.
+        A mapping of paths to (low, high), or an `Ensemble`, of whose members the last ``hidden`` (at most half) are
+        hidden.
     sense
         ``charge``, ``slip``, both with a comma, or ``nothing``.
     objective
@@ -170,7 +178,12 @@ def adapt(
     """
     problems = [
         f"{name}: expected at least {least}, got {value}"
-        for name, value, least in (("steps", steps, 2), ("gaits", gaits, 1), ("hidden", hidden, 2), ("training", training, 2))
+        for name, value, least in (
+            ("steps", steps, 2),
+            ("gaits", gaits, 1),
+            ("hidden", hidden, 2),
+            ("training", training, 2),
+        )
         if value < least
     ]
     if not 0.0 <= noise < 1.0:
@@ -180,7 +193,9 @@ def adapt(
     made: list[Any] = []
     for one in (
         lambda: senses_of(sense),
-        lambda: gait_request(scene, free, [objective], over, None if over is None else Mean(), GaitOptions(**options)),
+        lambda: gait_request(
+            scene, free, [objective], over, None if over is None else Mean(), GaitOptions(**options)
+        ),
     ):
         try:
             made.append(one())
@@ -190,19 +205,27 @@ def adapt(
         raise InputError(problems)
     found, request = made
     if len(request.objectives) != 1 or not request.objectives[0].grounded:
-        raise InputError("objective: a robot adapts to its ground for one objective that depends on it, such as speed")
-    return _Adapter(request, found, noise, progress or (lambda done, total, what: None)).design(steps, gaits, (training, hidden))
+        raise InputError(
+            "objective: a robot adapts to its ground for one objective that depends on it, such as speed"
+        )
+    return _Adapter(request, found, noise, progress or (lambda done, total, what: None)).design(
+        steps, gaits, (training, hidden)
+    )
 
 
 class _Adapter:
     """The search of one request."""
 
-    def __init__(self, request: GaitRequest, sense: tuple[Sense, ...], noise: float, progress: Progress) -> None:
+    def __init__(
+        self, request: GaitRequest, sense: tuple[Sense, ...], noise: float, progress: Progress
+    ) -> None:
         self.request, self.sense, self.noise, self.progress = request, sense, noise, progress
         options = request.options
         self.rng = np.random.default_rng([options.seed, 41])
         self.sensed = tuple(one for sense in self.sense for one in _SENSED[sense])
-        self.walks = Walks(request.scene, request.unknowns, request.objectives, request.duration, options.threads)
+        self.walks = Walks(
+            request.scene, request.unknowns, request.objectives, request.duration, options.threads
+        )
         self.runs = 0
 
     def design(self, steps: int, most: int, counts: tuple[int, int]) -> AdaptiveGait:
@@ -237,7 +260,10 @@ class _Adapter:
             own = {path: np.asarray(values, dtype=float) for path, values in over.values.items()}
             return {p: v[:-count] for p, v in own.items()}, {p: v[-count:] for p, v in own.items()}
         assert isinstance(over, Box)
-        train, test = over.spread(some, self.request.options.seed), over.at(self.rng.random((count, len(over.paths))))
+        train, test = (
+            over.spread(some, self.request.options.seed),
+            over.at(self.rng.random((count, len(over.paths)))),
+        )
         return tuple({p: own[:, i] for i, p in enumerate(over.paths)} for own in (train, test))  # type: ignore
 
     def _pool(self, training: Mapping[str, Floats]) -> Floats:
@@ -258,15 +284,20 @@ class _Adapter:
         middle = points[np.argsort(costs.mean(axis=0))[:4]]
         return np.concatenate([best, middle])
 
-    def _sought(self, best: Floats, costs: Floats, grounds: Mapping[str, Floats], generations: int) -> tuple[Floats, Floats]:
-        """Gaits (ng, nu), each searched further on its own ground by steps that get shorter, and their costs (ng,)."""
+    def _sought(
+        self, best: Floats, costs: Floats, grounds: Mapping[str, Floats], generations: int
+    ) -> tuple[Floats, Floats]:
+        """Gaits (ng, nu), each searched further on its own ground by steps that get shorter, and their costs
+        (ng,)."""
         best, costs, step = best.copy(), costs.copy(), STEP
         n, nu = best.shape
         around = self.request.unknowns.around
         for _ in range(generations):
             moved = best[:, None] + step * self.rng.standard_normal((n, YOUNG, nu))
             low = np.abs(moved)
-            moved = np.where(around, np.remainder(moved, 1.0), np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0))
+            moved = np.where(
+                around, np.remainder(moved, 1.0), np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
+            )
             given = {path: np.repeat(own, YOUNG) for path, own in grounds.items()}
             found = self.walks.each(moved.reshape(-1, nu), given)[:, 0].reshape(n, YOUNG)
             at, rows = found.argmin(axis=1), np.arange(n)
@@ -287,7 +318,13 @@ class _Adapter:
         """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), without noise."""
         scene = self.walks.scene_of(point)
         period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
-        walks = Walks(self.request.scene, self.request.unknowns, self.sensed, steps * period, self.request.options.threads)
+        walks = Walks(
+            self.request.scene,
+            self.request.unknowns,
+            self.sensed,
+            steps * period,
+            self.request.options.threads,
+        )
         ng = len(next(iter(grounds.values())))
         costs = walks.each(np.repeat(point[None], ng, axis=0), grounds)
         self.runs += walks.runs
@@ -298,7 +335,8 @@ class _Adapter:
         return senses * (1.0 + self.noise * self.rng.standard_normal(senses.shape))
 
     def _rule(self, felt: Sequence[Floats], costs: Floats) -> tuple[int, Rule]:
-        """The probe and the rule that lose least on other draws of the noise than those that the rule was grown on."""
+        """The probe and the rule that lose least on other draws of the noise than those that the rule was grown
+        on."""
         if not felt:
             return (fixed := int(np.argmin(costs.mean(axis=0)))), Rule(fixed)
         many = np.tile(costs, (REPEATS, 1))
@@ -313,7 +351,8 @@ class _Adapter:
         return best[1], best[2]
 
     def _known(self, library: Floats, costs: Floats, hidden: Mapping[str, Floats]) -> Floats:
-        """Costs (nh,) of the best gait for each hidden ground: the best of the few, searched further on this ground."""
+        """Costs (nh,) of the best gait for each hidden ground: the best of the few, searched further on this
+        ground."""
         _, found = self._sought(library[costs.argmin(axis=1)], costs.min(axis=1), hidden, 3)
         return found
 

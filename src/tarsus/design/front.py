@@ -1,8 +1,9 @@
-"""Fronts: what no other point beats in every cost at once, how much of the space they dominate, and a search for them.
+"""Fronts: what no other point beats in every cost at once, how much of the space they dominate, and a search for
+them.
 
 The search is that of NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002): non-dominated sorting with crowding
-distance, here with the differences of differential evolution and steps of random length as variation, so that there is
-nothing to tune. Only a function from points to costs is known here; it is asked for many points at a time.
+distance, here with the differences of differential evolution and steps of random length as variation, so that there
+is nothing to tune. Only a function from points to costs is known here; it is asked for many points at a time.
 """
 
 from __future__ import annotations
@@ -53,8 +54,8 @@ def undominated(costs: Floats) -> NDArray[np.bool_]:
 
 
 def hypervolume(costs: Floats, reference: Floats) -> float:
-    """Volume between costs (n, no) and a reference (no,) that is worse than they are; what is not better than it in all
-    counts nothing."""
+    """Volume between costs (n, no) and a reference (no,) that is worse than they are; what is not better than it in
+    all counts nothing."""
     inside = costs[(costs < reference).all(axis=1)]
     if not len(inside):
         return 0.0
@@ -71,7 +72,8 @@ def hypervolume(costs: Floats, reference: Floats) -> float:
 
 
 def ranks(costs: Floats) -> Ints:
-    """Number (n,) of the front that each of costs (n, no) is on, 0 the best; costs that are not finite are on the last."""
+    """Number (n,) of the front that each of costs (n, no) is on, 0 the best; costs that are not finite are on the
+    last."""
     found = np.full(len(costs), -1)
     finite = np.isfinite(costs).all(axis=1)
     beats = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
@@ -97,7 +99,12 @@ def crowding(costs: Floats) -> Floats:
 
 
 def search_front(
-    costs: Costs, unknowns: int, around: NDArray[np.bool_], search: Search, seed: int, starts: Floats | None = None
+    costs: Costs,
+    unknowns: int,
+    around: NDArray[np.bool_],
+    search: Search,
+    seed: int,
+    starts: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Search for the front of costs.
 
@@ -120,7 +127,9 @@ def search_front(
         Every point (n, nu) that was asked for, and its costs (n, no).
     """
     rng = np.random.default_rng([seed, 21])
-    first = qmc.Sobol(unknowns, rng=rng).random_base2(max(int(np.ceil(np.log2(max(search.scan, 2)))), 1))[: search.scan]
+    first = qmc.Sobol(unknowns, rng=rng).random_base2(max(int(np.ceil(np.log2(max(search.scan, 2)))), 1))[
+        : search.scan
+    ]
     points = first if starts is None or not len(starts) else np.concatenate([starts, first])
     found = costs(points)
     every, values = [points], [found]
@@ -138,8 +147,8 @@ def search_front(
 
 
 def _survivors(costs: Floats, count: int) -> Ints:
-    """Rows of the best: by front, and on the last one that has room those farthest from their neighbours; of equal ones
-    only the first."""
+    """Rows of the best: by front, and on the last one that has room those farthest from their neighbours; of equal
+    ones only the first."""
     _, distinct = np.unique(costs, axis=0, return_index=True)
     rows = np.sort(distinct)
     if len(rows) > 6 * count:  # sorting is quadratic: what the best of each cost leave far behind never lives
@@ -159,7 +168,9 @@ def _survivors(costs: Floats, count: int) -> Ints:
     return np.array(kept, dtype=np.int64)
 
 
-def _young(points: Floats, costs: Floats, around: NDArray[np.bool_], count: int, rng: np.random.Generator) -> Floats:
+def _young(
+    points: Floats, costs: Floats, around: NDArray[np.bool_], count: int, rng: np.random.Generator
+) -> Floats:
     """New points (count, nu): half by differences of others, half by steps of random length from a parent."""
     n, nu = points.shape
     number = ranks(costs)

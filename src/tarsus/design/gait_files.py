@@ -28,9 +28,9 @@ ADAPT_FILES = ("adapt.json", "hidden.csv", "report.html")
 def gait_table(design: GaitFront) -> dict[str, Any]:
     """A design as plain data, SI units; NaN where there is none.
 
-    objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and, by
-    objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and gain: worst value
-    of the first over that of the second; gap: what is left open about the worst grounds.
+    objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and,
+    by objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and gain:
+    worst value of the first over that of the second; gap: what is left open about the worst grounds.
     """
     request = design.request
     return {
@@ -43,9 +43,9 @@ def gait_table(design: GaitFront) -> dict[str, Any]:
         "grounds": [
             {path: float(own[i]) for path, own in design.grounds.values.items()} for i in range(len(design.grounds))
         ],
-        "gap": design.gap, "rounds": [{"grounds": one.grounds, "gap": one.gap} for one in design.rounds],
-        "candidates": design.candidates, "runs": design.runs, "reused": design.reused, "duration": request.duration,
-        "version": package_version(),
+        "gap": design.gap, "rounds": [{"what": one.what, "grounds": one.grounds, "gap": one.gap} for one in
+        design.rounds], "candidates": design.candidates, "runs": design.runs, "reused": design.reused, "duration":
+        request.duration, "version": package_version(),
     }  # fmt: skip
 
 
@@ -89,15 +89,17 @@ def _csv(design: GaitFront) -> str:
     )  # fmt: skip
     for name, point in gait_scene_names(design):
         scores = [getattr(point, kind)[j] for j in range(len(design.objectives)) for kind in kinds]
-        writer.writerow([name, *(f"{v:.9g}" for v in (*point.values.values(), *scores, point.energy, point.recovered))])
+        writer.writerow(
+            [name, *(f"{v:.9g}" for v in (*point.values.values(), *scores, point.energy, point.recovered))]
+        )
     return stream.getvalue()
 
 
 def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
     """An adaptive gait as plain data, SI units.
 
-    table: conditions in words with the number of a gait; gaits: values by path; probe: number of the gait that is walked
-    first, for so many steps; regret: mean loss on the hidden grounds against the gait that knows the ground;
+    table: conditions in words with the number of a gait; gaits: values by path; probe: number of the gait that is
+    walked first, for so many steps; regret: mean loss on the hidden grounds against the gait that knows the ground;
     fixed_regret: of the best single gait; choice_regret: were the best of these gaits always chosen.
     """
     return {
@@ -117,10 +119,14 @@ def write_adapt(design: AdaptiveGait, folder: Path) -> list[Path]:
     objective = design.request.objectives[0]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([*design.grounds, "gait", f"{objective.name} chosen ({objective.unit})", f"{objective.name} known"])
+    writer.writerow(
+        [*design.grounds, "gait", f"{objective.name} chosen ({objective.unit})", f"{objective.name} known"]
+    )
     for i, (chosen, known) in enumerate(zip(design.chosen.tolist(), design.known.tolist(), strict=True)):
         got, best = objective.value(design.costs[i, chosen]), objective.value(known)
-        writer.writerow([*(f"{own[i]:.9g}" for own in design.grounds.values()), chosen, f"{got:.9g}", f"{best:.9g}"])
+        writer.writerow(
+            [*(f"{own[i]:.9g}" for own in design.grounds.values()), chosen, f"{got:.9g}", f"{best:.9g}"]
+        )
     write_text(written[1], stream.getvalue())
     return written
 
@@ -130,5 +136,6 @@ def values_in_words(values: Mapping[str, float], units: Mapping[str, str]) -> st
     from tarsus.base.units import format_quantity
 
     return ", ".join(
-        f"{path.removeprefix('gait.')} {format_quantity(float(f'{value:.4g}'), units[path])}" for path, value in values.items()
+        f"{path.removeprefix('gait.')} {format_quantity(float(f'{value:.4g}'), units[path])}"
+        for path, value in values.items()
     )

@@ -26,10 +26,10 @@ FEWEST = 64
 
 @dataclass(frozen=True)
 class GaitOptions:
-    """symmetry: of the phases, where they are free; dead: legs that do not move; candidates: gaits that are tried in all;
-    look: grounds that an attack between rounds looks at in a box before it climbs, the last attack at four times as many, with
-    other random numbers; loss: share of the best nominal value that the robust gait may give up; duration [s] of a run, the scene's when absent;
-    seed; threads."""
+    """symmetry: of the phases, where they are free; dead: legs that do not move; candidates: gaits that are tried
+    in all; look: grounds that an attack between rounds looks at in a box before it climbs, the last attack at four
+    times as many, with other random numbers; loss: share of the best nominal value that the robust gait may give
+    up; duration [s] of a run, the scene's when absent; seed; threads."""
 
     symmetry: Symmetry | str = Symmetry.NONE
     dead: tuple[str, ...] = ()
@@ -64,7 +64,8 @@ class GaitRequest:
             *(f"{n} [{u}] {lo!r} {hi!r}" for n, u, lo, hi in
               zip(self.unknowns.names, self.unknowns.units, self.unknowns.low.tolist(), self.unknowns.high.tolist(),
                   strict=True)),
-            f"paths {', '.join(self.unknowns.paths)}; shares {self.unknowns.base.tolist()} {self.unknowns.share.tolist()}",
+            f"paths {', '.join(self.unknowns.paths)}",
+            f"shares {self.unknowns.base.tolist()} {self.unknowns.share.tolist()}",
             f"objectives {', '.join(one.name for one in self.objectives)}",
             f"over {described(self.over)}", f"risk {self.risk.name}",
             f"candidates {self.options.candidates}, look {self.options.look}, duration {self.duration!r}, "
@@ -110,14 +111,20 @@ def gait_request(
             return None
 
     if not isinstance(scene.robot.structure, Walker):
-        raise InputError(f"'{scene.name}' does not walk: only a scene whose structure is a walker has a gait to design")
+        raise InputError(
+            f"'{scene.name}' does not walk: only a scene whose structure is a walker has a gait to design"
+        )
     scene = tried(lambda: without_legs(scene, options.dead)) or scene
     objectives = tried(lambda: objectives_of(objective)) or ()
     symmetry = tried(lambda: symmetry_of(options.symmetry))
     made = None if symmetry is None else tried(lambda: unknowns_of(scene, free, symmetry))
     grounds = tried(lambda: over_of(scene, over))
     if made is not None and grounds is not None:
-        problems += [f"{path}: is designed, so it cannot be part of the ground" for path in grounds.paths if path in made[1].paths]
+        problems += [
+            f"{path}: is designed, so it cannot be part of the ground"
+            for path in grounds.paths
+            if path in made[1].paths
+        ]
     chosen = tried(lambda: risk_of(risk)) if risk is not None else (Nominal() if grounds is None else Worst())
     if grounds is None and over is None and isinstance(chosen, Risk) and not isinstance(chosen, Nominal):
         problems.append(f"risk: '{chosen.name}' needs grounds to be judged on: give --over PATH=a:b")
@@ -147,5 +154,3 @@ def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:
     if scene.ground.gravity is None and any(one.name == "transport" for one in objectives):
         problems.append("objective: transport needs gravity, for the weight that is carried")
     return problems
-
-

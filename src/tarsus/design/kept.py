@@ -1,4 +1,5 @@
-"""Runs that are kept on disk: a design that is killed and called again reads what it had and goes on, and ends the same."""
+"""Runs that are kept on disk: a design that is killed and called again reads what it had and goes on, and ends the
+same."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ KEPT_FILES = tuple(
 def store_of(folder: Path, scene: Scene, request: Sequence[str], *, resume: bool) -> SweepStore:
     """The store of a design in a folder.
 
-    request: everything beside the scene that its runs depend on, line by line. Raises InputError as `SweepStore.open`.
+    request: everything beside the scene that its runs depend on, line by line. Raises InputError as
+    `SweepStore.open`.
     """
     texts = {"scene.toml": scene_text(scene), "request.txt": "\n".join(request) + "\n"}
     digest = hashlib.sha256()

@@ -1,7 +1,7 @@
 """Rules from what a robot senses to what it does: a few comparisons, which a microcontroller makes in no time.
 
-A rule is a binary tree (Breiman et al., Classification and Regression Trees, 1984), grown not to tell classes apart but to
-lose as little as possible: what a leaf costs is what its one action costs on all that comes to it.
+A rule is a binary tree (Breiman et al., Classification and Regression Trees, 1984), grown not to tell classes apart
+but to lose as little as possible: what a leaf costs is what its one action costs on all that comes to it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ WORTH = 0.002
 
 @dataclass(frozen=True)
 class Rule:
-    """Do ``action``; or, with a threshold, ask ``below`` where the sense of that number is below it, else ``above``."""
+    """Do ``action``; or, with a threshold, ask ``below`` where the sense of that number is below it, else
+    ``above``."""
 
     action: int
     sense: int = 0
@@ -66,7 +67,13 @@ def grown(senses: Floats, costs: Floats, depth: int) -> Rule:
     costs
         What each action would cost there (n, na).
     """
-    return _grow(senses, costs, depth, max(int(SMALLEST * len(costs)), 1), WORTH * len(costs) * float(np.abs(costs.min(axis=1)).mean()))
+    return _grow(
+        senses,
+        costs,
+        depth,
+        max(int(SMALLEST * len(costs)), 1),
+        WORTH * len(costs) * float(np.abs(costs.min(axis=1)).mean()),
+    )
 
 
 def _grow(senses: Floats, costs: Floats, depth: int, smallest: int, worth: float) -> Rule:

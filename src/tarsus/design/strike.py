@@ -31,8 +31,8 @@ class Strike:
 
 
 def strike(kept: Kept, points: Floats, box: Box, count: int, steps: int, seed: int) -> Strike:
-    """Search a box for the worst grounds of gaits at points (k, nu): on ``count`` grounds spread evenly and the corners,
-    the same for all, then in ``steps`` uphill from the worst of each."""
+    """Search a box for the worst grounds of gaits at points (k, nu): on ``count`` grounds spread evenly and the
+    corners, the same for all, then in ``steps`` uphill from the worst of each."""
     rng = np.random.default_rng([seed, 31])
     spread = np.concatenate([box.first(), box.spread(count, seed=int(rng.integers(2**31)))])
     cube = (spread - box.low) / (box.high - box.low)

@@ -37,16 +37,18 @@ class Symmetry(Enum):
     PAIRS = "pairs"
     """Legs across from each other move together: a phase for every pair."""
     WAVE = "wave"
-    """Along a side every leg is as late as ``lag`` says behind the one after it, and the right side is ``side`` later than
-    the left one: alternating gaits, ripples and waves from back to front and from front to back are all among these."""
+    """Along a side every leg is as late as ``lag`` says behind the one after it, and the right side is ``side``
+    later than the left one: alternating gaits, ripples and waves from back to front and from front to back are all
+    among these."""
 
 
 @dataclass(frozen=True)
 class Unknowns:
     """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
 
-    names, units, low, high (nu,): of the unknowns [SI]; around (nu,): whose range closes on itself; paths: in the scene;
-    base (np,), share (np, nu): value of path j is base[j] + share[j] @ unknowns; wrapped (np,): those counted modulo 1.
+    names, units, low, high (nu,): of the unknowns [SI]; around (nu,): whose range closes on itself; paths: in the
+    scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @ unknowns; wrapped (np,): those
+    counted modulo 1.
     """
 
     names: tuple[str, ...]
@@ -97,9 +99,9 @@ def unknowns_of(
     scene
         Of a walker with a gait, or with signals.
     free
-        Paths with their ranges (low, high), or None for the usual one: phases a whole period, duty 0.1 to 0.9, frequency
-        and durations half to twice what they are, the upper voltage half of what it is to that. `PHASES` stands for
-        all legs.
+        Paths with their ranges (low, high), or None for the usual one: phases a whole period, duty 0.1 to 0.9,
+        frequency and durations half to twice what they are, the upper voltage half of what it is to that. `PHASES`
+        stands for all legs.
     symmetry
         Of the phases that `PHASES` stands for.
 
@@ -121,9 +123,7 @@ def unknowns_of(
             scene = freed(scene, layout)
     for path, span in given.items():
         try:
-            parts.append(
-                _phases(scene, symmetry, span) if path == PHASES else _single(scene, path, span)
-            )
+            parts.append(_phases(scene, symmetry, span) if path == PHASES else _single(scene, path, span))
         except InputError as error:
             problems += error.problems
     owners = [path for part in parts for path in part.paths]
@@ -166,7 +166,9 @@ def _single(scene: Scene, path: str, span: Range | None) -> _Part:
     if place is None or place.kind not in (Kind.GAIT, Kind.DRIVE) or path.startswith("robot."):
         own = [one for one in known if one.startswith(("gait.", "signals."))]
         hint = nearest(path, own) if own else "; the scene has no gait and no signal"
-        raise InputError(f"{path}: is no number of a gait or a signal, so a gait's design cannot choose it{hint}")
+        raise InputError(
+            f"{path}: is no number of a gait or a signal, so a gait's design cannot choose it{hint}"
+        )
     about = known[path]
     if span is None:
         low, high = _usual(path, about.value)
@@ -177,7 +179,9 @@ def _single(scene: Scene, path: str, span: Range | None) -> _Part:
             raise InputError([f"{path}: {text}" for text in error.problems]) from None
     if not low < high:
         shown = " to ".join(format_quantity(float(f"{one:.6g}"), about.unit) for one in (low, high))
-        raise InputError(f"{path}: the range is empty, expected its lower end before its upper one, got {shown}")
+        raise InputError(
+            f"{path}: the range is empty, expected its lower end before its upper one, got {shown}"
+        )
     whole = path.startswith(f"{PHASES}.") or path == "gait.swing_lag"
     around = whole and math.isclose(high - low, 1.0)
     name = path.removeprefix("gait.")
@@ -205,18 +209,20 @@ def _phases(scene: Scene, symmetry: Symmetry, span: Range | None) -> _Part:
     if scene.gait is None or layout is None or not isinstance(scene.gait, Free):
         raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
     if span is not None:
-        raise InputError(f"{PHASES}: phases of all legs range over a whole period; give a range to single legs only")
+        raise InputError(
+            f"{PHASES}: phases of all legs range over a whole period; give a range to single legs only"
+        )
     names, base, share = _tied(layout, symmetry)
     if not names:
         raise InputError(f"{PHASES}: no phase is left free; all legs move together")
     paths = tuple(f"{PHASES}.{leg}" for leg in layout.hips)
     values = {path: float(b + s.sum() * 0.37) % 1.0 for path, b, s in zip(paths, base, share, strict=True)}
-    for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(layout):
+    for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(
+        layout
+    ):
         raise InputError(f"symmetry: '{symmetry.value}' does not fit the robot: {text}")
     count = len(names)
-    return _Part(
-        tuple(names), ("1",) * count, (0.0,) * count, (1.0,) * count, True, paths, base, share
-    )
+    return _Part(tuple(names), ("1",) * count, (0.0,) * count, (1.0,) * count, True, paths, base, share)
 
 
 def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats]:
@@ -242,7 +248,10 @@ def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats
             base = np.array([0.5 * place[leg][0] for leg in legs])
     share = np.array([[float(key == group) for group in groups[1:]] for key in keys])
     share = share.reshape(len(legs), len(groups) - 1)
-    names = [f"phases.{group}" if symmetry is Symmetry.NONE else f"phase of pair {int(group) + 1}" for group in groups[1:]]
+    names = [
+        f"phases.{group}" if symmetry is Symmetry.NONE else f"phase of pair {int(group) + 1}"
+        for group in groups[1:]
+    ]
     return names, base, share
 
 

@@ -22,8 +22,8 @@ Seen = Mapping[str, Floats]
 class WalkObjective:
     """One number of a walk.
 
-    name: as typed; unit: SI; most: whether the largest is best; measures: of the walk that it is made of; of: the number
-    (nr,); grounded: whether it depends on the ground at all; priced: whether it needs the drives' energy.
+    name: as typed; unit: SI; most: whether the largest is best; measures: of the walk that it is made of; of: the
+    number (nr,); grounded: whether it depends on the ground at all; priced: whether it needs the drives' energy.
     """
 
     name: str
@@ -67,7 +67,7 @@ OBJECTIVES = {
         ),
         _plain("slip", "m", "path that a foot slides in contact in a drive period, mean of the feet", most=False,
                measure="foot_slip"),
-        _plain("contact", "s", "time that a foot is on the ground in a drive period, mean of the feet (4.4.2: for climbing)",
+        _plain("contact", "s", "time that a foot is on the ground in a drive period, mean of the feet (climbing, 4.4.2)",
                most=True, measure="contact_duration"),
         _plain("support", "1", "share of the time that a foot is on the ground, mean of the feet", most=True,
                measure="duty_factor"),
@@ -87,9 +87,13 @@ def objectives_of(given: str | Sequence[str | WalkObjective]) -> tuple[WalkObjec
         for name, word in zip(names, words, strict=True)
         if isinstance(word, str) and name not in OBJECTIVES
     ]
-    problems += [f"objective: '{name}' is named twice" for name in dict.fromkeys(names) if names.count(name) > 1]
+    problems += [
+        f"objective: '{name}' is named twice" for name in dict.fromkeys(names) if names.count(name) > 1
+    ]
     if not 1 <= len(words) <= 3:
-        problems.append(f"objective: expected one to three, got {len(words)}: a front of more cannot be looked through")
+        problems.append(
+            f"objective: expected one to three, got {len(words)}: a front of more cannot be looked through"
+        )
     if problems:
         raise InputError(problems)
     return tuple(OBJECTIVES[word] if isinstance(word, str) else word for word in words)

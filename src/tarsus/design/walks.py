@@ -61,15 +61,21 @@ class Walks:
     def measured(
         self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str]
     ) -> dict[str, Floats]:
-        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, with ``energy`` and ``weight``, where the
-        objectives want them."""
+        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, with ``energy`` and ``weight``, where
+        the objectives want them."""
         parts = [
-            self._some(points[i : i + MOST_AT_ONCE], {p: v[i : i + MOST_AT_ONCE] for p, v in grounds.items()}, measures)
+            self._some(
+                points[i : i + MOST_AT_ONCE],
+                {p: v[i : i + MOST_AT_ONCE] for p, v in grounds.items()},
+                measures,
+            )
             for i in range(0, len(points), MOST_AT_ONCE)
         ]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    def _some(self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str]) -> dict[str, Floats]:
+    def _some(
+        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str]
+    ) -> dict[str, Floats]:
         seen: dict[str, Floats] = {}
         if measures:
             self.runs += len(points)
@@ -95,7 +101,11 @@ class Walks:
             gait, layout = self.scene.gait, self.scene.robot.layout()
             assert gait is not None and layout is not None
             low, high = (values.get(f"gait.{end}", getattr(gait, end)) for end in ("low", "high"))
-            drives = [self.scene.robot.drives[name] for name in gait.waveforms(layout) if name not in self.scene.signals]
+            drives = [
+                self.scene.robot.drives[name]
+                for name in gait.waveforms(layout)
+                if name not in self.scene.signals
+            ]
             share = sum((one.capacitance or np.nan) * (1.0 - (one.recovery or 0.0)) for one in drives)
             return np.broadcast_to(share * (high - low) ** 2, len(points)).astype(float)
         rows, which = np.unique(points, axis=0, return_inverse=True)
@@ -129,12 +139,14 @@ def _drawn(scene: Scene) -> float:
     signals = scene.actuator_volts
     period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
     edges = np.array([period, 2.0 * period])
-    return float(sum(charging_energy(drive, signals[name], edges)[0] for name, drive in scene.robot.drives.items()))
+    return float(
+        sum(charging_energy(drive, signals[name], edges)[0] for name, drive in scene.robot.drives.items())
+    )
 
 
 def without_legs(scene: Scene, dead: Sequence[str]) -> Scene:
-    """The scene with legs that are dead: the drives that move them are gone, the legs stand and keep their place in the
-    gait. Raises InputError for legs that there are not, and for a drive that moves a living leg too."""
+    """The scene with legs that are dead: the drives that move them are gone, the legs stand and keep their place in
+    the gait. Raises InputError for legs that there are not, and for a drive that moves a living leg too."""
     layout = scene.robot.layout()
     if layout is None:
         raise InputError("dead: only a walker has legs")
@@ -153,6 +165,8 @@ def without_legs(scene: Scene, dead: Sequence[str]) -> Scene:
         for name, foot in scene.robot.feet.items()
     }
     drives = {name: drive for name, drive in scene.robot.drives.items() if name not in gone}
-    robot = scene.robot.model_copy(update={"feet": type(scene.robot.feet)(feet), "drives": type(scene.robot.drives)(drives)})
+    robot = scene.robot.model_copy(
+        update={"feet": type(scene.robot.feet)(feet), "drives": type(scene.robot.drives)(drives)}
+    )
     signals = {name: wave for name, wave in scene.signals.items() if name not in gone}
     return with_values(scene, {"robot": robot, "signals": signals})

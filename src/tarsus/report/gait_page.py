@@ -18,15 +18,26 @@ from tarsus.files.store import package_version, write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, amount, escape, figure, number, page, table
 from tarsus.report.run_page import report_html
-from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, Scale, figure_style, scale_of, stack, to_svg
+from tarsus.report.style import (
+    BLUE,
+    GREEN,
+    MUTED,
+    RULE,
+    VERMILION,
+    Scale,
+    figure_style,
+    scale_of,
+    stack,
+    to_svg,
+)
 from tarsus.solve.simulate import simulate
 
 __all__ = ["adapt_html", "gait_html", "write_adapt_report", "write_gait_report"]
 
 
 def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> list[Path]:
-    """Write the page of a front as report.html and, with ``play``, beside it the pages of its gaits, each walking on the
-    ground that is worst for it; the paths. Raises InputError if they cannot be written."""
+    """Write the page of a front as report.html and, with ``play``, beside it the pages of its gaits, each walking
+    on the ground that is worst for it; the paths. Raises InputError if they cannot be written."""
     pages = []
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
@@ -48,8 +59,8 @@ def gait_html(design: GaitFront, *, linked: bool = False) -> str:
             f"<h1>Gaits: {escape(request.scene.name)}</h1>\n", f'<p class="lede">{escape(_lede(design))}</p>\n',
             figure(_front_figure(design, linked), next(numbers)),
             "<h2>Gaits of the front</h2>\n",
-            '<p class="lede">A click on a gait plays it on the ground that is worst for it.</p>\n' if linked and judged else "",
-            _gaits(design, linked),
+            '<p class="lede">A click on a gait plays it on the ground that is worst for it.</p>\n' if linked and
+            judged else "", _gaits(design, linked),
         ]  # fmt: skip
     if judged:
         parts += ["<h2>Grounds</h2>\n", _believed(design), _rounds(design), _grounds(design)]
@@ -60,7 +71,10 @@ def gait_html(design: GaitFront, *, linked: bool = False) -> str:
 def _lede(design: GaitFront) -> str:
     names = " against ".join(one.name for one in design.objectives)
     free = ", ".join(design.request.unknowns.names)
-    told = f"{names}; free: {free}; {design.candidates} gaits tried in {design.runs} walks of {design.request.duration:g} s."
+    told = (
+        f"{names}; free: {free}; {design.candidates} gaits tried in {design.runs} walks of "
+        f"{design.request.duration:g} s."
+    )
     if design.request.over is None:
         return told
     return f"{told} Risk of each objective: {design.request.risk.name}, over {', '.join(design.request.over.paths)}."
@@ -71,17 +85,31 @@ def _front_figure(design: GaitFront, linked: bool) -> Plate:
     objectives = design.objectives[:2]
     drawn, (axes,) = stack([3.0], legend_rows=1)
     judged = design.request.over is not None
-    sets = [("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED)] if judged else []
+    sets = (
+        [("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED)] if judged else []
+    )
     if judged:
         sets.append(("the front, on its own ground", design.members, "nominal", BLUE))
-    sets.append((f"the front, {design.request.risk.name}" if judged else "the front", design.members, "risk", VERMILION))
+    sets.append(
+        (
+            f"the front, {design.request.risk.name}" if judged else "the front",
+            design.members,
+            "risk",
+            VERMILION,
+        )
+    )
     if len(objectives) == 1:
         objectives = (objectives[0], objectives[0])
     scales = [_scale(one, j, design) for j, one in enumerate(objectives)]
     for label, points, kind, colour in sets:
-        own = np.array([[getattr(point, kind)[min(j, len(point.risk) - 1)] for j in range(2)] for point in points])
+        own = np.array(
+            [[getattr(point, kind)[min(j, len(point.risk) - 1)] for j in range(2)] for point in points]
+        )
         _scatter(axes, own, scales, label, colour, linked and points is design.members)
-    for axis, one, scale in ((axes.set_xlabel, objectives[1], scales[1]), (axes.set_ylabel, objectives[0], scales[0])):
+    for axis, one, scale in (
+        (axes.set_xlabel, objectives[1], scales[1]),
+        (axes.set_ylabel, objectives[0], scales[0]),
+    ):
         axis(f"{one.name} ({scale.label})" if scale.label not in ("1", "") else one.name)
     axes.grid(color=RULE, linewidth=0.4)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
@@ -89,7 +117,9 @@ def _front_figure(design: GaitFront, linked: bool) -> Plate:
     return Plate(to_svg(drawn, "the front"), words)
 
 
-def _scatter(axes: Axes, points: np.ndarray, scales: Sequence[Scale], label: str, colour: str, linked: bool) -> None:
+def _scatter(
+    axes: Axes, points: np.ndarray, scales: Sequence[Scale], label: str, colour: str, linked: bool
+) -> None:
     x, y = points[:, 1] / scales[1].step, points[:, 0] / scales[0].step
     drawn = axes.scatter(x, y, s=22, color=colour, label=label, zorder=3)
     if linked:
@@ -101,7 +131,10 @@ def _scatter(axes: Axes, points: np.ndarray, scales: Sequence[Scale], label: str
 def _scale(one: WalkObjective, j: int, design: GaitFront) -> Scale:
     if one.unit == "1":
         return Scale(1.0, "1")
-    values = [getattr(point, "nominal")[min(j, len(point.nominal) - 1)] for point in (*design.members, *design.nominal)]
+    values = [
+        point.nominal[min(j, len(point.nominal) - 1)]
+        for point in (*design.members, *design.nominal)
+    ]
     return scale_of(one.unit, np.array(values))
 
 
@@ -135,9 +168,9 @@ def _believed(design: GaitFront) -> str:
     one, loss = design.objectives[0], design.request.options.loss
     best, own = design.optimum, design.robust
     said = (
-        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the worst that "
-        f"was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most {100 * loss:g} % on their "
-        f"own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
+        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the worst "
+        f"that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most {100 * loss:g} % "
+        f"on their own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
     )
     parts = [f'<p class="verdict">{escape(said)}</p>\n']
     if np.isfinite(design.gap):
@@ -151,14 +184,26 @@ def _believed(design: GaitFront) -> str:
 
 
 def _rounds(design: GaitFront) -> str:
-    rows = [[str(i), str(one.grounds), f"{100 * one.gap:.2g} %"] for i, one in enumerate(design.rounds)]
-    return table([Column("round"), Column("active grounds"), Column("gap found")], rows) if rows else ""
+    rows = [
+        [str(i), one.what, str(one.grounds), f"{100 * one.gap:.2g} %"] for i, one in enumerate(design.rounds)
+    ]
+    return (
+        table(
+            [Column("round"), Column("for", number=False), Column("active grounds"), Column("gap found")],
+            rows,
+        )
+        if rows
+        else ""
+    )
 
 
 def _grounds(design: GaitFront) -> str:
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
     paths = list(design.grounds.values)
-    rows = [[str(i), *(number(float(design.grounds.values[p][i])) for p in paths)] for i in range(len(design.grounds))]
+    rows = [
+        [str(i), *(number(float(design.grounds.values[p][i])) for p in paths)]
+        for i in range(len(design.grounds))
+    ]
     return table([Column("ground"), *(Column(p, units[p]) for p in paths)], rows, tall=len(rows) > 20)
 
 
@@ -181,8 +226,8 @@ def adapt_html(design: AdaptiveGait) -> str:
     one = design.request.objectives[0]
     words = " and ".join(sense.value for sense in design.sense)
     lede = (
-        f"{one.name} of {design.request.scene.name}; sensed: {words}; the probe is walked for {design.steps} steps; judged on "
-        f"{len(design.known)} hidden grounds over {', '.join(design.grounds)}."
+        f"{one.name} of {design.request.scene.name}; sensed: {words}; the probe is walked for {design.steps} steps; "
+        f"judged on {len(design.known)} hidden grounds over {', '.join(design.grounds)}."
     )
     lost = [
         ["the rule", f"{100 * design.regret:.2g} %"], ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
@@ -198,7 +243,8 @@ def adapt_html(design: AdaptiveGait) -> str:
         table([Column("when", number=False), Column("gait")], [[said, str(gait)] for said, gait in design.table]),
         "<h2>The gaits</h2>\n", table([Column("gait", number=False), Column("values", number=False)], gaits),
         "<h2>What is lost</h2>\n",
-        table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost), drawn,
+        table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
+        drawn,
     ]  # fmt: skip
     return page(f"{design.request.scene.name} – adaptive gait", "".join(parts))
 

@@ -12,13 +12,24 @@ from tarsus.design.gait_files import adapt_table, write_adapt
 
 FREE = {"gait.duty": None}
 BOX = {"ground.friction.coefficient": (4.0, 12.0)}
-SMALL = {"candidates": 64, "duration": 0.02, "hidden": 6, "training": 10, "steps": 2, "gaits": 2, "threads": 1}
+SMALL = {
+    "candidates": 64,
+    "duration": 0.02,
+    "hidden": 6,
+    "training": 10,
+    "steps": 2,
+    "gaits": 2,
+    "threads": 1,
+}
 
 
 def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
     scene = ts.load_scene("millipede-printed")
     found = adapt(scene, FREE, BOX, "charge,slip", **SMALL)
-    assert found.senses == ("support", "touchdowns", "slip", "stride") and 0 <= found.probe < len(found.gaits) <= 2
+    assert (
+        found.senses == ("support", "touchdowns", "slip", "stride")
+        and 0 <= found.probe < len(found.gaits) <= 2
+    )
     assert found.costs.shape == (6, len(found.gaits)) and found.chosen.max() < len(found.gaits)
     # no gait of the few beats the search for each ground, and no choice beats the best of the few
     assert (found.known <= found.costs.min(axis=1)).all()
@@ -50,7 +61,12 @@ def test_a_bad_request_is_told_whole():
         adapt(scene, ["gait.dutty"], BOX, "smell", steps=1, noise=2.0)
     said = " | ".join(told.value.problems)
     assert len(told.value.problems) == 4
-    for words in ("steps: expected at least 2", "noise: expected a share", "sense: there is none called 'smell'", "gait.dutty: is no"):
+    for words in (
+        "steps: expected at least 2",
+        "noise: expected a share",
+        "sense: there is none called 'smell'",
+        "gait.dutty: is no",
+    ):
         assert words in said
     with pytest.raises(InputError, match="say the grounds"):
         adapt(scene, FREE, None)

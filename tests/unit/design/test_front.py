@@ -21,7 +21,9 @@ def test_hypervolume_is_that_of_boxes():
     costs = rng.random((12, 3))
     samples = rng.random((40_000, 3))
     covered = (costs[:, None] <= samples[None]).all(axis=2).any(axis=0).mean()
-    assert hypervolume(costs, np.ones(3)) == pytest.approx(covered, abs=0.01)  # 4 standard errors of the sampling
+    assert hypervolume(costs, np.ones(3)) == pytest.approx(
+        covered, abs=0.01
+    )  # 4 standard errors of the sampling
 
 
 def test_ranks_peel_front_after_front():
@@ -50,7 +52,7 @@ def test_the_search_goes_around_where_a_range_closes_on_itself():
 
     def costs(points):
         seen.append(points)
-        return (1.0 - np.cos(2.0 * np.pi * points[:, :1]))
+        return 1.0 - np.cos(2.0 * np.pi * points[:, :1])
 
     search_front(costs, 1, np.array([True]), Search(scan=8, population=16, generations=12), seed=2)
     last = np.concatenate(seen[-3:])[:, 0]

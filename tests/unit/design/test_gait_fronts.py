@@ -47,12 +47,17 @@ def test_costs_are_those_of_single_walks(scene):
     assert costs.shape == (2, 2, 3) and walks.runs == 4
     run = ts.simulate(walks.scene_of(points[1], {"ground.friction.coefficient": 9.0}), SHORT)
     own = [run.measures[name].value for name in ("mean_speed", "contact_duration", "foot_slip")]
-    assert costs[1, 1] == pytest.approx([-own[0], -own[1], own[2]], rel=1e-5)  # a batch runs at its own accuracy
+    assert costs[1, 1] == pytest.approx(
+        [-own[0], -own[1], own[2]], rel=1e-5
+    )  # a batch runs at its own accuracy
 
 
 def test_energy_is_that_of_every_rise_of_every_drive(scene):
     """The gait's square waves in one formula, and signals of their own counted rise by rise."""
-    for free in ({"gait.high": None, "gait.duty": None}, {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")}):
+    for free in (
+        {"gait.high": None, "gait.duty": None},
+        {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")},
+    ):
         own = scene
         if "signals.L1.levels.1" in free:
             wave = ts.OnOff(levels=(0.0, 5.0), durations=(5e-3, 5e-3), repeat=True)
@@ -61,7 +66,9 @@ def test_energy_is_that_of_every_rise_of_every_drive(scene):
         point = np.array([0.7, 0.4])
         made = walks.scene_of(point)
         edges = np.array([0.01, 0.02]) if own is not scene else np.array([1.0, 2.0]) / made.gait.frequency
-        drawn = sum(charging_energy(d, made.actuator_volts[n], edges)[0] for n, d in made.robot.drives.items())
+        drawn = sum(
+            charging_energy(d, made.actuator_volts[n], edges)[0] for n, d in made.robot.drives.items()
+        )
         assert walks.energy(point[None])[0] == pytest.approx(drawn, rel=1e-12)
     assert walks_of(scene).recovered_share() == pytest.approx(1.0 / 3.0)
 
@@ -69,7 +76,9 @@ def test_energy_is_that_of_every_rise_of_every_drive(scene):
 def test_dead_legs_have_no_drive_and_keep_their_place():
     hexapod = hexapod_walker(millipede_parameters(millipede_leg().leg))
     lame = without_legs(hexapod, ("L2",))
-    assert "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
+    assert (
+        "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
+    )
     assert lame.gait == hexapod.gait and len(lame.robot.drives) == 5
     with pytest.raises(InputError, match="the robot has no leg 'L7'"):
         without_legs(hexapod, ("L7",))
@@ -101,14 +110,18 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
     walks = walks_of(scene)
     for member in (*found.members, found.robust, found.optimum):
         each = walks(member.point[None], found.grounds)[0]
-        assert -each[:, 0].max() == pytest.approx(member.risk[0]) and -each[0, 0] == pytest.approx(member.nominal[0])
+        assert -each[:, 0].max() == pytest.approx(member.risk[0]) and -each[0, 0] == pytest.approx(
+            member.nominal[0]
+        )
         assert member.worst[0] <= member.risk[0] + 1e-15  # the last attack looks further
         struck = walks.each(member.point[None], {p: np.array([v]) for p, v in member.worst_ground.items()})
         assert -struck[0, 0] == pytest.approx(member.worst[0])
     assert found.gap >= 0.0 and found.rounds[0].grounds == 1
     best = max(one.nominal[0] for one in (*found.nominal, found.optimum))
     assert found.robust.nominal[0] >= 0.9 * best - 1e-12
-    assert found.robust.worst[0] >= found.optimum.worst[0] * 0.98  # the optimum is among its rivals, up to the gap
+    assert (
+        found.robust.worst[0] >= found.optimum.worst[0] * 0.98
+    )  # the optimum is among its rivals, up to the gap
     table = gait_table(found)
     write_front(found, tmp_path)
     again = ts.read_scene(tmp_path / "gaits" / "robust.toml")
@@ -156,11 +169,19 @@ def test_longest_contact_is_an_objective(scene):
 
 def test_a_bad_request_is_told_whole(scene):
     with pytest.raises(InputError) as told:
-        gait(scene, ["gait.dutty"], "spede,energy", {"ground.friction.coefficient": (0.5, 0.2)}, "bad", dead=("L9",), candidates=3)
+        gait(
+            scene,
+            ["gait.dutty"],
+            "spede,energy",
+            {"ground.friction.coefficient": (0.5, 0.2)},
+            "bad",
+            dead=("L9",),
+            candidates=3,
+        )
     said = " | ".join(told.value.problems)
     assert len(told.value.problems) == 6
-    for words in ("no leg 'L9'", "none called 'spede'", "gait.dutty: is no number", "the box is empty", "risk: expected worst",
-                  "candidates: expected at least 64, got 3"):  # fmt: skip
+    for words in ("no leg 'L9'", "none called 'spede'", "gait.dutty: is no number", "the box is empty",
+                  "risk: expected worst", "candidates: expected at least 64, got 3"):  # fmt: skip
         assert words in said
     with pytest.raises(InputError, match="'cantilever' does not walk"):
         gait(ts.load_scene("cantilever"), ["gait.duty"])
