@@ -25,6 +25,7 @@ def gait(
     symmetry: str = "none",
     dead: str = "",
     candidates: int = 4000,
+    look: int = 48,
     loss: str = "10 %",
     duration: str | None = None,
     seed: int = 0,
@@ -59,6 +60,8 @@ def gait(
         legs that do not move, with commas.
     candidates
         gaits that are tried in all.
+    look
+        grounds that an attack on the front looks at before it climbs.
     loss
         what the robust gait may lose on the scene's own ground.
     duration
@@ -100,14 +103,14 @@ def gait(
         given,
         objective,
         risk,
-        {"symmetry": symmetry, "dead": legs, "candidates": candidates, **options},
+        options | {"symmetry": symmetry, "dead": legs, "candidates": candidates, "look": look},
     )
     try:
         with target.writing(resume=resume) as folder, console.progress_bar("gaits") as progress:
             found = design(
                 the_scene, given["free"], objective, given["over"], risk, folder=folder, resume=resume,
-                progress=progress, symmetry=symmetry, dead=legs, candidates=candidates, seed=seed, threads=threads,
-                **options,
+                progress=progress, symmetry=symmetry, dead=legs, candidates=candidates, look=look, seed=seed,
+                threads=threads, **options,
             )  # fmt: skip
             write_front(found, folder)
             if report:
@@ -142,6 +145,7 @@ def adapt(
     steps: int = 20,
     gaits: int = 6,
     hidden: int = 200,
+    training: int = 96,
     noise: str = "2 %",
     symmetry: str = "none",
     dead: str = "",
@@ -178,6 +182,8 @@ def adapt(
         how many at most.
     hidden
         hidden grounds that the rule is judged on.
+    training
+        grounds that the rule is grown on.
     noise
         standard deviation of what is sensed, as a share of it.
     symmetry, dead, candidates, duration, seed, threads
@@ -205,7 +211,7 @@ def adapt(
     target.check()
     with console.progress_bar("adaptive gait") as progress:
         found = design(
-            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden,
+            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden, training=training,
             progress=progress, symmetry=symmetry, dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
             candidates=candidates, seed=seed, threads=threads, **options,
         )  # fmt: skip

@@ -67,7 +67,7 @@ OBJECTIVES = {
         ),
         _plain("slip", "m", "path that a foot slides in contact in a drive period, mean of the feet", most=False,
                measure="foot_slip"),
-        _plain("contact", "s", "time that a foot is on the ground in a drive period, mean of the feet (climbing, 4.4.2)",
+        _plain("contact", "s", "time of a drive period that a foot is on the ground, mean of the feet (4.4.2)",
                most=True, measure="contact_duration"),
         _plain("support", "1", "share of the time that a foot is on the ground, mean of the feet", most=True,
                measure="duty_factor"),

@@ -131,10 +131,7 @@ def _scatter(
 def _scale(one: WalkObjective, j: int, design: GaitFront) -> Scale:
     if one.unit == "1":
         return Scale(1.0, "1")
-    values = [
-        point.nominal[min(j, len(point.nominal) - 1)]
-        for point in (*design.members, *design.nominal)
-    ]
+    values = [point.nominal[min(j, len(point.nominal) - 1)] for point in (*design.members, *design.nominal)]
     return scale_of(one.unit, np.array(values))
 
 
@@ -169,8 +166,8 @@ def _believed(design: GaitFront) -> str:
     best, own = design.optimum, design.robust
     said = (
         f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the worst "
-        f"that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most {100 * loss:g} % "
-        f"on their own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
+        f"that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
+        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
     )
     parts = [f'<p class="verdict">{escape(said)}</p>\n']
     if np.isfinite(design.gap):
