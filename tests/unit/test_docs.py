@@ -60,6 +60,25 @@ def test_the_design_on_the_page_of_soft_landings_runs():
     assert "LANDING_COUNT" in names["header"]
 
 
+def test_the_design_on_the_page_of_gaits_runs():
+    page = (DOCS / "gaits.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    friction = names["walk"].scene.ground.friction.coefficient
+    assert friction == names["best"].worst_ground["ground.friction.coefficient"] and names["walk"].ok
+
+
+def test_the_objectives_and_symmetries_on_the_page_of_gaits_are_all_that_there_are():
+    from tarsus.design.adaptive import Sense
+    from tarsus.design.unknowns import Symmetry
+    from tarsus.design.walk_objectives import OBJECTIVES
+
+    page = (DOCS / "gaits.md").read_text(encoding="utf-8")
+    for name in (*OBJECTIVES, *(one.value for one in (*Symmetry, *Sense))):
+        assert f"`{name}`" in page
+
+
 @pytest.mark.parametrize(
     "kind", ["sine", "square", "ramped_square", "ramp", "swept_sine", "on_off", "poling", "sampled"]
 )

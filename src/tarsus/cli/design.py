@@ -7,7 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
+from tarsus.cli import design_gait
+
 design = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+design.command(design_gait.gait)
+design.command(design_gait.adapt)
 
 
 @design.command

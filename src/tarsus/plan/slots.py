@@ -199,8 +199,10 @@ def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
     """Where a walker starts standing, the equilibrium of every run."""
     if scene.initial.standing is None:
         return
-    # the film, restitution and friction bear nothing at rest
+    # the film, restitution and friction bear nothing at rest, and volts nothing before they come
     idle = ("ground.film.", "ground.restitution.", "ground.friction.", "initial.")
+    if not scene.initial.standing.driven:
+        idle += ("gait.", "signals.")
     bearing = {path: column for path, column in values.items() if not path.startswith(idle)}
     if not bearing:
         return

@@ -1,0 +1,439 @@
+"""Fronts of gaits: speed against energy and whatever else walks are judged by, on grounds that nobody measured
+(5.2.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.design.front import Search, hypervolume, search_front, undominated
+from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
+from tarsus.design.kept import Kept, store_of
+from tarsus.design.over import Box, Ensemble, Grounds
+from tarsus.design.risk import Nominal, Risk, Worst
+from tarsus.design.strike import strike
+from tarsus.design.walk_objectives import WalkObjective
+from tarsus.design.walks import Walks
+from tarsus.model.scene import Scene
+
+__all__ = ["CLOSED", "FrontRound", "GaitFront", "GaitPoint", "gait"]
+
+Floats = NDArray[np.float64]
+Progress = Callable[[int, int, str], None]
+
+MEMBERS = 12
+"""Gaits of a front that are shown, attacked and given pages: spread along it, its ends among them."""
+CLOSED = 0.02
+"""The gap is closed where no ground is found that is worse than the active ones by more than this share."""
+FLOOR = 0.1
+"""A gap is a share of the gait's own value, but of no less than a tenth of the front's best: that a gait which hardly
+moves moves even less on some ground is no news."""
+ROUNDS = 5
+"""Rounds of cutting planes at most."""
+SHARES = (0.35, 0.3, 0.2)
+"""Shares of the candidates that go to the nominal front, to the first search under the risk, and to the robust
+gait."""
+MORE_SHARE = 0.03
+"""Share of the candidates in every further round."""
+STARTS = 48
+"""Gaits of one search that the next one begins with."""
+MEAN_GROUNDS = 24
+"""Grounds that stand for a box where a risk averages over it."""
+MORE = 3
+"""Grounds added in a round at most: every one of them costs a run of each later candidate."""
+CLIMB = 4
+"""Steps uphill of an attack between rounds; the last attack climbs twice as long."""
+
+
+@dataclass(frozen=True)
+class GaitPoint:
+    """A gait on a front.
+
+    point (nu,): in the unit cube; values: by path of the scene [SI]; nominal, risk, worst: its objectives, in their
+    units and order, on the scene's own ground, under the risk, and the worst that was found (NaN without grounds;
+    of the nominal front's gaits on the grounds that candidates were judged on, of all others in an attack of their
+    own on the box); worst_ground: values by path of the ground where the first objective that depends on the ground
+    is worst; energy [J]: plain, a drive period, and recovered: with charge recovery (NaN where nothing of the front
+    needs energy).
+    """
+
+    point: Floats
+    values: Mapping[str, float]
+    nominal: tuple[float, ...]
+    risk: tuple[float, ...]
+    worst: tuple[float, ...]
+    worst_ground: Mapping[str, float]
+    energy: float
+    recovered: float
+
+
+@dataclass(frozen=True)
+class FrontRound:
+    """One round of cutting planes: what for (front, or robust gait), how many grounds were active, and the largest
+    gap that an attack found."""
+
+    what: str
+    grounds: int
+    gap: float
+
+
+@dataclass(frozen=True)
+class GaitFront:
+    """Gaits that no other beats, and why to believe it.
+
+    members: under the risk; nominal: of the scene's own ground alone; robust: the gait with the best risk in the
+    first objective among those that lose at most the share `GaitOptions.loss` of the best nominal value; optimum:
+    the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
+    gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
+    costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
+    read from an earlier call.
+    """
+
+    request: GaitRequest
+    members: tuple[GaitPoint, ...]
+    nominal: tuple[GaitPoint, ...]
+    robust: GaitPoint
+    optimum: GaitPoint
+    grounds: Grounds
+    rounds: tuple[FrontRound, ...]
+    gap: float
+    points: Floats
+    costs: Floats
+    candidates: int
+    runs: int
+    reused: int
+
+    @property
+    def objectives(self) -> tuple[WalkObjective, ...]:
+        """What the front is of."""
+        return self.request.objectives
+
+    @property
+    def front(self) -> Floats:
+        """Costs (nf, no) of all candidates that no other beats."""
+        return self.costs[undominated(self.costs)]
+
+    def hypervolume(self, reference: Sequence[float]) -> float:
+        """Volume between the front and a reference (no,), in the objectives' units, that is worse."""
+        given = np.array(
+            [one.cost(np.array([value]))[0] for one, value in zip(self.objectives, reference, strict=True)]
+        )
+        return hypervolume(self.front, given)
+
+    def scene_of(self, point: GaitPoint, *, worst: bool = False) -> Scene:
+        """The scene with a gait, on the scene's own ground or on the gait's worst one."""
+        walks = Walks(self.request.scene, self.request.unknowns, self.objectives, self.request.duration)
+        return walks.scene_of(point.point, point.worst_ground if worst else None)
+
+    @property
+    def gain(self) -> float:
+        """Worst value of the robust gait over that of the nominal optimum, in the first objective (its inverse
+        where the least is best); NaN without a box."""
+        own, other = self.robust.worst[0], self.optimum.worst[0]
+        if not self.objectives[0].most:
+            own, other = other, own
+        return own / other if other > 0.0 else (np.inf if own > 0.0 else np.nan)
+
+
+def gait(
+    scene: Scene,
+    free: Mapping[str, Any] | Iterable[str],
+    objective: str | Sequence[str | WalkObjective] = "speed,energy",
+    over: Any = None,
+    risk: str | Risk | None = None,
+    *,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    **options: Any,
+) -> GaitFront:
+    """Design gaits: the front of what no other gait beats in all objectives at once.
+
+    Parameters
+    ----------
+    scene
+        Of a walker with a gait.
+    free
+        Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
+        ``gait.phases`` for those of all legs, see `tarsus.design.unknowns.unknowns_of`.
+    objective
+        One to three of `tarsus.design.walk_objectives.OBJECTIVES`, with commas or as a list.
+    over
+        Grounds: a mapping of paths to (low, high), a `tarsus.design.Ensemble`, or a file of draws of `tarsus
+        identify`. All candidates are judged on the same ones.
+    risk
+        ``worst``, ``cvar:q``, ``mean`` or ``nominal``, of each objective for itself; worst with grounds, else
+        nominal.
+    folder
+        Where batches of runs are kept; with ``resume`` a design that was killed goes on there, and ends the same.
+    progress
+        Called as ``progress(done, total, what)``.
+    options
+        Fields of `tarsus.design.gait_request.GaitOptions`: symmetry, dead, candidates, loss, duration, seed, threads.
+
+    Raises
+    ------
+    InputError
+        With every problem of the request.
+    """
+    request = gait_request(scene, free, objective, over, risk, GaitOptions(**options))
+    store = None if folder is None else store_of(Path(folder), request.scene, request.lines, resume=resume)
+    walks = Walks(
+        request.scene, request.unknowns, request.objectives, request.duration, request.options.threads
+    )
+    return _Designer(request, Kept(walks, store), progress or (lambda done, total, what: None)).design()
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What a search found: points (n, nu) and their costs (n, k) for its goal; the objectives' costs (n, no) under
+    the risk and on the scene's own ground; grounds: how many they were judged on."""
+
+    points: Floats
+    costs: Floats
+    risked: Floats
+    own: Floats
+    grounds: int = 1
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """What a search is for. what: in words; costs: from the objectives' costs (n, no) under the risk and on the
+    scene's own ground; pick: from costs and a number to the rows that are attacked, so many at most."""
+
+    what: str
+    costs: Callable[[Floats, Floats], Floats]
+    pick: Callable[[Floats, int], NDArray[np.int64]]
+    attacked: int
+
+
+def along(costs: Floats, count: int = MEMBERS) -> NDArray[np.int64]:
+    """Rows of at most ``count`` of the front of costs (n, no), from the best in the first one on, spread along it
+    evenly; the ends are among them."""
+    rows = np.flatnonzero(undominated(costs))
+    if not len(rows):
+        return np.array([_best(costs)])
+    rows = rows[np.argsort(costs[rows, 0], kind="stable")]
+    front = costs[rows]
+    span = np.where(np.ptp(front, axis=0) > 0.0, np.ptp(front, axis=0), 1.0)
+    way = np.concatenate([[0.0], np.cumsum(np.sqrt((np.diff(front / span, axis=0) ** 2).sum(axis=1)))])
+    if len(rows) <= count:
+        return rows
+    wanted = np.linspace(0.0, way[-1], count)
+    return rows[np.unique(np.abs(way[None] - wanted[:, None]).argmin(axis=1))]
+
+
+_FRONT = _Goal("front", lambda risked, own: risked, along, 6)
+
+
+def _within(best: float, loss: float) -> _Goal:
+    """The best risk in the first objective of what loses at most a share of the best value on the scene's own
+    ground."""
+    limit = best + loss * abs(best)
+
+    def costs(risked: Floats, own: Floats) -> Floats:
+        return np.stack([risked[:, 0], np.maximum(own[:, 0] - limit, 0.0)], axis=1)
+
+    def pick(costs: Floats, count: int) -> NDArray[np.int64]:
+        return np.lexsort((costs[:, 0], costs[:, 1]))[:count]
+
+    return _Goal("robust gait", costs, pick, 2)
+
+
+class _Designer:
+    """The search of one request."""
+
+    def __init__(self, request: GaitRequest, kept: Kept, progress: Progress) -> None:
+        self.request, self.kept, self.progress = request, kept, progress
+        self.own = Grounds.nominal(request.scene, () if request.over is None else request.over.paths)
+        self.tried = 0
+        self.asked = 0
+
+    # -- searches ------------------------------------------------------------------------------------------------
+
+    def _search(self, goal: _Goal, grounds: Grounds, risk: Risk, share: float, starts: Floats) -> _Found:
+        """Search the front of a goal on grounds."""
+        every: list[tuple[Floats, Floats]] = []
+
+        def costs(points: Floats) -> Floats:
+            self.progress(self.tried, self.request.options.candidates, f"{goal.what}, {len(grounds)} grounds")
+            each = self.kept(points, grounds)
+            self.tried += len(points)
+            every.append((_risked(risk, each, grounds), each[:, 0]))
+            return goal.costs(*every[-1])
+
+        search = search_of(int(share * self.request.options.candidates) - len(starts))
+        self.asked += 1
+        seed = 1000 * self.request.options.seed + self.asked
+        unknowns = self.request.unknowns
+        points, values = search_front(costs, len(unknowns), unknowns.around, search, seed, starts)
+        return _Found(points, values, *(np.concatenate(own) for own in zip(*every, strict=True)))
+
+    def design(self) -> GaitFront:
+        """The whole design."""
+        request, risk, over = self.request, self.request.risk, self.request.over
+        robust_too = over is not None and not isinstance(risk, Nominal)
+        none = np.zeros((0, len(request.unknowns)))
+        share = SHARES if robust_too else (1.0,)
+        nominal = self._search(_FRONT, self.own, Nominal(), share[0], none)
+        best = nominal.points[_best(nominal.costs)]
+        found, robust, grounds, rounds = nominal, best, self.own, []
+        if robust_too:
+            starts = nominal.points[along(nominal.costs, STARTS)]
+            found, grounds, rounds = self._judged(_FRONT, starts, self.own, share[1])
+            goal = _within(float(nominal.own[:, 0].min()), request.options.loss)
+            starts = np.concatenate([best[None], found.points[along(found.costs, STARTS)]])
+            compared, grounds, more = self._judged(goal, starts, grounds, share[2])
+            rounds += more
+            robust = compared.points[goal.pick(compared.costs, 1)[0]]
+            found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
+        chosen = along(found.costs)
+        made, gap = self._shown(np.concatenate([found.points[chosen], robust[None], best[None]]), grounds)
+        plain, _ = self._shown(nominal.points[along(nominal.costs)], grounds, attacked=False)
+        return GaitFront(
+            request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
+            found.points, found.costs, self.tried, self.kept.walks.runs, self.kept.reused,
+        )  # fmt: skip
+
+    def _again(self, points: Floats, before: _Found, grounds: Grounds) -> _Found:
+        """The candidates at these points judged anew where there are more grounds than they were judged on."""
+        if len(grounds) == before.grounds:
+            return before
+        each = self.kept(points, grounds)
+        costs = _risked(self.request.risk, each, grounds)
+        return _Found(points, costs, costs, each[:, 0], len(grounds))
+
+    def _judged(
+        self, goal: _Goal, starts: Floats, grounds: Grounds, share: float
+    ) -> tuple[_Found, Grounds, list[FrontRound]]:
+        """Search the front of a goal under the request's risk, its grounds, and the rounds that made them."""
+        over, risk = self.request.over, self.request.risk
+        if isinstance(over, Box) and isinstance(risk, Worst):
+            return self._cutting_planes(goal, over, starts, grounds, share)
+        grounds = self._fixed(over)
+        return replace(self._search(goal, grounds, risk, share, starts), grounds=len(grounds)), grounds, []
+
+    def _fixed(self, over: Box | Ensemble | None) -> Grounds:
+        if isinstance(over, Ensemble):
+            return over.grounds(self.request.scene)
+        assert isinstance(over, Box)
+        return self.own.with_more(over.spread(MEAN_GROUNDS, self.request.options.seed))
+
+    # -- grounds -------------------------------------------------------------------------------------------------
+
+    def _cutting_planes(
+        self, goal: _Goal, box: Box, starts: Floats, grounds: Grounds, share: float
+    ) -> tuple[_Found, Grounds, list[FrontRound]]:
+        """Search the front, attack it, add what hurts, until the gap is closed."""
+        rounds: list[FrontRound] = []
+        found: _Found | None = None
+        attacked = starts[np.linspace(0, len(starts) - 1, min(goal.attacked, len(starts))).astype(int)]
+        for number in range(ROUNDS + 1):
+            options = self.request.options
+            seed = 100 * options.seed + 10 * self.asked
+            struck = strike(self.kept, attacked, box, options.look, CLIMB, seed)
+            gaps = self._gaps(self.kept(attacked, grounds), struck.costs)
+            rounds.append(FrontRound(goal.what, len(grounds), float(gaps.max())))
+            closed = rounds[-1].gap <= CLOSED
+            if found is not None and (closed or number == ROUNDS):
+                break
+            if not closed:
+                grounds = grounds.with_more(_worst(struck.grounds, gaps, box))
+            searched = self._search(goal, grounds, Worst(), share if not number else MORE_SHARE, starts)
+            found = replace(searched, grounds=len(grounds))
+            starts = found.points[along(found.costs, STARTS)]
+            attacked = found.points[goal.pick(found.costs, goal.attacked)]
+        assert found is not None
+        return found, grounds, rounds
+
+    def _gaps(self, active: Floats, struck: Floats) -> Floats:
+        """Gaps (k, no) of gaits: how much worse struck costs (k, no) are than the worst of active ones (k, ng,
+        no)."""
+        known = _finite(active.max(axis=1))
+        finite = np.where(np.isfinite(known), np.abs(known), 0.0)
+        scale = np.maximum(finite, FLOOR * finite.max(axis=0))
+        worse = np.maximum(np.nan_to_num(struck - known, nan=0.0), 0.0)
+        return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
+
+    def _shown(
+        self, points: Floats, grounds: Grounds, *, attacked: bool = True
+    ) -> tuple[list[GaitPoint], float]:
+        """Points (k, nu) as gaits, and the gap of all but the last, which is of no front; without an attack the
+        worst is that of the grounds."""
+        request, objectives = self.request, self.request.objectives
+        each = self.kept(points, grounds)
+        risked = _risked(request.risk, each, grounds)
+        gap, worst = np.nan, np.full(risked.shape, np.nan)
+        where: list[dict[str, float]] = [{} for _ in points]
+        first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
+        if request.over is not None:
+            worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
+            where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
+        if attacked and isinstance(request.over, Box):
+            self.progress(self.tried, request.options.candidates, "the last look at the box")
+            count, seed = 4 * request.options.look, 100 * request.options.seed + 99
+            struck = strike(self.kept, points, request.over, count, 2 * CLIMB, seed)
+            if isinstance(request.risk, Worst):
+                gap = float(self._gaps(each, struck.costs)[:-1].max())
+            for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
+                where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
+            worst = np.maximum(worst, struck.costs)
+        priced = any(one.priced for one in objectives)
+        energy = self.kept.walks.energy(points) if priced else np.full(len(points), np.nan)
+        share = self.kept.walks.recovered_share()
+
+        def values(costs: Floats) -> tuple[float, ...]:
+            return tuple(float(one.value(cost)) for one, cost in zip(objectives, costs, strict=True))
+
+        made = [
+            GaitPoint(
+                point, self.kept.walks.changes(point), values(each[i, 0]), values(risked[i]), values(worst[i]),
+                where[i], float(energy[i]), share * float(energy[i]),
+            )
+            for i, point in enumerate(points)
+        ]  # fmt: skip
+        return made, gap
+
+
+def search_of(candidates: int) -> Search:
+    """A search of about so many candidates: a quarter of them spread evenly, a population of 24 to 96."""
+    population = int(np.clip(candidates // 24, 24, 96)) // 2 * 2
+    scan = max(candidates // 4, 2)
+    return Search(scan, population, max((candidates - scan) // population, 1))
+
+
+def _best(costs: Floats) -> int:
+    return int(np.argmin(costs[:, 0]))
+
+
+def _risked(risk: Risk, each: Floats, grounds: Grounds) -> Floats:
+    """Costs (n, no) under a risk, of costs (n, ng, no) on grounds."""
+    return np.stack([_finite(risk(each[:, :, j], grounds.weights)) for j in range(each.shape[2])], axis=1)
+
+
+def _finite(costs: Floats) -> Floats:
+    """Costs in which what has no value is the worst."""
+    return np.where(np.isnan(costs), np.inf, costs)
+
+
+def _worst(grounds: Floats, gaps: Floats, box: Box) -> Floats:
+    """Of grounds (k, no, np) those with the largest gaps (k, no), at most `MORE` and no two of them near each
+    other."""
+    flat, size = grounds.reshape(-1, grounds.shape[2]), gaps.ravel()
+    chosen: list[int] = []
+    for row in np.argsort(-size, kind="stable"):
+        if size[row] <= CLOSED and chosen:
+            break
+        apart = (
+            np.abs((flat[chosen] - flat[row]) / (box.high - box.low)).max(axis=1) if chosen else np.ones(1)
+        )
+        if (apart > 0.05).all():
+            chosen.append(int(row))
+        if len(chosen) == MORE:
+            break
+    return flat[chosen]

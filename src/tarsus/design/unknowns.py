@@ -1,0 +1,270 @@
+"""What a gait's design may choose: numbers of the gait and of signals, within ranges, and phases tied by symmetry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, with_values
+from tarsus.base.units import format_quantity, parse_quantity
+from tarsus.model.drive.gait import Free, Layout
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Kind, slot
+
+__all__ = ["PHASES", "Symmetry", "Unknowns", "unknowns_of"]
+
+Floats = NDArray[np.float64]
+Range = tuple[str | float, str | float]
+
+PHASES = "gait.phases"
+"""Stands for the phases of all legs."""
+
+
+class Symmetry(Enum):
+    """How the phases of a gait's legs hang together; the first leg, or the first pair, is at 0."""
+
+    NONE = "none"
+    """Every leg, or every group of legs that one drive moves, has a phase of its own."""
+    MIRROR = "mirror"
+    """Legs across from each other are half a period apart: a phase for every pair."""
+    PAIRS = "pairs"
+    """Legs across from each other move together: a phase for every pair."""
+    WAVE = "wave"
+    """Along a side every leg is as late as ``lag`` says behind the one after it, and the right side is ``side``
+    later than the left one: alternating gaits, ripples and waves from back to front and from front to back are all
+    among these."""
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
+
+    names, units, low, high (nu,): of the unknowns [SI]; around (nu,): whose range closes on itself; paths: in the
+    scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @ unknowns; wrapped (np,): those
+    counted modulo 1.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    low: Floats
+    high: Floats
+    around: NDArray[np.bool_]
+    paths: tuple[str, ...]
+    base: Floats
+    share: Floats
+    wrapped: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def at(self, cube: Floats) -> Floats:
+        """Unknowns (n, nu) [SI] at points (n, nu) of the unit cube."""
+        return self.low + (self.high - self.low) * np.clip(cube, 0.0, 1.0)
+
+    def values(self, cube: Floats) -> dict[str, Floats]:
+        """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
+        found = self.base + self.at(cube) @ self.share.T
+        found = np.where(self.wrapped, np.remainder(found, 1.0), found)
+        return dict(zip(self.paths, np.ascontiguousarray(found.T), strict=True))
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some unknowns and the paths that follow from them alone; see `Unknowns`."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    low: Sequence[float]
+    high: Sequence[float]
+    around: bool
+    paths: tuple[str, ...]
+    base: Floats
+    share: Floats
+
+
+def unknowns_of(
+    scene: Scene, free: Mapping[str, Range | None] | Iterable[str], symmetry: Symmetry = Symmetry.NONE
+) -> tuple[Scene, Unknowns]:
+    """The unknowns of a design, and the scene that has them: one whose phases are free has a free gait.
+
+    Parameters
+    ----------
+    scene
+        Of a walker with a gait, or with signals.
+    free
+        Paths with their ranges (low, high), or None for the usual one: phases a whole period, duty 0.1 to 0.9,
+        frequency and durations half to twice what they are, the upper voltage half of what it is to that. `PHASES`
+        stands for all legs.
+    symmetry
+        Of the phases that `PHASES` stands for.
+
+    Raises
+    ------
+    InputError
+        With every problem: paths that are no number of a gait or a signal, ranges that are empty or have to be given.
+    """
+    given: dict[str, Range | None] = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
+    problems: list[str] = []
+    parts: list[_Part] = []
+    if not given:
+        problems.append("free: name at least one number of the gait that may change, such as gait.duty")
+    if symmetry is not Symmetry.NONE and PHASES not in given:
+        problems.append(f"symmetry: '{symmetry.value}' ties phases, so {PHASES} has to be free")
+    if (PHASES in given or any(path.startswith(f"{PHASES}.") for path in given)) and scene.gait is not None:
+        layout = scene.robot.layout()
+        if layout is not None and not isinstance(scene.gait, Free) and not scene.gait.faults(layout):
+            scene = freed(scene, layout)
+    for path, span in given.items():
+        try:
+            parts.append(_phases(scene, symmetry, span) if path == PHASES else _single(scene, path, span))
+        except InputError as error:
+            problems += error.problems
+    owners = [path for part in parts for path in part.paths]
+    problems += [f"{path}: is free twice" for path in dict.fromkeys(owners) if owners.count(path) > 1]
+    problems += _order(scene, parts)
+    if problems:
+        raise InputError(problems)
+    return scene, _joined(parts)
+
+
+def freed(scene: Scene, layout: Layout) -> Scene:
+    """The scene with the phases that its gait gives written out leg by leg."""
+    assert scene.gait is not None
+    late = scene.gait.delays(layout)
+    same = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}
+    return with_values(scene, {"gait": Free(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
+
+
+def _joined(parts: Sequence[_Part]) -> Unknowns:
+    many, wide = sum(len(part.paths) for part in parts), sum(len(part.names) for part in parts)
+    share = np.zeros((many, wide))
+    row = column = 0
+    for part in parts:
+        share[row : row + len(part.paths), column : column + len(part.names)] = part.share
+        row, column = row + len(part.paths), column + len(part.names)
+    return Unknowns(
+        tuple(name for part in parts for name in part.names), tuple(unit for part in parts for unit in part.units),
+        np.array([one for part in parts for one in part.low], dtype=float),
+        np.array([one for part in parts for one in part.high], dtype=float),
+        np.array([part.around for part in parts for _ in part.names], dtype=bool),
+        tuple(path for part in parts for path in part.paths),
+        np.concatenate([part.base for part in parts]), share,
+        np.array([path.startswith(f"{PHASES}.") or path == "gait.swing_lag" for part in parts for path in part.paths]),
+    )  # fmt: skip
+
+
+def _single(scene: Scene, path: str, span: Range | None) -> _Part:
+    known = float_paths(scene)
+    place = slot(scene, path) if path in known else None
+    if place is None or place.kind not in (Kind.GAIT, Kind.DRIVE) or path.startswith("robot."):
+        own = [one for one in known if one.startswith(("gait.", "signals."))]
+        hint = nearest(path, own) if own else "; the scene has no gait and no signal"
+        raise InputError(
+            f"{path}: is no number of a gait or a signal, so a gait's design cannot choose it{hint}"
+        )
+    about = known[path]
+    if span is None:
+        low, high = _usual(path, about.value)
+    else:
+        try:
+            low, high = (parse_quantity(end, about.unit) for end in span)
+        except InputError as error:
+            raise InputError([f"{path}: {text}" for text in error.problems]) from None
+    if not low < high:
+        shown = " to ".join(format_quantity(float(f"{one:.6g}"), about.unit) for one in (low, high))
+        raise InputError(
+            f"{path}: the range is empty, expected its lower end before its upper one, got {shown}"
+        )
+    whole = path.startswith(f"{PHASES}.") or path == "gait.swing_lag"
+    around = whole and math.isclose(high - low, 1.0)
+    name = path.removeprefix("gait.")
+    for end in (low, high) if not path.startswith(("gait.low", "gait.high")) else ():
+        with_values(scene, {path: end})
+    return _Part((name,), (about.unit,), (low,), (high,), around, (path,), np.zeros(1), np.ones((1, 1)))
+
+
+def _usual(path: str, value: float) -> tuple[float, float]:
+    leaf = path.rpartition(".")[2]
+    if path.startswith(f"{PHASES}.") or path == "gait.swing_lag":
+        return 0.0, 1.0
+    if path == "gait.duty" or leaf == "duty":
+        return 0.1, 0.9
+    if leaf == "frequency" or ".durations." in path:
+        return 0.5 * value, 2.0 * value
+    if leaf in ("high", "amplitude") and value > 0.0:
+        return 0.5 * value, value  # never more volts than the scene says that the device bears
+    raise InputError(f"{path}: has no usual range; give one, such as {path}=a:b")
+
+
+def _phases(scene: Scene, symmetry: Symmetry, span: Range | None) -> _Part:
+    """Phases of all legs."""
+    layout = scene.robot.layout()
+    if scene.gait is None or layout is None or not isinstance(scene.gait, Free):
+        raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
+    if span is not None:
+        raise InputError(
+            f"{PHASES}: phases of all legs range over a whole period; give a range to single legs only"
+        )
+    names, base, share = _tied(layout, symmetry)
+    if not names:
+        raise InputError(f"{PHASES}: no phase is left free; all legs move together")
+    paths = tuple(f"{PHASES}.{leg}" for leg in layout.hips)
+    values = {path: float(b + s.sum() * 0.37) % 1.0 for path, b, s in zip(paths, base, share, strict=True)}
+    for _, text in with_values(scene.gait, {p.removeprefix("gait."): v for p, v in values.items()}).faults(
+        layout
+    ):
+        raise InputError(f"symmetry: '{symmetry.value}' does not fit the robot: {text}")
+    count = len(names)
+    return _Part(tuple(names), ("1",) * count, (0.0,) * count, (1.0,) * count, True, paths, base, share)
+
+
+def _tied(layout: Layout, symmetry: Symmetry) -> tuple[list[str], Floats, Floats]:
+    """Names of the unknown phases; base (nl,) and share (nl, nu) of the phases of all legs in them."""
+    legs = list(layout.hips)
+    place = {leg: (s, i) for s, side in enumerate(layout.sides) for i, leg in enumerate(side)}
+    base = np.zeros(len(legs))
+    if symmetry is Symmetry.WAVE:
+        share = np.zeros((len(legs), 2))
+        for row, leg in enumerate(legs):
+            side, along = place[leg]
+            share[row] = along, side
+        used = [i for i in range(2) if share[:, i].any()]
+        return [("lag", "side")[i] for i in used], base, share[:, used]
+    if symmetry is Symmetry.NONE:
+        owner = {leg: group[0] for group in layout.groups for leg in group}
+        keys = [owner.get(leg, leg) for leg in legs]
+        groups = [key for key in dict.fromkeys(keys)]
+    else:
+        keys = [str(place[leg][1]) for leg in legs]
+        groups = sorted(set(keys), key=int)
+        if symmetry is Symmetry.MIRROR:
+            base = np.array([0.5 * place[leg][0] for leg in legs])
+    share = np.array([[float(key == group) for group in groups[1:]] for key in keys])
+    share = share.reshape(len(legs), len(groups) - 1)
+    names = [
+        f"phases.{group}" if symmetry is Symmetry.NONE else f"phase of pair {int(group) + 1}"
+        for group in groups[1:]
+    ]
+    return names, base, share
+
+
+def _order(scene: Scene, parts: Sequence[_Part]) -> list[str]:
+    """The lower voltage stays below the upper one wherever they are."""
+    if scene.gait is None:
+        return []
+    ends = {"gait.low": (scene.gait.low,) * 2, "gait.high": (scene.gait.high,) * 2}
+    for part in parts:
+        if part.paths[0] in ends:
+            ends[part.paths[0]] = part.low[0], part.high[0]
+    low, high = ends["gait.low"][1], ends["gait.high"][0]
+    if low > high:
+        low, high = (format_quantity(float(f"{one:.6g}"), "V") for one in (low, high))
+        return [f"gait.low: reaches {low}, above the least upper voltage {high}; narrow one of the ranges"]
+    return []

@@ -1,0 +1,77 @@
+"""`tarsus design gait` and `tarsus design adapt`: files, pages, one JSON object, and sentences for what cannot be."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+WALK = ("millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--duration", "10 ms")
+GAIT = (*WALK, "--candidates", "64", "--look", "2", "--threads", "1")
+
+
+def test_a_front_is_written_and_read_again(tarsus, tmp_path):
+    words = ("--objective", "speed", "-o", str(tmp_path), "--no-report", "--json")
+    done = tarsus("design", "gait", *GAIT, *words)
+    assert done.code == 0, done.err
+    table = done.json()
+    assert (
+        table["gap"] is None and table["front"][0]["nominal"]["speed"] == table["optimum"]["nominal"]["speed"]
+    )
+    rows = list(csv.reader((tmp_path / "front.csv").open()))
+    assert len(rows) == len(table["front"]) + 3 and {len(row) for row in rows} == {len(rows[0])}
+    again = tarsus("design", "gait", *GAIT, *words, "--resume")
+    assert again.code == 0, again.err
+    resumed = again.json()
+    assert resumed["reused"] == table["runs"] and resumed["runs"] == 0
+    assert resumed["front"] == table["front"] and resumed["robust"] == table["robust"]
+
+
+@pytest.mark.slow
+def test_a_front_is_written_with_pages_that_play(tarsus, tmp_path):
+    words = ("--over", "ground.friction.coefficient=4:12", "-o", str(tmp_path / "gaits"), "--json")
+    done = tarsus("design", "gait", *GAIT, *words)
+    assert done.code == 0, done.err
+    table = done.json()
+    assert {one["name"] for one in table["objectives"]} == {"speed", "energy"} and table["gap"] >= 0.0
+    assert table["robust"]["worst"]["speed"] <= table["robust"]["risk"]["speed"] + 1e-15
+    page = (tmp_path / "gaits" / "report.html").read_text()
+    assert 'href="gaits/gait-01.html"' in page and 'href="gaits/robust.html"' in page
+    played = (tmp_path / "gaits" / "gaits" / "robust.html").read_text()
+    assert (
+        "The walk" in played
+        and f"{table['robust']['worst_ground']['ground.friction.coefficient']:.3g}" in played
+    )
+
+
+def test_an_adaptive_gait_prints_its_rule(tarsus, tmp_path):
+    words = (
+        "--over",
+        "ground.friction.coefficient=4:12",
+        "--sense",
+        "nothing",
+        "--hidden",
+        "4",
+        "--training",
+        "4",
+    )
+    done = tarsus(
+        "design", "adapt", *WALK, "--candidates", "64", *words, "-o", str(tmp_path), "--threads", "1"
+    )
+    assert done.code == 0, done.err
+    assert "always" in done.out and "lost on 4 hidden grounds" in done.out
+    assert json.loads((tmp_path / "adapt.json").read_text())["table"][0]["when"] == "always"
+    assert "What is lost" in (tmp_path / "report.html").read_text()
+
+
+def test_bad_requests_are_sentences_and_write_nothing(tarsus, tmp_path):
+    wrong = ("--free", "gait.dutty", "--over", "ground.friction.coefficient=0.5:0.2", "--objective", "spede")
+    done = tarsus("design", "gait", "millipede-printed", *wrong, "-o", str(tmp_path / "none"))
+    assert done.code == 2 and len(done.sentences) == 3 and not (tmp_path / "none").exists()
+    done = tarsus(
+        "design", "gait", "millipede-printed", "--free", "gait.duty=1", "-o", str(tmp_path / "none")
+    )
+    assert done.code == 2 and "--free takes PATH or PATH=a:b" in done.err
+    done = tarsus("design", "gait", "cantilever", "--free", "gait.duty", "-o", str(tmp_path / "none"))
+    assert done.code == 2 and "does not walk" in done.err

@@ -1,0 +1,77 @@
+"""Adaptive gaits: the rule, what it is judged by, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.design.adaptive import Sense, _few, adapt, senses_of
+from tarsus.design.gait_files import adapt_table, write_adapt
+
+FREE = {"gait.duty": None}
+BOX = {"ground.friction.coefficient": (4.0, 12.0)}
+SMALL = {
+    "candidates": 64,
+    "duration": 0.02,
+    "hidden": 6,
+    "training": 10,
+    "steps": 2,
+    "gaits": 2,
+    "threads": 1,
+}
+
+
+def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
+    scene = ts.load_scene("millipede-printed")
+    found = adapt(scene, FREE, BOX, "charge,slip", **SMALL)
+    assert (
+        found.senses == ("support", "touchdowns", "slip", "stride")
+        and 0 <= found.probe < len(found.gaits) <= 2
+    )
+    assert found.costs.shape == (6, len(found.gaits)) and found.chosen.max() < len(found.gaits)
+    # no gait of the few beats the search for each ground, and no choice beats the best of the few
+    assert (found.known <= found.costs.min(axis=1)).all()
+    assert 0.0 <= found.choice_regret <= min(found.regret, found.fixed_regret)
+    friction = found.grounds["ground.friction.coefficient"]
+    own = ts.with_values(scene, {**found.gaits[0], "ground.friction.coefficient": float(friction[2])})
+    assert -found.costs[2, 0] == pytest.approx(ts.simulate(own, 0.02).measures["mean_speed"].value, rel=1e-5)
+    table = adapt_table(found)
+    write_adapt(found, tmp_path)
+    assert len((tmp_path / "hidden.csv").read_text().splitlines()) == 7
+    assert [row["gait"] for row in table["table"]] == [gait for _, gait in found.table]
+
+
+def test_without_senses_there_is_one_gait():
+    found = adapt(ts.load_scene("millipede-printed"), FREE, BOX, "nothing", **SMALL)
+    assert found.rule.leaves == 1 and found.table == [("always", found.probe)]
+
+
+def test_few_gaits_are_those_that_lose_least_together():
+    costs = np.array([[0.0, 3.0, 1.0], [3.0, 0.0, 1.0], [0.0, 3.0, 1.0], [3.0, 0.0, 1.0]]) - 4.0
+    assert _few(costs, 1) == [2]
+    assert _few(costs, 3)[:2] in ([2, 0], [2, 1]) and sorted(_few(costs, 3)) == [0, 1, 2]
+    assert _few(np.zeros((4, 3)), 3) == [0]
+
+
+def test_a_bad_request_is_told_whole():
+    scene = ts.load_scene("millipede-printed")
+    with pytest.raises(InputError) as told:
+        adapt(scene, ["gait.dutty"], BOX, "smell", steps=1, noise=2.0)
+    said = " | ".join(told.value.problems)
+    assert len(told.value.problems) == 4
+    for words in (
+        "steps: expected at least 2",
+        "noise: expected a share",
+        "sense: there is none called 'smell'",
+        "gait.dutty: is no",
+    ):
+        assert words in said
+    with pytest.raises(InputError, match="say the grounds"):
+        adapt(scene, FREE, None)
+    with pytest.raises(InputError, match="for one objective that depends on it"):
+        adapt(scene, FREE, BOX, objective="energy")
+    with pytest.raises(InputError, match="'nothing' stands alone"):
+        senses_of("nothing,slip")
+    assert senses_of("slip") == (Sense.SLIP,)

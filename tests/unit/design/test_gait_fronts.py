@@ -1,0 +1,207 @@
+"""Fronts of gaits: what walks are worth, grounds that hurt, and the same result after a kill."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.design import gait_fronts
+from tarsus.design.front import undominated
+from tarsus.design.gait_files import gait_table, write_front
+from tarsus.design.gait_fronts import along, gait, search_of
+from tarsus.design.kept import Kept
+from tarsus.design.over import Box, Ensemble, Grounds
+from tarsus.design.strike import strike
+from tarsus.design.unknowns import unknowns_of
+from tarsus.design.walk_objectives import OBJECTIVES, objectives_of
+from tarsus.design.walks import Walks, without_legs
+from tarsus.measure.switching import charging_energy
+from tarsus_reproduce.legs import millipede_leg
+from tarsus_reproduce.millipede_parameters import millipede_parameters
+from tarsus_reproduce.walkers import hexapod_walker
+
+SHORT = 0.01
+"""One step [s]: enough to tell gaits apart, and a walk costs next to nothing."""
+FREE = {"gait.duty": None, "gait.frequency": ("100 Hz", "200 Hz")}
+BOX = {"ground.friction.coefficient": (4.0, 12.0)}
+SMALL = {"candidates": 64, "duration": SHORT, "look": 3, "threads": 1}
+
+
+@pytest.fixture(scope="module")
+def scene() -> ts.Scene:
+    return ts.load_scene("millipede-printed")
+
+
+def walks_of(scene: ts.Scene, free: object = FREE, objectives: str = "speed,energy") -> Walks:
+    freed, unknowns = unknowns_of(scene, free)  # type: ignore[arg-type]
+    return Walks(freed, unknowns, objectives_of(objectives), SHORT, threads=1)
+
+
+def test_costs_are_those_of_single_walks(scene):
+    walks = walks_of(scene, objectives="speed,contact,slip")
+    points = np.array([[0.3, 0.2], [0.6, 0.9]])
+    grounds = Grounds({"ground.friction.coefficient": np.array([4.0, 9.0])}, np.full(2, 0.5))
+    costs = walks(points, grounds)
+    assert costs.shape == (2, 2, 3) and walks.runs == 4
+    run = ts.simulate(walks.scene_of(points[1], {"ground.friction.coefficient": 9.0}), SHORT)
+    own = [run.measures[name].value for name in ("mean_speed", "contact_duration", "foot_slip")]
+    assert costs[1, 1] == pytest.approx(
+        [-own[0], -own[1], own[2]], rel=1e-5
+    )  # a batch runs at its own accuracy
+
+
+def test_energy_is_that_of_every_rise_of_every_drive(scene):
+    """The gait's square waves in one formula, and signals of their own counted rise by rise."""
+    for free in (
+        {"gait.high": None, "gait.duty": None},
+        {"gait.high": None, "signals.L1.levels.1": ("2 V", "9 V")},
+    ):
+        own = scene
+        if "signals.L1.levels.1" in free:
+            wave = ts.OnOff(levels=(0.0, 5.0), durations=(5e-3, 5e-3), repeat=True)
+            own = ts.with_values(scene, {"signals": {"L1": wave}, "gait.frequency": 100.0})
+        walks = walks_of(own, free)
+        point = np.array([0.7, 0.4])
+        made = walks.scene_of(point)
+        edges = np.array([0.01, 0.02]) if own is not scene else np.array([1.0, 2.0]) / made.gait.frequency
+        drawn = sum(
+            charging_energy(d, made.actuator_volts[n], edges)[0] for n, d in made.robot.drives.items()
+        )
+        assert walks.energy(point[None])[0] == pytest.approx(drawn, rel=1e-12)
+    assert walks_of(scene).recovered_share() == pytest.approx(1.0 / 3.0)
+
+
+def test_dead_legs_have_no_drive_and_keep_their_place():
+    hexapod = hexapod_walker(millipede_parameters(millipede_leg().leg))
+    lame = without_legs(hexapod, ("L2",))
+    assert (
+        "L2" not in lame.robot.drives and "L2" in lame.robot.feet and lame.robot.feet["L2"].electrode is None
+    )
+    assert lame.gait == hexapod.gait and len(lame.robot.drives) == 5
+    with pytest.raises(InputError, match="the robot has no leg 'L7'"):
+        without_legs(hexapod, ("L7",))
+
+
+def test_a_strike_finds_the_worst_ground_inside_a_box(scene):
+    """Of a cost with its worst inside the box, at 0.37, which no corner and no spread ground is."""
+    walks = walks_of(scene)
+
+    class Hill(Kept):
+        def each(self, points, grounds):
+            (own,) = grounds.values()
+            hurt = -((own - 0.37) ** 2) - points[:, 0]
+            return np.stack([hurt, np.zeros(len(own))], axis=1)
+
+    box = Box(("ground.friction.coefficient",), np.array([0.2]), np.array([0.6]))
+    points = np.array([[0.1, 0.5], [0.9, 0.5]])
+    found = strike(Hill(walks), points, box, 4, 8, seed=1)
+    assert found.grounds[:, 0, 0] == pytest.approx(0.37, abs=0.01)
+    assert found.costs[:, 0] == pytest.approx([-0.1, -0.9], abs=1e-4)
+    assert found.tried == 2 + 4 + 8 * 6
+
+
+def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tmp_path):
+    found = gait(scene, FREE, over=BOX, **SMALL)
+    assert len(found.grounds) > 1 and found.grounds.values["ground.friction.coefficient"][0] == 7.96
+    front = found.front
+    assert undominated(front).all() and len(found.members) >= 1
+    walks = walks_of(scene)
+    for member in (*found.members, found.robust, found.optimum):
+        each = walks(member.point[None], found.grounds)[0]
+        assert -each[:, 0].max() == pytest.approx(member.risk[0]) and -each[0, 0] == pytest.approx(
+            member.nominal[0]
+        )
+        assert member.worst[0] <= member.risk[0] + 1e-15  # the last attack looks further
+        struck = walks.each(member.point[None], {p: np.array([v]) for p, v in member.worst_ground.items()})
+        assert -struck[0, 0] == pytest.approx(member.worst[0])
+    assert found.gap >= 0.0 and found.rounds[0].grounds == 1
+    best = max(one.nominal[0] for one in (*found.nominal, found.optimum))
+    assert found.robust.nominal[0] >= 0.9 * best - 1e-12
+    assert (
+        found.robust.worst[0] >= found.optimum.worst[0] * 0.98
+    )  # the optimum is among its rivals, up to the gap
+    table = gait_table(found)
+    write_front(found, tmp_path)
+    again = ts.read_scene(tmp_path / "gaits" / "robust.toml")
+    assert again.gait == found.scene_of(found.robust).gait
+    assert table["gain"] == pytest.approx(found.gain) and len(table["front"]) == len(found.members)
+
+
+def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monkeypatch):
+    whole = gait(scene, FREE, **SMALL)
+    calls = {"left": 2}
+    walk = Walks.each
+
+    def dying(self, points, grounds):
+        calls["left"] -= 1
+        if calls["left"] < 0:
+            raise KeyboardInterrupt
+        return walk(self, points, grounds)
+
+    monkeypatch.setattr(Walks, "each", dying)
+    with pytest.raises(KeyboardInterrupt):
+        gait(scene, FREE, folder=tmp_path, **SMALL)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="holds a design; continue it there with --resume"):
+        gait(scene, FREE, folder=tmp_path, **SMALL)
+    resumed = gait(scene, FREE, folder=tmp_path, resume=True, **SMALL)
+    assert resumed.reused > 0 and resumed.runs + resumed.reused == whole.runs
+    assert np.array_equal(resumed.costs, whole.costs) and np.array_equal(resumed.points, whole.points)
+    with pytest.raises(InputError, match="holds another design"):
+        gait(scene, FREE, folder=tmp_path, resume=True, **{**SMALL, "candidates": 65})
+
+
+def test_an_ensemble_is_judged_by_its_own_members(scene):
+    members = Ensemble({"ground.friction.coefficient": np.array([5.0, 9.0])})
+    found = gait(scene, FREE, "speed", members, "mean", **SMALL)
+    each = walks_of(scene, objectives="speed")(found.members[0].point[None], found.grounds)[0, :, 0]
+    assert found.members[0].risk[0] == pytest.approx(-0.5 * (each[1] + each[2]))
+    assert np.isnan(found.gap) and found.grounds.weights.tolist() == [0.0, 0.5, 0.5]
+
+
+def test_longest_contact_is_an_objective(scene):
+    found = gait(scene, FREE, "contact,speed", **SMALL)
+    contact = [member.nominal[0] for member in found.members]
+    assert contact == sorted(contact, reverse=True) and contact[0] == pytest.approx(-found.costs[:, 0].min())
+
+
+def test_a_bad_request_is_told_whole(scene):
+    with pytest.raises(InputError) as told:
+        gait(
+            scene,
+            ["gait.dutty"],
+            "spede,energy",
+            {"ground.friction.coefficient": (0.5, 0.2)},
+            "bad",
+            dead=("L9",),
+            candidates=3,
+        )
+    said = " | ".join(told.value.problems)
+    assert len(told.value.problems) == 6
+    for words in ("no leg 'L9'", "none called 'spede'", "gait.dutty: is no number", "the box is empty",
+                  "risk: expected worst", "candidates: expected at least 64, got 3"):  # fmt: skip
+        assert words in said
+    with pytest.raises(InputError, match="'cantilever' does not walk"):
+        gait(ts.load_scene("cantilever"), ["gait.duty"])
+    with pytest.raises(InputError, match="is designed, so it cannot be part of the ground"):
+        gait(scene, ["gait.duty"], over={"gait.duty": (0.2, 0.4)})
+    with pytest.raises(InputError, match="risk: 'worst' needs grounds"):
+        gait(scene, ["gait.duty"], risk="worst")
+    bare = ts.with_values(scene, {"robot.drives.L1.capacitance": None})
+    with pytest.raises(InputError, match="energy needs the capacitance of drive 'L1'"):
+        gait(bare, ["gait.duty"])
+    with pytest.raises(InputError, match="expected one to three, got 4"):
+        objectives_of("speed,energy,slip,contact")
+    assert set(OBJECTIVES) == {"speed", "energy", "transport", "slip", "contact", "support", "sway"}
+
+
+def test_a_front_is_shown_by_members_along_it():
+    x = np.linspace(0.0, 1.0, 200)
+    costs = np.stack([x, 1.0 - np.sqrt(x)], axis=1)
+    rows = along(costs, 5)
+    assert len(rows) == 5 and rows[0] == 0 and rows[-1] == 199
+    way = np.hypot(*np.diff(costs[rows], axis=0).T)
+    assert way.max() < 1.5 * way.min()
+    assert search_of(2000).candidates == pytest.approx(2000, abs=gait_fronts.search_of(2000).population)
