@@ -99,7 +99,8 @@ class ModalTangent : StepTangents {
       const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
       shared_ = -found.by / found.rate;
       shared_at_ = now_.time.value;
-      if (found.grazes) flag(event, GRAZING, -1);
+      // a foot that settles inside a step does so without a speed that would tell when
+      if (found.grazes || record_->events[event].kind == CONTACT_AT_START) flag(event, GRAZING, -1);
     }
     now_.time = jet(now_.time.value, shared_);
     now_.w.clear();
