@@ -42,7 +42,7 @@ def look_at(scene: Scene) -> dict[str, Any]:
     run = ts.simulate(scene)
     code = run.code.name
     wall = time.perf_counter() - start
-    out: dict[str, Any] = {"code": code, "wall": round(wall, 3), "steps": int(run.raw.finish[0, 1])}
+    out: dict[str, Any] = {"code": code, "wall": round(wall, 3), "steps": int(run.log.finish[0, 1])}
     out["events"], out["reached"] = len(run.events), run.end_time / scene.duration
     out["closure"] = float(run.ledger.closure)
     state = run.at(np.linspace(0.0, run.end_time, SAMPLES)).state

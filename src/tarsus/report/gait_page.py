@@ -165,9 +165,10 @@ def _believed(design: GaitFront) -> str:
     one, loss = design.objectives[0], design.request.options.loss
     best, own = design.optimum, design.robust
     said = (
-        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the worst "
-        f"that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
-        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
+        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the "
+        f"worst that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
+        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and "
+        f"{amount(own.worst[0], one.unit)}."
     )
     parts = [f'<p class="verdict">{escape(said)}</p>\n']
     if np.isfinite(design.gap):
