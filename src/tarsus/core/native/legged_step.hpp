@@ -171,7 +171,8 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
       r.u[UP] += combine(&table.film[0][0][0], used);
       r.gap = r.u[UP] + leg.gap;
       r.film = s.laws.momentum(leg.foot, r.gap);
-      change = magnitude(r.film - used) * table.reach_film;
+      // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
+      change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
       r.gap = r.u[UP] + leg.gap;
     }
