@@ -35,10 +35,10 @@ FLOOR = 0.1
 moves moves even less on some ground is no news."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
-SHARES = (0.35, 0.3, 0.2)
-"""Shares of the candidates that go to the nominal front, to the first search under the risk, and to the robust
-gait."""
-MORE_SHARE = 0.03
+SHARES: tuple[float, ...] = (0.6, 0.2, 0.12)
+"""Shares of the candidates that go to the nominal front, each of which costs one walk, to the first search under the
+risk, each of which costs one on every ground, and to the robust gait."""
+MORE_SHARE = 0.02
 """Share of the candidates in every further round."""
 STARTS = 48
 """Gaits of one search that the next one begins with."""
@@ -272,7 +272,8 @@ class _Designer:
         seed = 1000 * self.request.options.seed + self.asked
         unknowns = self.request.unknowns
         points, values = search_front(costs, len(unknowns), unknowns.around, search, seed, starts)
-        return _Found(points, values, *(np.concatenate(own) for own in zip(*every, strict=True)))
+        risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
+        return _Found(points, values, risked, own)
 
     def design(self) -> GaitFront:
         """The whole design."""

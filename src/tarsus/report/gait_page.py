@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -42,7 +43,7 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
         for name, point in gait_scene_names(design):
-            run = simulate(design.scene_of(point, worst=True), design.request.duration)
+            run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
             target = folder / "gaits" / f"{name}.html"
             write_text(target, report_html(run))
             pages.append(target)
@@ -165,9 +166,10 @@ def _believed(design: GaitFront) -> str:
     one, loss = design.objectives[0], design.request.options.loss
     best, own = design.optimum, design.robust
     said = (
-        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the worst "
-        f"that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
-        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and {amount(own.worst[0], one.unit)}."
+        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the "
+        f"worst found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
+        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and "
+        f"{amount(own.worst[0], one.unit)}."
     )
     parts = [f'<p class="verdict">{escape(said)}</p>\n']
     if np.isfinite(design.gap):
