@@ -280,7 +280,7 @@ class _Designer:
         request, risk, over = self.request, self.request.risk, self.request.over
         robust_too = over is not None and not isinstance(risk, Nominal)
         none = np.zeros((0, len(request.unknowns)))
-        share = SHARES if robust_too else (1.0,)
+        share = SHARES if robust_too else (1.0, 0.0, 0.0)
         nominal = self._search(_FRONT, self.own, Nominal(), share[0], none)
         best = nominal.points[_best(nominal.costs)]
         found, robust, grounds, rounds = nominal, best, self.own, []
