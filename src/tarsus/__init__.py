@@ -6,11 +6,13 @@ Names are loaded when first used, so that ``import tarsus`` is light.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
 from tarsus.base import moved
 
+TYPE_CHECKING = False  # not imported: `typing` is half of what this module would load
 if TYPE_CHECKING:
+    from typing import Any
+
     from tarsus import design
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values

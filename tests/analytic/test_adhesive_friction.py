@@ -60,7 +60,7 @@ def test_a_blow_takes_nothing_along_the_ground() -> None:
     run = ts.simulate(scene, duration=5e-3)
     assert run.events["kind"].tolist() == [CAPTURE]
     landed = run.events["time"][0]
-    speed = run.walker.row("block_x") @ run.at(np.array([landed, landed + 1e-3])).state.v
+    speed = run.scene.robot.structure.row("block_x") @ run.at(np.array([landed, landed + 1e-3])).state.v
     assert speed == pytest.approx([0.5, 0.5 - MU_A * (INITIAL + 0.5e-3 * RATE) * 1e-3 / MASS], rel=1e-10)
 
 

@@ -100,7 +100,7 @@ def test_a_blow_brakes_the_way_along_by_mu_times_its_own():
     first = of_kind(run, BOUNCE)[0]
     assert first["speed_before"] == pytest.approx(fall, rel=1e-12)
     after = run.at(np.array([np.nextafter(first["time"], 1.0)])).state.v
-    along = run.walker.row("block_x") @ after[:, 0]
+    along = run.scene.robot.structure.row("block_x") @ after[:, 0]
     assert along == pytest.approx(0.5 - MU * 1.5 * fall, rel=1e-12)
     assert run.ledger.closure < 1e-12
 
@@ -313,7 +313,7 @@ def test_a_film_far_stiffer_than_the_legs_takes_few_steps():
     """C/g0^3 = 0.4 N s/m beside a damper of 0.0018 N s/m: a foot creeps off the ground."""
     scene = ts.with_values(creeping_millipede(), {"ground.film.thickness": 2e-7})
     run = ts.simulate(scene, duration=0.02)
-    assert run.ok and run.raw.finish[0, 1] < 3000
+    assert run.ok and run.log.finish[0, 1] < 3000
     assert run.ledger.laws["film"] < 0.0 and run.ledger.closure < 1e-8
 
 

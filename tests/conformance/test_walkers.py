@@ -14,8 +14,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.model.scene import Ground, Initial, Scene, Standing
+from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
-from tarsus.plan.walker import lower_walker
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import RawWalks, walk
@@ -102,14 +102,14 @@ def test_the_events_marks_and_energies_that_another_implementation_found(name: s
         events, marks, energy = (
             record[f"{name.replace(' ', '_')}__{part}"] for part in ("events", "marks", "energy")
         )
-    plan = lower_walker(make())
+    plan = lower_scene(make())
     run = walk(plan, duration, accuracy=RECORDED, account=True, period=duration / 3.3)
     assert len(events) > 1 and run.codes.tolist() == [0]
     np.testing.assert_array_equal(run.events[:, 1:3], events[:, 1:3])
     close(run.events[:, 0], events[:, 0], 1e-10)
     for column in range(3, events.shape[1]):
         close(run.events[:, column], events[:, column], 1e-7)
-    body, feet = len(plan.body.body_mass), plan.plan.feet
+    body, feet = len(plan.legs.body.body_mass), plan.feet
     for first, last in ((0, 1), (1, 1 + body), (1 + body, 1 + body + 2 * feet)):
         close(run.marks[:, first:last], marks[:, first:last], 1e-8)
     close(run.end[3], energy, 1e-7)
@@ -117,14 +117,14 @@ def test_the_events_marks_and_energies_that_another_implementation_found(name: s
 
 def varied() -> tuple[RawWalks, list[RawWalks]]:
     """Four runs that differ in laws and start, in one batch and alone."""
-    plan = lower_walker(on(film=FILM))
-    parameters = np.repeat(plan.plan.laws.parameters[None], 4, axis=0)
+    plan = lower_scene(on(film=FILM))
+    parameters = np.repeat(plan.laws.parameters[None], 4, axis=0)
     parameters *= np.linspace(0.7, 1.2, 4)[:, None, None]
-    initial = np.repeat(plan.plan.initial[None], 4, axis=0)
+    initial = np.repeat(plan.initial[None], 4, axis=0)
     initial[:, 1] += np.linspace(0.0, 1e-6, 4)
     initial[:, -3] += np.linspace(0.0, 1e-3, 4)
-    rows = dataclasses.replace(rows_of(plan.plan, 4, 1e-3), parameters=parameters, initial=initial)
-    one = rows_of(plan.plan, 1, 1e-3)
+    rows = dataclasses.replace(rows_of(plan, 4, 1e-3), parameters=parameters, initial=initial)
+    one = rows_of(plan, 1, 1e-3)
     alone = [
         walk(
             plan,
@@ -146,7 +146,7 @@ def test_runs_of_a_batch_are_those_made_alone_to_the_last_bit() -> None:
 
 
 def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
-    plan = lower_walker(on())
+    plan = lower_scene(on())
     short = walk(plan, 0.02, accuracy=dataclasses.replace(Accuracy(), steps=40))
     whole = walk(plan, 0.02)
     assert ResultCode.of(int(short.codes[0])) is ResultCode.STEP_LIMIT

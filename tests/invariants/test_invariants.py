@@ -342,7 +342,7 @@ def test_chatter_in_a_stiff_film_comes_to_rest():
     )
     for gap in (1e-6, 1e-8):
         run = ts.simulate(scene, duration=0.2, accuracy=ts.Accuracy(gap=gap, steps=20000))
-        assert run.end_time == 0.2 and run.raw.finish[0, 1] < 5000
+        assert run.end_time == 0.2 and run.log.finish[0, 1] < 5000
         assert (
             len(run.events) < 1000 and np.isin(run.events["kind"], (2, 4)).sum() >= 8
         )  # once a period at least

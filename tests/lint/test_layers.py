@@ -36,6 +36,18 @@ def test_import_tarsus_loads_nothing_heavy():
     assert not loaded & {"numba", "matplotlib", "xarray", "scipy", "pydantic", "numpy", "rich", "cyclopts"}
 
 
+def test_import_tarsus_loads_hardly_anything_beside_itself():
+    """What an editable installation or a site has loaded before does not count."""
+    statement = "before = set(sys.modules)\nimport tarsus\nfor name in before: sys.modules.pop(name)"
+    own = {name for name in modules_after(f"{statement}\nimport sys") if not name.startswith("tarsus")}
+    assert len(own) < 12 and not own & {"typing", "importlib.abc", "re", "inspect"}
+
+
+def test_a_verb_loads_no_other_verb():
+    loaded = modules_after("from tarsus.cli import main\nmain(['devices'])")
+    assert "tarsus.cli.devices" in loaded and not loaded & {"tarsus.cli.bench", "tarsus.cli.identify"}
+
+
 def test_the_command_line_starts_light():
     loaded = modules_after("import tarsus.cli.app")
     assert not loaded & {"numba", "matplotlib", "xarray", "scipy", "pydantic", "numpy"}

@@ -36,7 +36,7 @@ def test_the_session_on_the_page_of_slots_runs():
     names: dict = {}
     exec(text, names)
     assert names["first"].ok and names["second"].scene.robot.feet["tip"].gap == 65e-6
-    assert names["second"].raw.book.book.native is names["first"].raw.book.book.native
+    assert names["second"].motion.log.book.book.native is names["first"].motion.log.book.book.native
     assert len(names["batch"]) == 3
     slots = names["session"].slots
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
@@ -59,6 +59,15 @@ def test_the_objectives_and_symmetries_on_the_page_of_gaits_are_all_that_there_a
     page = (DOCS / "gaits.md").read_text(encoding="utf-8")
     for name in (*OBJECTIVES, *(one.value for one in (*Symmetry, *Sense))):
         assert f"`{name}`" in page
+
+
+def test_the_design_on_the_page_of_soft_landings_runs():
+    page = (DOCS / "landing.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.591, abs=1e-3)
+    assert "LANDING_COUNT" in names["header"]
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,7 @@ import tarsus as ts
 from tarsus.measure import Judgement, RunTable, Scope, histories_of, measures_of, walk_statistics
 from tarsus.measure.switching import charging_energy, rise_squares
 from tarsus.model.scene import Scene
-from tarsus.solve.codes import EVENT_TYPE
-from tarsus.solve.walkrun import structured_marks
+from tarsus.solve.codes import EVENT_TYPE, structured_marks
 from walking_devices import creeping_millipede
 
 T = 0.02
@@ -44,7 +43,7 @@ class Hand:
 def marks(*rows: tuple[float, ...]) -> np.ndarray:
     """Marks from (time, surge, heave, slipped of L1, of R1, lowest, highest); feet stay at 0."""
     table = [(t, x, z, 0.0, 0.0, left, right, low, high) for t, x, z, left, right, low, high in rows]
-    return structured_marks(np.array(table), 2, 2)
+    return structured_marks(np.array(table), 2)
 
 
 @pytest.fixture

@@ -65,7 +65,7 @@ def test_a_star_stands_for_any_one_name() -> None:
     wrong = with_values(device, {"provenance": {"robot.feet.*.gaps": tip, "robot.*.pzt": interval}})
     assert provenance_problems(wrong) == [
         "provenance.robot.feet.*.gaps: stands for no path of the scene",
-        "provenance.robot.*.pzt.interval: expected 20 (low, high), one for each number, got 1",
+        "provenance.robot.*.pzt.interval: expected 21 (low, high), one for each number, got 1",
     ]
 
 

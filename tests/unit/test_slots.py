@@ -142,7 +142,7 @@ def test_runs_are_those_of_the_changed_scenes(case):
     assert events > 0
 
 
-def test_bits_do_not_depend_on_neighbours_order_or_threads():
+def test_bits_do_not_depend_on_neighbours_order_chunks_or_threads(monkeypatch):
     rng = np.random.default_rng(3)
     count = 24
     vary = {
@@ -153,6 +153,7 @@ def test_bits_do_not_depend_on_neighbours_order_or_threads():
     }  # fmt: skip
     whole = ts.simulate_batch(chain(), vary, 0.04, threads=2)
     order = rng.permutation(count)
+    monkeypatch.setattr("tarsus.solve.batch._CHUNK", 5)
     mixed = ts.simulate_batch(chain(), {path: v[order] for path, v in vary.items()}, 0.04, threads=1)
     for k, i in enumerate(order):
         np.testing.assert_array_equal(mixed.run(k).all_events, whole.run(int(i)).all_events)
@@ -200,7 +201,7 @@ def test_a_session_keeps_its_tables():
     session = ts.Session(chain())
     first = session.run(duration=0.05)
     second = session.run({"robot.feet.tip.gap": 5e-5, "signals.pull.amplitude": 9.0}, 0.05)
-    assert second.raw.book.book.native is first.raw.book.book.native
+    assert second.motion.log.book.book.native is first.motion.log.book.book.native
     alone = ts.simulate(second.scene, 0.05)
     assert second.ok and alone.ok
     np.testing.assert_array_equal(second.all_events, alone.all_events)
@@ -209,7 +210,7 @@ def test_a_session_keeps_its_tables():
     assert second.at(times).state.gap[0, 0] == pytest.approx(5e-5)
     assert second.ledger.closure < 1e-8
     other = session.run({"robot.structure.stiffness.1.1": 425.0}, 0.05)
-    assert other.raw.book.book.native is not first.raw.book.book.native
+    assert other.motion.log.book.book.native is not first.motion.log.book.book.native
     batch = session.batch({"signals.pull.phase": [0.0, 1.0]}, 0.05, threads=1)
     np.testing.assert_array_equal(batch.run(0).events, ts.simulate(chain(), 0.05, Accuracy()).events)
     assert repr(session) == f"Session({chain().name!r})" and "robot.feet.tip.gap" in session.slots

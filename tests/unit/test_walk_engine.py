@@ -183,7 +183,7 @@ def test_a_sliding_block_is_pulled_off_where_the_ground_lets_go() -> None:
     )
     assert run.events["kind"][1:].tolist() == [RELEASE]
     speed = 0.1 - 0.5 * MU * GRAVITY * 0.01  # friction falls evenly to nothing
-    assert run.at(np.array([0.01])).state.v[run.walker.row("block_x") != 0.0, 0] == pytest.approx(
+    assert run.at(np.array([0.01])).state.v[run.scene.robot.structure.row("block_x") != 0.0, 0] == pytest.approx(
         speed, rel=1e-9
     )
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import sys
 import warnings
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
-from types import ModuleType
+
+TYPE_CHECKING = False  # `typing` and `types` would take longer than all of this module
+if TYPE_CHECKING:
+    from types import ModuleType
 
 MOVED = {
     "base": "spec units errors workers discover",
@@ -19,14 +21,15 @@ _NEW = {f"tarsus.{name}": f"tarsus.{home}.{name}" for home, names in MOVED.items
 _NEW |= {"tarsus.explain": "tarsus.base.messages", "tarsus.files.readers": "tarsus.records.readers"}
 
 
-class FormerHomes(MetaPathFinder, Loader):
-    """Finds modules by the names they had in Tarsus 0.1.
+class FormerHomes:
+    """Finds and loads modules by the names they had in Tarsus 0.1.
 
-    It is asked first: the folder of a moved package would lead to its files once more, under the former name.
+    It is asked first: the folder of a moved package would lead to its files once more, under the former name. Finders
+    and loaders need not derive from those of `importlib.abc`, which load forty modules.
     """
 
     def find_spec(self, name: str, path: object = None, target: object = None) -> ModuleSpec | None:
-        return ModuleSpec(name, self) if name.startswith("tarsus.") and _now(name) else None
+        return ModuleSpec(name, self) if name.startswith("tarsus.") and _now(name) else None  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         new = _now(spec.name)

@@ -248,3 +248,12 @@ def format_quantity(value: float, unit: str) -> str:
         return (len(whole), not 1 <= abs(number) < 1000, abs(exponent)), whole
 
     return min(candidate(exponent, text) for exponent, text in _spellings(unit))[1]
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a plain number, as `float` reads it."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

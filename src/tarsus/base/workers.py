@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 __all__ = ["spread", "workers"]
@@ -32,5 +31,7 @@ def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int | None = None
     if count <= 1:
         yield from map(work, jobs)
         return
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(count) as pool:
         yield from pool.map(work, jobs)

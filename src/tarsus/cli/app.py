@@ -5,23 +5,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
+from importlib import import_module
 
 from cyclopts import App, CycloptsError
 
-from tarsus.cli import (
-    bench,
-    calibrate,
-    check,
-    console,
-    design,
-    devices,
-    identify,
-    show,
-    simulate,
-    sweep,
-    synthesize,
-)
-from tarsus.cli import next as next_signals
+from tarsus.cli import console
 
 COMMANDS = "tarsus.commands"
 """Entry point group of further verbs: name = a function, as those of `VERBS`."""
@@ -29,17 +17,11 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    devices.devices,
-    show.show,
-    check.check,
-    simulate.simulate,
-    sweep.sweep,
-    synthesize.synthesize,
-    identify.identify,
-    calibrate.calibrate,
-    next_signals.next,
-    bench.bench,
-)
+    "devices", "show", "check", "simulate", "sweep", "synthesize", "identify", "calibrate", "next", "design",
+    "bench",
+)  # fmt: skip
+"""In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
+name."""
 
 
 GONE = {
@@ -49,8 +31,11 @@ GONE = {
 """Verbs of earlier versions, and what to use."""
 
 
-def build() -> App:
-    """The application: one command a verb, results returned, errors left to `run`."""
+def build(words: list[str]) -> App:
+    """The application: one command a verb, results returned, errors left to `run`.
+
+    Of a command line that begins with one of `VERBS` that verb alone: nothing else is loaded.
+    """
     app = App(
         name="tarsus",
         help="Contact dynamics of legged piezoelectric micro-robots, from device file to report.",
@@ -61,9 +46,11 @@ def build() -> App:
         suppress_keyboard_interrupt=False,
         result_action="return_value",
     )
-    for verb in (*VERBS, *_installed()):
-        app.command(verb)
-    app.command(design.app)
+    own = words[:1] if words and words[0] in VERBS else VERBS
+    for verb in own:
+        app.command(getattr(import_module(f"tarsus.cli.{verb}"), verb))
+    for command in _installed() if own is VERBS else ():
+        app.command(command)
     return app
 
 
@@ -71,7 +58,7 @@ def _installed() -> list[Callable[..., int]]:
     """Verbs that installed packages add under the entry point group ``tarsus.commands``."""
     from importlib.metadata import entry_points
 
-    taken = {verb.__name__ for verb in VERBS}
+    taken: set[str] = set(VERBS)
     found = []
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
         if entry.name in taken:
@@ -103,7 +90,7 @@ def run(argv: list[str]) -> int:
         console.complain([GONE[argv[0]]])
         return BAD_INPUT
     try:
-        code = build()(argv)
+        code = build(argv)(argv)
         sys.stdout.flush()
     except CycloptsError as error:
         error.verbose = False
@@ -139,5 +126,4 @@ def run(argv: list[str]) -> int:
 
 def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
-    names = {verb.__name__ for verb in VERBS} | {"design"}
-    return f"{argv[0]} " if argv and argv[0] in names else ""
+    return f"{argv[0]} " if argv and argv[0] in VERBS else ""

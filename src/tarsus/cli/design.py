@@ -7,14 +7,18 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
+<<<<<<< HEAD
 from tarsus.cli import design_gait
 
 app = App(name="design", help="Design what a description or a signal should be, given what it should do.")
 app.command(design_gait.gait)
 app.command(design_gait.adapt)
+=======
+design = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+>>>>>>> landing
 
 
-@app.command
+@design.command
 def landing(
     scene: str,
     /,
@@ -27,6 +31,7 @@ def landing(
     output: Annotated[Path, Parameter(name=["--output", "-o"])],
     objective: str = "speed",
     drive: str | None = None,
+    free: Annotated[list[str] | None, Parameter(negative=())] = None,
     tick: str = "1 us",
     shortest: str = "10 us",
     ringing: str | None = None,
@@ -63,6 +68,9 @@ def landing(
         speed, impulse or touchdowns.
     drive
         whose volts are designed; the only one when left out.
+    free
+        path of a switching time that may move, of a scene whose signal is on-off already; no others do, then; may be
+        repeated.
     tick
         of the timer that edges are rounded to.
     shortest
@@ -92,7 +100,7 @@ def landing(
     """
     from tarsus.cli import console, requests
     from tarsus.design.landing_files import LANDING_FILES, landing_table, write_landing
-    from tarsus.design.soft_landing import landing as design
+    from tarsus.design.soft_landing import landing as made
     from tarsus.files.output import OutputFolder
 
     options = _options(objective, sensor, tick, shortest, ringing)
@@ -101,9 +109,9 @@ def landing(
     target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
     target.check()
     with console.progress_bar("design") as progress:
-        found = design(
+        found = made(
             the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
-            drive=drive, seed=seed, effort=effort, threads=threads, **options,
+            drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=threads, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_landing(found, folder)

@@ -1,11 +1,7 @@
 """Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode (numpy only).
 
 A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
-(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form,
-
-    exp(T h) = e^{s h} [ c(D h^2) I + h S(D h^2) (T - s I) ],   s = tr T / 2,  D = s^2 - det T,
-
-with c = cosh(sqrt), S = sinhc(sqrt) for D >= 0 and cos, sinc for D < 0.
+(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form.
 """
 
 from __future__ import annotations
@@ -18,28 +14,6 @@ Floats = NDArray[np.float64]
 
 class DefectiveStructureError(ValueError):
     """The structure has coinciding modes that cannot be separated; the message says which."""
-
-
-def block_exponential(blocks: Floats, times: Floats) -> Floats:
-    """exp(T t): blocks (nb, 2, 2) [1/s], times (...,) [s] -> (..., nb, 2, 2)."""
-    s = 0.5 * (blocks[:, 0, 0] + blocks[:, 1, 1])
-    deviation = blocks - s[:, None, None] * np.eye(2)
-    disc = -(deviation[:, 0, 0] * deviation[:, 1, 1] - deviation[:, 0, 1] * deviation[:, 1, 0])
-    t = np.asarray(times, dtype=float)[..., None]
-    root = np.sqrt(np.abs(disc)) * t
-    oscillating = disc < 0.0
-    growth = s * t
-    # e^{st} cosh(x) without overflow for strongly overdamped blocks
-    plus, minus = np.exp(np.minimum(growth + root, 700.0)), np.exp(np.minimum(growth - root, 700.0))
-    decay = np.exp(growth)
-    cosine = np.where(oscillating, decay * np.cos(root), 0.5 * (plus + minus))
-    small = root < 1e-3
-    safe = np.where(small, 1.0, root)
-    series = 1.0 + np.where(oscillating, -1.0, 1.0) * root**2 / 6.0 + root**4 / 120.0
-    sine = np.where(
-        small, decay * series, np.where(oscillating, decay * np.sin(root), 0.5 * (plus - minus)) / safe
-    )
-    return cosine[..., None, None] * np.eye(2) + (t * sine)[..., None, None] * deviation
 
 
 def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, Floats]:

@@ -62,6 +62,10 @@ class LinearSystem:
         """What tables are made per unit of (m + 1,): rest gaps [m], gravity [m/s^2]."""
         return np.append(self.rest_gap, self.gravity)
 
+    def at(self, sources: Floats) -> LinearSystem:
+        """The same structure with other sources (m + 1,): rest gaps [m], gravity [m/s^2]."""
+        return replace(self, rest_gap=sources[:-1], gravity=float(sources[-1]))
+
     @cached_property
     def per_impulse(self) -> Floats:
         """Change of the velocities (n, m) by a unit impulse on each foot."""

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from tarsus.core import _native, nodes
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME
-from tarsus.core.book import ModeBook
+from tarsus.core.book import NODES, ModeBook
 from tarsus.core.modes import ContactMode, LinearSystem
 from tarsus.core.nodes import N
 from tarsus.core.recorded import RESOLVED, TERMS, Steps, chunks, started, states
@@ -109,56 +110,18 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
     )
 
 
-def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
-    """States and forces at the sorted ``times`` [s]; times outside the run take its nearest recorded state."""
-    n, m = system.normals.shape
-    nt = len(times)
-    out = Sampled(
-        *(np.zeros((n, nt)) for _ in range(2)),
-        *(np.zeros((m, nt)) for _ in range(5)),
-        np.zeros((m, nt), dtype=bool),
-    )
-    if not len(trace):
-        return out
-    owner = np.clip(np.searchsorted(trace[:, T_TIME], times, side="right") - 1, 0, len(trace) - 1)
-    along = np.clip((times - trace[owner, T_TIME]) / trace[owner, T_LENGTH], 0.0, trace[owner, T_FRACTION])
-    for q, mode in enumerate(book.modes):
-        chosen = np.flatnonzero(trace[owner, T_MODE] == q)
-        if not len(chosen):
-            continue
-        y, value, slope = states(book, q, trace, owner[chosen], along[chosen])
-        _store(system, mode, out, chosen, y, value, slope)
-    return out
+def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
+    """States and forces at ``times`` [s] by the recorded steps; times outside the run take its nearest recorded state.
 
-
-def _store(
-    system: LinearSystem,
-    mode: ContactMode,
-    out: Sampled,
-    chosen: Rows,
-    y: Floats,
-    value: Floats,
-    slope: Floats,
-) -> None:
-    n, m = system.normals.shape
-    physical = y @ mode.to_physical.T + mode.offset
-    out.x[:, chosen], out.v[:, chosen] = physical[:, :n].T, physical[:, n:].T
-    held = np.array([bool(mode.mask >> i & 1) for i in range(m)], dtype=bool)
-    out.held[:, chosen] = held[:, None]
-    out.gap[:, chosen] = np.where(held[:, None], 0.0, (system.rest_gap + physical[:, :n] @ system.normals).T)
-    out.rate[:, chosen] = np.where(held[:, None], 0.0, (physical[:, n:] @ system.normals).T)
-    out.resistive[:, chosen] = slope[:, :m].T
-    out.smooth[:, chosen] = value[:, m : 2 * m].T
-    if held.any():
-        w = y - value[:, :m] @ mode.beta
-        pull = w @ mode.outputs[:m].T + value @ mode.feed[:m].T + slope @ mode.feed_rate[:m].T
-        out.pull[:, chosen] = np.where(held[:, None], pull.T, 0.0)
-
-
-def end_state(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
-    """Displacements and velocities (2n,) at the end of the last recorded step."""
-    last = sample(system, book, trace[-1:], np.array([np.inf]))
-    return np.concatenate([last.x[:, 0], last.v[:, 0]])
+    sources (m + 1,): rest gaps [m] and gravity [m/s^2] of the run.
+    """
+    m = len(sources) - 1
+    given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
+    rows = _native.sample_modal(book.native, NODES, nodes, *given).T
+    motion, feet = np.split(rows, [len(rows) - 6 * m])
+    x, v = np.split(motion, 2)
+    gap, rate, resistive, smooth, pull, held = feet.reshape(6, m, len(times))
+    return Sampled(x, v, gap, rate, resistive, smooth, pull, held > 0.0)
 
 
 @dataclass(frozen=True)
@@ -252,9 +215,9 @@ class _Energies:
         z = steps.vectors(state, self.inputs)
         level = trace[rows, T_CLASS].astype(int)
         whole = trace[rows, T_FRACTION] == 1.0
-        for k in np.unique(level[whole]):
+        for k in set(level[whole].tolist()):
             members = np.flatnonzero(whole & (level == k))
-            out[:, members] = self.apply(int(k), z[members])
+            out[:, members] = self.apply(k, z[members])
         ended = np.flatnonzero(~whole)
         for part in chunks(len(ended), (TERMS + 1) * max(2 * steps.nb, 1)):
             members = ended[part]

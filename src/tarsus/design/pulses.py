@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tarsus.model.drive.waveforms import OnOff
 
-__all__ = ["Family", "Levels", "Step", "families"]
+__all__ = ["Family", "Levels", "OwnStep", "Step", "families"]
 
 Floats = NDArray[np.float64]
 
@@ -145,6 +145,44 @@ class Step:
         return (level - self.levels.low) / (self.levels.high - self.levels.low)
 
 
+@dataclass(frozen=True)
+class OwnStep(Step):
+    """A step whose signal is given, and some of whose switching times alone may move.
+
+    own: the signal; moving: numbers of the plateaus whose durations are unknown; the longest other one gives way, so
+    that the period stays.
+    """
+
+    own: OnOff
+    moving: tuple[int, ...]
+
+    def unknowns(self, pairs: int) -> int:
+        return len(self.moving)
+
+    def plain(self) -> tuple[Floats, Floats]:
+        return np.array([self.own.levels]), np.array([self.own.durations])
+
+    def place(
+        self, which: Sequence[Family], number: NDArray[np.int64], cube: Floats
+    ) -> tuple[Floats, Floats]:
+        levels, durations = (np.repeat(part, len(cube), axis=0) for part in self.plain())
+        moving = list(self.moving)
+        rest = [i for i in range(levels.shape[1]) if i not in moving]
+        taker = rest[int(np.argmax(durations[0, rest]))]
+        room = float(durations[0, [taker, *moving]].sum()) - self.shortest
+        spans = self.shortest + np.clip(cube, 0.0, 1.0) ** 2 * (self.longest - self.shortest)
+        total = spans.sum(axis=1, keepdims=True)
+        spans = spans * np.minimum(1.0, room / total)
+        durations[:, moving] = spans
+        durations[:, taker] = room + self.shortest - spans.sum(axis=1)
+        return levels, durations
+
+    def children(
+        self, parent: Family, cube: Floats, to: Sequence[Family]
+    ) -> tuple[NDArray[np.int64], Floats]:
+        return np.zeros(0, dtype=np.int64), np.zeros((0, len(self.moving)))
+
+
 def _continues(parent: Family, family: Family) -> bool:
     a, b = parent.sizes
     return family.landing[:a] == parent.landing and family.release[:b] == parent.release
@@ -153,6 +191,8 @@ def _continues(parent: Family, family: Family) -> bool:
 def families(step: Step, pairs: int) -> list[Family]:
     """Every way to share 2 ``pairs`` plateaus between the edges, and every sequence of the listed levels on them: no
     plateau is as the one beside it. Of two levels a pair cannot be torn apart."""
+    if isinstance(step, OwnStep):
+        return [Family((len(step.moving), 0))]
     found: list[Family] = []
     for a in range(2 * pairs + 1):
         b = 2 * pairs - a

@@ -15,12 +15,12 @@ from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
 from tarsus.design.over import Over, over_of
-from tarsus.design.pulses import Levels, Step
+from tarsus.design.pulses import Levels, OwnStep, Step
 from tarsus.design.risk import Nominal, Risk, Worst, risk_of
 from tarsus.design.target import Objective
 from tarsus.design.timer import in_ticks
 from tarsus.model.drive.laws import LinearForce
-from tarsus.model.drive.waveforms import Constant
+from tarsus.model.drive.waveforms import Constant, OnOff
 from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
@@ -48,7 +48,8 @@ class Sensor(Enum):
 class Options:
     """objective: what is minimised; drive: whose volts are designed, the only one when absent; tick [s] of the timer;
     shortest [s] of a plateau; ringing: greatest overshoot after release, as a share of the mean gap in the air;
-    contact, lift: least shares of the plain step's that the design keeps; sensor: what a learner is told; seed;
+    contact, lift: least shares of the plain step's that the design keeps; sensor: what a learner is told; free:
+    paths of the switching times that alone may move, of a scene whose signal is on-off already; seed;
     threads; effort: factor on the length of the search."""
 
     objective: Objective = Objective.SPEED
@@ -59,6 +60,7 @@ class Options:
     contact: float = 0.8
     lift: float = 0.8
     sensor: Sensor = Sensor.SPEED
+    free: tuple[str, ...] = ()
     seed: int = 0
     threads: int | None = None
     effort: float = 1.0
@@ -120,16 +122,22 @@ def request_of(
     if not options.effort > 0.0:
         problems.append(f"effort: expected a factor above 0, got {options.effort:g}")
     period = None if drive is None else tried(lambda: _period(scene, drive))
+    moving = None
+    if drive is not None and options.free:
+        moving = tried(lambda: _moving(scene, drive, options.free))
     if period is not None:
         tried(lambda: in_ticks(period, options.tick))
     if problems or drive is None or plateaus is None or period is None or chosen is None:
         raise InputError(problems)
     support, lift = _held(scene, foot, drive, plateaus, period)
-    step = Step(
+    shared = (
         period, support, lift, _supported(scene, drive, period, support, lift), options.shortest,
         max(min(_slowest(scene), 0.25 * period), 2.0 * options.shortest), plateaus,
     )  # fmt: skip
-    return Request(scene, foot, drive, pairs, step, grounds, chosen, options)
+    own = scene.waveforms[drive]
+    if moving and isinstance(own, OnOff):
+        return Request(scene, foot, drive, 1, OwnStep(*shared, own, moving), grounds, chosen, options)
+    return Request(scene, foot, drive, pairs, Step(*shared), grounds, chosen, options)
 
 
 def levels_of(given: Any, drive: Drive | None) -> Levels:
@@ -233,8 +241,19 @@ def _slowest(scene: Scene) -> float:
     return 2.0 * np.pi / float(np.sqrt(swinging.min())) if len(swinging) else np.inf
 
 
-def check_path(scene: Scene, drive: str, path: str) -> None:
-    """Raise InputError for a path that is no switching time of the designed drive."""
+def _moving(scene: Scene, drive: str, paths: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of the plateaus whose durations are at these paths. Raises InputError for paths that are no switching
+    times of the drive, and where nothing is left to give way."""
     head = f"signals.{drive}.durations."
-    if not path.startswith(head) or path not in float_paths(scene):
-        raise InputError(f"{path}: is no switching time of the drive '{drive}'; these are {head}0 and so on")
+    known = [path for path in float_paths(scene) if path.startswith(head)]
+    repeats = isinstance(scene.waveforms.get(drive), OnOff)
+    told = f"those are {known[0]} to {known[-1]}" if known and repeats else "its signal is not on-off"
+    problems = [
+        f"{path}: is no switching time of drive '{drive}': {told}" for path in paths
+        if path not in known or not repeats
+    ]  # fmt: skip
+    if not problems and len(set(paths)) >= len(known):
+        problems.append(f"free: one switching time of '{drive}' must stay, to keep the period")
+    if problems:
+        raise InputError(problems)
+    return tuple(sorted({int(path.removeprefix(head)) for path in paths}))

@@ -57,16 +57,12 @@ class Archive:
     def best(self, count: int, near: float = NEAR) -> Ints:
         """Rows of the ``count`` best points, each in a valley of its own; fewer if there are not so many."""
         chosen: list[int] = []
-        for row in np.argsort(self.costs, kind="stable")[: 60 * count]:
-            apart = (
-                np.sqrt(((self.points[chosen] - self.points[row]) ** 2).mean(axis=1))
-                if chosen and self.points.shape[1]
-                else np.full(len(chosen), np.inf)
-            )
-            if all((apart > near) | (self.numbers[chosen] != self.numbers[row])):
-                chosen.append(int(row))
-            if len(chosen) == count:
-                break
+        left = np.argsort(self.costs, kind="stable")
+        while len(left) and len(chosen) < count:
+            row = int(left[0])
+            chosen.append(row)
+            apart = ((self.points[left] - self.points[row]) ** 2).sum(axis=1) > near**2 * self.points.shape[1]
+            left = left[apart | (self.numbers[left] != self.numbers[row])]
         return np.array(chosen, dtype=np.int64)
 
 

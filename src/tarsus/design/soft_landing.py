@@ -24,7 +24,7 @@ from tarsus.design.timer import neighbours
 from tarsus.design.trials import Landings, Trials
 from tarsus.design.worst_ground import Attack, Round, attack, close_gap
 from tarsus.model.drive.waveforms import OnOff
-from tarsus.model.scene import Scene
+from tarsus.model.scene import Scene, override
 
 __all__ = ["FrontPoint", "LandingDesign", "landing"]
 
@@ -74,11 +74,11 @@ class FrontPoint:
 class LandingDesign:
     """A soft landing and why to believe it.
 
-    signal: rounded to the timer; exact: before rounding; before, after: what the foot does on the nominal ground with
-    the plain step and with the design, (1, 1) each; grounds: those that the design was judged on, and the worst that was
-    found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box. rounds: of cutting
-    planes. worst [m/s]: hardest touchdown on any ground that was looked at, NaN without grounds; nominal_worst: the
-    same of the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all. settle: periods of a run.
+    signal: rounded to the timer; exact: before rounding. before, after (1, 1): what the foot does on the nominal ground
+    with the plain step and with the design. grounds: those that the design was judged on, and the worst of a box that
+    were found; on_grounds, before_on_grounds (1, ng). attack: the search for the worst ground of a box; rounds: of
+    cutting planes. worst [m/s]: hardest touchdown on any of these grounds, NaN without any; nominal_worst: the same of
+    the design for the nominal ground alone. loss [m/s]: of rounding. runs: made in all; settle: periods of a run.
     """
 
     request: Request
@@ -126,10 +126,10 @@ class LandingDesign:
 
     @property
     def scene(self) -> Scene:
-        """The scene with the designed signal."""
-        return Trials(
-            self.request.scene, self.request.drive, self.request.foot, self.request.step.period
-        ).with_signal(self.signal)
+        """The scene with the designed signal, whose provenance says so."""
+        scene = self.request.scene
+        signals = {**scene.signals, self.request.drive: self.signal}
+        return override(scene, {"signals": signals}, by="`tarsus design landing`")
 
     @property
     def plain_signal(self) -> OnOff:
@@ -398,7 +398,7 @@ class _Designer:
         """The best neighbour in whole ticks and whole millivolts, and what rounding costs [m/s]."""
         request = self.request
         ticks = neighbours(one.durations, request.ticks, self.rng)
-        durations = ticks * (request.step.period / request.ticks)
+        durations = np.asarray(ticks * (request.step.period / request.ticks), dtype=np.float64)
         levels = np.tile(np.round(one.levels, 3), (len(ticks), 1))
         risk = request.risk
         scores = risk(self.target.scores(self.trials(levels, durations, grounds)), grounds.weights)

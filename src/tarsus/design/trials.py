@@ -131,8 +131,8 @@ def _touchdowns(
 
     The impulse follows from the energy that an impact takes, E = m (v-^2 - v+^2) / 2, and its speeds: m (v- + v+).
     """
-    rows = EventColumns([part.events])
-    own = np.repeat(part.members, np.diff(part.event_end, prepend=0))
+    rows = EventColumns([part.log.events])
+    own = np.repeat(part.members, np.diff(part.log.event_end, prepend=0))
     hits = np.flatnonzero(
         np.isin(rows["kind"], np.array(IMPACTS, dtype=float))
         & (rows["foot"] == foot)

@@ -244,7 +244,7 @@ class EventHistories:
         time = np.array(self._column("time"), dtype=float)
         own = self._own
         late = own[1:][(time[1:] < time[:-1]) & (own[1:] == own[:-1])]
-        for history in np.unique(late):
+        for history in set(late.tolist()):
             part = slice(self._rows[1][history], self._rows[1][history + 1])
             time[part] = np.minimum.accumulate(time[part][::-1])[::-1]
         return time

@@ -31,7 +31,7 @@ class Judged(Protocol):
 class RunTable:
     """nr runs of feet by name: events as for `EventHistories`; ends, period (nr,) [s].
 
-    marks: of walkers, their ways as in `tarsus.solve.walkrun.structured_marks`, run r's at
+    marks: of walkers, their ways as in `tarsus.solve.codes.structured_marks`, run r's at
     ``mark_first[r]:mark_first[r + 1]``; scene: the description number ``variant[r]`` of run r, in all but its ground
     laws' parameters and its start.
     """

@@ -18,14 +18,12 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.core import _native
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import TERMS, Pieces
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms import Constant, OnOff, Poling, Ramp, RampedSquare, Sine, Square
 from tarsus.model.scene import Drive, Scene
-from tarsus.plan.lowering import pack
 
 __all__ = ["Course", "drive_course", "felt", "gait_courses", "pool_of"]
 
@@ -63,13 +61,15 @@ class _Shapes:
     periods: Floats
 
 
-def pool_of(given: Sequence[Pieces], courses: Mapping[str, Course]) -> tuple[_native.Signals, dict[str, int]]:
+def pool_of(
+    given: Sequence[Pieces], courses: Mapping[str, Course]
+) -> tuple[tuple[Pieces, ...], dict[str, int]]:
     """The given channels with those of the courses behind them, and where those of each course start."""
     every, first = list(given), {}
     for name, course in courses.items():
         first[name] = len(every)
         every += course.pieces
-    return pack(every), first
+    return tuple(every), first
 
 
 def drive_course(scene: Scene, name: str, varied: Mapping[str, Floats]) -> Course:

@@ -26,6 +26,7 @@ from tarsus.model.laws.translate import translate
 from tarsus.model.scene import Ground, Scene
 from tarsus.model.standing import equilibrium
 from tarsus.model.structure.base import Matrices
+from tarsus.plan.walker import Legs, lower_legs, without_native
 
 
 @lru_cache(maxsize=1)
@@ -37,11 +38,6 @@ def source_hash() -> str:
     for path in sorted([*told, Path(_native.__file__)]):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def without_native(plan: Any) -> dict[str, Any]:
-    """What is pickled of a plan: its fields; what the native engine holds of it is made again where it is needed."""
-    return {name: plan.__dict__[name] for name in plan.__dataclass_fields__}
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,8 @@ class Plan:
 
     system: the linear structure; laws: flags, parameters and volts channel per foot;
     channels: forces of the drives, then volts of those of ``charged``; initial (2n,): displacements and velocities at
-    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones.
+    t = 0. length [m], force [N], rate [1/s]: scales that turn relative tolerances into absolute ones. legs: of a
+    structure that walks, its body and legs; None for any other.
     """
 
     system: LinearSystem
@@ -93,6 +90,7 @@ class Plan:
     length: float
     force: float
     rate: float
+    legs: Legs | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         return without_native(self)
@@ -149,8 +147,9 @@ def lower_scene(scene: Scene, drive: Callable[..., tuple[Pieces, Pieces]] = lowe
         initial[None], system.sources[None],
     )  # fmt: skip
     return Plan(
-        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system)
-    )
+        system, laws, channels, tuple(used), initial, float(length[0]), float(force[0]), _rate(system),
+        lower_legs(scene.robot, system),
+    )  # fmt: skip
 
 
 def lower_system(scene: Scene) -> LinearSystem:

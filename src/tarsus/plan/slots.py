@@ -14,16 +14,17 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.base.units import format_quantity
 from tarsus.core import _native
+from tarsus.model.drive.pieces import Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import Course, drive_course, felt, gait_courses, pool_of
-from tarsus.plan.lowering import Plan, initial_column, law_column, scales
+from tarsus.plan.lowering import Plan, initial_column, law_column, pack, scales
 
 __all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots"]
 
@@ -58,12 +59,14 @@ class Place:
 class Rows:
     """The data of nr runs of one plan, a row a run, as the engine takes them.
 
-    signals: channels that runs are driven by; channels (nr, nc): those of each run, in the plan's order, and changes
-    (nr, nc, 3): factor, offset and delay [s] by which the run has them, factor * value(t + delay) + offset.
+    pool: channels that runs are driven by, signals: the same for the engine; channels (nr, nc): those of each run, in
+    the plan's order, and changes (nr, nc, 3): factor, offset and delay [s] by which the run has them,
+    factor * value(t + delay) + offset.
     parameters (nr, m, np) of the laws; initial (nr, 2n); sources (nr, m + 1): rest gaps [m] and gravity [m/s^2];
     scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
     """
 
+    pool: tuple[Pieces, ...]
     signals: _native.Signals
     parameters: Floats
     initial: Floats
@@ -74,6 +77,17 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.initial)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"signals": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state, signals=pack(state["pool"]))
+
+    def drive(self, channel: int, time: ArrayLike, run: int = 0) -> Floats:
+        """Values of a channel of the plan in a run at times [s], any shape: a drive's force [N], or volts."""
+        factor, offset, delay = self.changes[run, channel]
+        return factor * evaluate(self.pool[self.channels[run, channel]], np.asarray(time) + delay) + offset
 
     @property
     def periods(self) -> Floats:
@@ -89,7 +103,7 @@ def rows_of(plan: Plan, count: int = 1, period: float = math.inf) -> Rows:
         return np.repeat(np.asarray(row, dtype=float)[None], count, axis=0)
 
     return Rows(
-        plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
+        plan.channels, plan.signals, each(plan.laws.parameters), each(plan.initial), each(plan.system.sources),
         each([plan.length, plan.force, period]), np.repeat(np.arange(channels)[None], count, axis=0),
         each(np.tile([1.0, 0.0, 0.0], (channels, 1))),
     )  # fmt: skip
@@ -230,9 +244,10 @@ def _driven(
     for name, course in courses.items():
         if name in periods:
             periods[name] = course.periods
-    signals = base.signals
+    pool, signals = base.pool, base.signals
     if courses:
-        signals, first = pool_of(plan.channels, courses)
+        pool, first = pool_of(plan.channels, courses)
+        signals = pack(pool)
         for name, course in courses.items():
             d = names.index(name)
             base.channels[:, d] = first[name] + course.force
@@ -244,7 +259,7 @@ def _driven(
     every = np.array(list(periods.values())).reshape(len(periods), len(base))
     within = np.where(every <= duration, every, 0.0).max(axis=0, initial=0.0)
     base.scales[:, 2] = np.where(within > 0.0, within, duration)
-    return replace(base, signals=signals)
+    return replace(base, pool=pool, signals=signals)
 
 
 def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:

@@ -113,8 +113,7 @@ def _mark(axes: Axes, hits: Sequence[tuple[float, float]], begin: float, step: f
 def landing_zoom(pair: Pair) -> Plate:
     """The landing itself, before and after on one axis, with the speed of every touchdown."""
     step = pair.design.request.step
-    shaped = float(np.sum(pair.design.signal.durations)) - max(pair.design.signal.durations)
-    span = min(0.5 * pair.period, max(3.0 * step.longest, 1.5 * min(shaped, step.supported)))
+    span = min(0.5 * pair.period, 3.0 * step.longest)
     drawn = Figure(figsize=(WIDTH_IN, 2.9))
     top, bottom = drawn.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
     drawn.subplots_adjust(left=0.085, right=0.99, bottom=0.15, top=0.97, hspace=0.1)
@@ -136,7 +135,7 @@ def landing_zoom(pair: Pair) -> Plate:
             top.annotate(
                 f"{v:.3g} m/s",
                 (t / clock.step, 0.0),
-                (4, 8 + 11 * which),
+                (4, 34 - 20 * which),
                 textcoords="offset points",
                 color=color,
             )
@@ -206,9 +205,7 @@ def front(design: LandingDesign) -> Plate:
             plain[own] / scale.step, speeds[own], "o", ms=4.0, mew=0.0, color=color, label=_pairs(pairs)
         )
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(
-        f"energy a period ({scale.label})" if known else "sum of squared rises (V²): energy over capacitance"
-    )
+    axes.set_xlabel(f"energy a period ({scale.label})" if known else f"sum of squared rises ({scale.label})")
     axes.set_ylabel("hardest touchdown (m/s)")
     axes.legend(loc="upper right")
     caption = "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy."

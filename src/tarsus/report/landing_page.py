@@ -57,8 +57,8 @@ def _lede(design: LandingDesign) -> str:
     before, after = float(design.before.speed[0, 0]), design.speed
     told = (
         f"The plain step strikes at {before:.3g} m/s with {design.before.touchdowns[0, 0]:g} touchdowns a step; the "
-        f"design at {after:.3g} m/s with {design.touchdowns:g}. Every touchdown of the whole period counts; the motion is "
-        f"{design.regime.words}."
+        f"design at {after:.3g} m/s with {design.touchdowns:g}. Every touchdown of the whole period counts; the "
+        f"motion is {design.regime.words}."
     )
     if math.isfinite(design.worst):
         told += f" On the worst ground found it strikes at {design.worst:.3g} m/s."
@@ -171,13 +171,14 @@ def _learned(design: LandingDesign) -> str:
     assert found is not None
     told = "how hard each step struck" if found.sensor is Sensor.SPEED else "whether the contact had closed"
     return (
-        f"<p>Told only {told}, {100.0 * found.halved:.0f} % of {len(found.grounds)} learners struck with at most half the "
-        f"plain step's speed within ten steps.</p>\n"
+        f"<p>Told only {told}, {100.0 * found.halved:.0f} % of {len(found.grounds)} learners struck with at most half "
+        f"the plain step's speed within ten steps.</p>\n"
     )
 
 
 def _footer(design: LandingDesign) -> str:
     return (
         f"<p>{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
-        f"{design.settle - 1} settle the motion, by measurement. Digest {digest(design.signal)}; Tarsus {escape(package_version())}.</p>\n"
+        f"{design.settle - 1} settle the motion, by measurement. "
+        f"Digest {digest(design.signal)}; Tarsus {escape(package_version())}.</p>\n"
     )

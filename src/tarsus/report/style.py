@@ -122,10 +122,10 @@ def stack(
         place = (LEFT / WIDTH_IN, (top - height) / total, width / WIDTH_IN, height / total)
         axes = figure.add_axes(place, sharex=panels[0] if panels else None)
         axes.yaxis.set_label_coords(-0.47 / width, 0.5)
-        axes.tick_params(axis="x", labelbottom=False)
         panels.append(axes)
         top -= height + gap_in
-    panels[-1].tick_params(axis="x", labelbottom=True)
+    for axes in panels[:-1]:  # ticks without labels would be a tenth of all that a report draws
+        axes.xaxis.set_visible(False)
     panels[-1].xaxis.set_label_coords(0.5, -0.26 / heights_in[-1])
     return figure, panels
 

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native
 from tarsus.core.replay import Part
-from tarsus.model.drive.pieces import evaluate
 from tarsus.model.laws.base import Law
-from tarsus.plan.lowering import program_of
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from tarsus.model.scene import Ground
-    from tarsus.plan.lowering import Plan
-    from tarsus.solve.run import Run
+from tarsus.plan.lowering import Plan, program_of
+from tarsus.plan.slots import Rows
 
 Floats = NDArray[np.float64]
 
-__all__ = ["foot_volts", "forces", "momentum", "parts", "slope", "total", "value", "working", "works"]
+__all__ = ["Acting", "slope", "value"]
 
 
 def value(law: Law, *arguments: Floats | float) -> Floats:
@@ -43,76 +38,84 @@ def _evaluated(by: object, law: Law, arguments: tuple[Floats | float, ...]) -> F
     return np.asarray(found).reshape(rows[0].shape)
 
 
-def working(ground: Ground) -> dict[str, Law]:
-    """Laws whose forces do work on a free foot, by name: the resistive ones, then the other smooth ones."""
-    return ground.acting_on("momentum") | ground.acting_on("force")
+@dataclass(frozen=True)
+class Acting:
+    """The laws on the feet of one run, which has a row of a plan's data."""
 
+    plan: Plan
+    rows: Rows
 
-def parts(run: Run) -> list[Part]:
-    """The laws whose work is told apart: of those that act together all but the last, whose work is the rest."""
-    out = []
-    for law in [*_shared(run.scene.ground, "momentum"), *_shared(run.scene.ground, "force")]:
+    @cached_property
+    def laws(self) -> dict[str, Law]:
+        """By name, with the parameters of the run."""
+        given, row = self.plan.laws, self.rows.parameters[0, 0].tolist()
+        return {
+            name: law.model_copy(update=dict(zip(law.names(), row[given.columns[name] :], strict=False)))
+            for name, law in given.acting.items()
+        }
+
+    def on(self, hook: str) -> dict[str, Law]:
+        """Those that the engine calls in one place; see `tarsus.model.laws.Law.hook`."""
+        return {name: law for name, law in self.laws.items() if law.hook == hook}
+
+    def parts(self) -> list[Part]:
+        """The laws whose work is told apart: of those that act together all but the last, whose work is the rest."""
+        shared = [law for hook in _HOOKS for law in [*self.on(hook).values()][:-1]]
+        return [Part(law.hook == "momentum", lambda *at, law=law: self._part(law, *at)) for law in shared]
+
+    def _part(self, law: Law, gap: Floats, rate: Floats, time: Floats) -> Floats:
         if law.hook == "momentum":
-            out.append(Part(True, lambda gap, rate, time, law=law: value(law, gap)))
-        else:
-            out.append(
-                Part(
-                    False,
-                    lambda gap, rate, time, law=law: value(
-                        law, gap, rate, foot_volts(run.plan, time).T, time[:, None]
-                    ),
-                )
-            )
-    return out
+            return value(law, gap)
+        return value(law, gap, rate, self.volts(time).T, time[:, None])
+
+    def works(self, resistive: Floats, smooth: Floats, shares: Floats) -> dict[str, Floats]:
+        """Work of every law on the structure by name, from that of all resistive and of all smooth ones, and from the
+        shares (np, ...) in the order of `parts`."""
+        out: dict[str, Floats] = {}
+        first = 0
+        for hook, whole in zip(_HOOKS, (resistive, smooth), strict=True):
+            *names, last = [*self.on(hook)] or [""]
+            own = shares[first : first + len(names)]
+            out |= dict(zip(names, own, strict=True)) | ({last: whole - own.sum(axis=0)} if last else {})
+            first += len(names)
+        return out
+
+    def forces(self, gap: Floats, rate: Floats, held: NDArray[np.bool_], time: Floats) -> dict[str, Floats]:
+        """Force [N] (m, nt) of every law on the feet along the normal, by name: of resistive laws on free feet, of the
+        other smooth ones on held feet as well, which they press to the ground or lift."""
+        volts = self.volts(time)
+        # a foot on the ground may be below it by rounding, where a law need not be defined
+        above = np.where(held, 0.0, np.maximum(gap, 0.0))
+        speed = np.where(held, 0.0, rate)
+        return {
+            name: np.where(held, 0.0, slope(law, above) * speed)
+            if hook == "momentum"
+            else value(law, above, speed, volts, np.broadcast_to(time, volts.shape))
+            for hook in _HOOKS
+            for name, law in self.on(hook).items()
+        }
+
+    def total(self, forces: Mapping[str, Floats], hook: str, like: Floats) -> Floats:
+        """Forces of all laws of one kind together, of the shape of ``like``."""
+        return sum((forces[name] for name in self.on(hook)), np.zeros_like(like))
+
+    def volts(self, time: Floats) -> Floats:
+        """Volts (m, nt) that the laws of each foot see."""
+        out = np.zeros((self.plan.feet, *np.shape(time)))
+        for i, channel in enumerate(self.plan.laws.volts):
+            if channel >= 0:
+                out[i] = self.rows.drive(channel, time)
+        return out
+
+    def drives(self, time: Floats) -> Floats:
+        """Forces (nd, nt) [N] of the drives."""
+        forces = [self.rows.drive(d, time) for d in range(self.plan.drives)]
+        return np.array(forces).reshape(self.plan.drives, len(time))
+
+    def momentum(self, gap: float) -> float:
+        """Momentum [N s] of the resistive laws at a gap [m]."""
+        return sum(law.evaluate(max(gap, 0.0)) for law in self.on("momentum").values())
 
 
-def works(ground: Ground, resistive: Floats, smooth: Floats, shares: Floats) -> dict[str, Floats]:
-    """Work of every law on the structure by name, from that of all resistive and of all smooth ones, and from the
-    shares (np, ...) in the order of `parts`."""
-    out: dict[str, Floats] = {}
-    first = 0
-    for hook, total in (("momentum", resistive), ("force", smooth)):
-        names = list(ground.acting_on(hook))
-        for place, name in enumerate(names):
-            last = place == len(names) - 1
-            out[name] = total - shares[first : first + place].sum(axis=0) if last else shares[first + place]
-        first += max(len(names) - 1, 0)
-    return out
-
-
-def _shared(ground: Ground, hook: str) -> list[Law]:
-    return list(ground.acting_on(hook).values())[:-1]
-
-
-def forces(run: Run, gap: Floats, rate: Floats, held: NDArray[np.bool_], time: Floats) -> dict[str, Floats]:
-    """Force [N] (m, nt) of every law on the feet along the normal, by name: of resistive laws on free feet, of the
-    other smooth ones on held feet as well, which they press to the ground or lift."""
-    volts = foot_volts(run.plan, time)
-    # a foot on the ground may be below it by rounding, where a law need not be defined
-    above = np.where(held, 0.0, np.maximum(gap, 0.0))
-    speed = np.where(held, 0.0, rate)
-    return {
-        name: np.where(held, 0.0, slope(law, above) * speed)
-        if law.hook == "momentum"
-        else value(law, above, speed, volts, np.broadcast_to(time, volts.shape))
-        for name, law in working(run.scene.ground).items()
-    }
-
-
-def total(forces: Mapping[str, Floats], ground: Ground, hook: str, like: Floats) -> Floats:
-    """Forces of all laws of one kind together, of the shape of ``like``."""
-    return sum((forces[name] for name in ground.acting_on(hook)), np.zeros_like(like))
-
-
-def foot_volts(plan: Plan, time: Floats) -> Floats:
-    """Volts (m, nt) that the laws of each foot see."""
-    volts = np.zeros((plan.feet, *np.shape(time)))
-    for i, channel in enumerate(plan.laws.volts):
-        if channel >= 0:
-            volts[i] = evaluate(plan.channels[channel], time)
-    return volts
-
-
-def momentum(ground: Ground, gap: float) -> float:
-    """Momentum [N s] of the resistive laws at a gap [m]."""
-    return sum(law.evaluate(max(gap, 0.0)) for law in ground.acting_on("momentum").values())
+_HOOKS = ("momentum", "force")
+"""Of laws that do work on a free foot: the resistive ones, and the other smooth ones."""

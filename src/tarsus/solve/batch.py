@@ -10,16 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.base.workers import spread
-from tarsus.measure import scene_period
 from tarsus.model.scene import Scene
-from tarsus.plan.slots import check_bounds, rows_for, rows_of, slot
+from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.engines import Shared, engine_for
-from tarsus.solve.results import Batch, BatchRun, Part
-from tarsus.solve.simulate import check_duration, simulate
+from tarsus.solve.engines import Shared, prepared
+from tarsus.solve.results import Batch, Part
+from tarsus.solve.simulate import changed_run, seconds_of
 
-__all__ = ["Batch", "BatchRun", "simulate_batch"]
+__all__ = ["Batch", "simulate_batch"]
 
 _CHUNK = 256  # runs handed to the kernel at a time
 
@@ -69,8 +68,7 @@ def simulate_batch(
     InputError
         For unknown paths, values out of bounds, or arrays of different lengths.
     """
-    seconds = scene.duration if duration is None else float(duration)
-    check_duration(seconds)
+    seconds = seconds_of(scene, duration)
     given = _columns(vary, grid=grid)
     values = _combined(given) if grid else given
     axes = given if grid else {}
@@ -89,12 +87,8 @@ def simulate_batch(
     def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
         chosen, members = job
         variant = with_values(scene, dict(zip(rest, chosen, strict=True))) if rest else scene
-        engine = engine_for(variant, seconds, shared)
         own = {path: values[path][members] for path in data}
-        if own:
-            rows = rows_for(variant, engine.plan, own, seconds)
-        else:
-            rows = rows_of(engine.plan, len(members), scene_period(variant, seconds))
+        engine, rows = prepared(variant, own, seconds, shared, len(members))
         periods[members] = rows.periods
         return Part.of(engine.run(rows, accuracy, track), members)
 
@@ -103,7 +97,8 @@ def simulate_batch(
         for chosen, members in groups.items()
         for first in range(0, len(members), _CHUNK)
     ]
-    return Batch(scene, values, seconds, periods, list(spread(work, jobs, threads)), None, axes)
+    parts = list(spread(work, jobs, threads))
+    return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)
 
 
 def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str], list[str]]:
@@ -130,19 +125,13 @@ def _with_accounts(
     """The batch made of single runs, each with its energy account."""
 
     def work(i: int) -> tuple[Part, bool]:
-        run = simulate(
-            with_values(scene, {path: float(v[i]) for path, v in values.items()}),
-            seconds,
-            accuracy,
-            shared=shared,
-        )
+        run = changed_run(scene, {path: float(v[i]) for path, v in values.items()}, seconds, accuracy, shared)
         periods[i] = run.period
-        open_ = run.code is ResultCode.LEDGER_OPEN
-        return Part.of(run.raw, np.array([i])), open_
+        return Part.of(run.log, np.array([i])), run.code is ResultCode.LEDGER_OPEN
 
     found = list(spread(work, range(len(periods)), threads))
     unclosed = frozenset(i for i, (_, open_) in enumerate(found) if open_)
-    return Batch(scene, values, seconds, periods, [part for part, _ in found], unclosed, axes)
+    return Batch(scene, values, seconds, periods, [part for part, _ in found], unclosed, axes, accuracy)
 
 
 def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -101,6 +101,17 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     return out[np.argsort(out["time"], kind="stable")]
 
 
+def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:
+    """Rows of marks (nm, 3 + nb + 2 m) as a structured array: time [s]; body (nb,) coordinates [m, rad]; foot_x and
+    slipped (m,) place along the way and path slid in contact so far [m]; lowest, highest: heave since the last mark.
+    """
+    kind = np.dtype(
+        [("time", "f8"), ("body", "f8", (rows.shape[1] - 3 - 2 * feet,)), ("foot_x", "f8", (feet,)),
+         ("slipped", "f8", (feet,)), ("lowest", "f8"), ("highest", "f8")]
+    )  # fmt: skip
+    return np.ascontiguousarray(rows).view(kind).reshape(len(rows))
+
+
 class EventLog:
     """Events of runs made together: as `structured_events`, but of all runs at once.
 

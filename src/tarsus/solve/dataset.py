@@ -10,15 +10,13 @@ from tarsus.files.series import Variable
 from tarsus.solve.series import command_volts
 
 if TYPE_CHECKING:
-    from tarsus.solve.run import Run
+    from tarsus.model.scene import Scene
     from tarsus.solve.series import Series
-    from tarsus.solve.walkrun import WalkRun
-    from tarsus.solve.walkseries import WalkSeries
 
 
-def to_variables(run: Run, series: Series) -> dict[str, Variable]:
-    """Series of a run over time, foot, drive and point, with these as coordinates."""
-    scene = run.scene
+def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
+    """Series of a run over time, foot, drive and point, with these as coordinates; of a walker also over coordinates of
+    its body."""
     structure = scene.robot.structure
     points = list(structure.points)
     rows = np.array([structure.row(p) for p in points]).reshape(len(points), structure.size)
@@ -60,29 +58,23 @@ def to_variables(run: Run, series: Series) -> dict[str, Variable]:
     for name, work in series.works.items():
         text = f"work of the {laws[name].title} on the structure, from the start"
         add(f"{name}_work", ("time",), work, "J", text)
+    names = {"foot": scene.robot.feet, "drive": scene.robot.drives, "point": points}
+    if body := structure.body_coordinates:
+        names["coordinate"] = body
+        units = ", ".join("rad" if name in ("roll", "pitch") else "m" for name in body)
+        lost = series.cumulative["friction"]
+        for name, dims, values, unit, text in (
+            ("body", ("coordinate", "time"), series.body, units, "coordinates of the body"),
+            ("foot_x", foot, series.foot_x, "m", "displacement of a foot along the way"),
+            ("slipping", foot, series.slipping, "1", "foot in contact that slides"),
+            ("friction_force", foot, series.friction, "N", "friction on a foot, positive forward"),
+            ("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start"),
+        ):
+            assert values is not None  # a walker has them all
+            add(name, dims, values, unit, text)
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
-    for dim, names in (("foot", scene.robot.feet), ("drive", scene.robot.drives), ("point", points)):
-        variables[dim] = Variable((dim,), np.array(list(names), dtype=object), {})
-    return variables
-
-
-def to_walk_variables(run: WalkRun, series: WalkSeries) -> dict[str, Variable]:
-    """The same for a walker: with the body's coordinates, and what its feet do along the way."""
-    variables = to_variables(run, series)
-    names = run.walker.body_coordinates
-    turning = ("roll", "pitch")
-    units = ", ".join("rad" if name in turning else "m" for name in names)
-
-    def add(name: str, dims: tuple[str, ...], values: np.ndarray, unit: str, long_name: str) -> None:
-        variables[name] = Variable(dims, values, {"units": unit, "long_name": long_name})
-
-    add("body", ("coordinate", "time"), series.body, units, "coordinates of the body")
-    add("foot_x", ("foot", "time"), series.foot_x, "m", "displacement of a foot along the way")
-    add("slipping", ("foot", "time"), series.slipping, "1", "foot in contact that slides")
-    add("friction_force", ("foot", "time"), series.friction, "N", "friction on a foot, positive forward")
-    lost = series.cumulative["friction"]
-    add("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start")
-    variables["coordinate"] = Variable(("coordinate",), np.array(names, dtype=object), {})
+    for dim, known in names.items():
+        variables[dim] = Variable((dim,), np.array(list(known), dtype=object), {})
     return variables
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,8 @@ from tarsus.core.book import NODES, ModeBook, step_lengths
 from tarsus.core.nodes import N
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
+from tarsus.plan.walker import without_native
+from tarsus.solve.codes import EventLog
 
 
 @dataclass(frozen=True)
@@ -34,11 +36,15 @@ class Accuracy:
 class SharedBook:
     """Contact modes of one linear structure for runs of one duration, made when first met; safe between threads.
 
-    shared: that of a plan of equal `structure_key`, whose tables serve this one too.
+    shared: that of a plan of equal `structure_key`, whose tables serve this one too; sources (m + 1,): rest gaps [m]
+    and gravity [m/s^2] instead of the plan's own.
     """
 
-    def __init__(self, plan: Plan, duration: float, *, shared: SharedBook | None = None) -> None:
-        self._made_of = plan.system, step_lengths(duration), plan.laws.use_rates
+    def __init__(
+        self, plan: Plan, duration: float, *, shared: SharedBook | None = None, sources: np.ndarray | None = None
+    ) -> None:
+        self.system = plan.system if sources is None else plan.system.at(sources)
+        self._made_of = self.system, step_lengths(duration), plan.laws.use_rates
         self._met: list[int] = []
         if shared is not None:
             self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
@@ -54,7 +60,7 @@ class SharedBook:
 
     def __getstate__(self) -> dict[str, Any]:
         met = [mode.mask for mode in self.book.modes]
-        return {"_made_of": self._made_of, "_met": met}
+        return {"system": self.system, "_made_of": self._made_of, "_met": met}
 
 
 def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
@@ -67,29 +73,68 @@ def structure_key(plan: Plan, duration: float) -> tuple[object, ...]:
     return (float(step_lengths(duration)[0]), system.normals.shape, plan.laws.use_rates, *arrays, *given)
 
 
-@dataclass
-class RawRuns:
-    """What the engine made of nr runs: codes (nr,), event rows of run i in events[event_end[i-1]:event_end[i]].
+@dataclass(frozen=True)
+class Log:
+    """What an engine noted of nr runs: codes (nr,); finish (nr, 3): end time [s], steps, rejected steps; event rows of
+    run i in events[event_end[i-1]:event_end[i]], and of walkers the marks of its way likewise, else None."""
 
-    finish (nr, 3): end time [s], steps, rejected steps. trace: recorded steps of all runs, end to end.
+    codes: np.ndarray
+    finish: np.ndarray
+    events: np.ndarray
+    event_end: np.ndarray
+    marks: np.ndarray | None = None
+    mark_end: np.ndarray | None = None
+
+    @classmethod
+    def nothing(cls, duration: float) -> Log:
+        """Of one run in which nothing happened for so long [s]."""
+        finish = np.array([[duration, 0.0, 0.0]])
+        return cls(np.array([a.DONE]), finish, np.zeros((0, a.EVENT_WIDTH)), np.zeros(1, dtype=np.intp))
+
+    def of(self, run: int) -> np.ndarray:
+        """Event rows of one run."""
+        return rows_between(self.events, self.event_end, run)
+
+    def marks_of(self, run: int) -> np.ndarray | None:
+        """Mark rows of one run."""
+        return None if self.marks is None else rows_between(self.marks, self.mark_end, run)
+
+    def alone(self, run: int) -> Log:
+        """The log of one run."""
+        events, marks = self.of(run), self.marks_of(run)
+        end, mark_end = np.array([len(events)]), None if marks is None else np.array([len(marks)])
+        one = slice(run, run + 1)
+        return Log(self.codes[one], self.finish[one], events, end, marks, mark_end)
+
+    @cached_property
+    def structured(self) -> EventLog:
+        """Events of the runs, one by one."""
+        return EventLog(self.events, self.event_end)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return without_native(self)
+
+
+def rows_between(rows: np.ndarray, ends: np.ndarray | None, run: int) -> np.ndarray:
+    """Rows of one run, of several runs' laid end to end; ends (nr,): where each run's end."""
+    assert ends is not None
+    return rows[ends[run - 1] if run else 0 : ends[run]]
+
+
+@dataclass(frozen=True)
+class RawRuns(Log):
+    """What runs by contact modes left. trace: recorded steps of all runs, end to end.
+
     Of the last run: mode, number of the contact mode it ended in, and its flowing state there; pending, mask of the
     contact mode it was about to enter with the physical state (2n,), or -1.
     """
 
-    codes: np.ndarray
-    events: np.ndarray
-    event_end: np.ndarray
-    finish: np.ndarray
-    trace: np.ndarray
-    book: SharedBook
-    mode: int
-    state: np.ndarray
-    pending: int
-    physical: np.ndarray
-
-    def of(self, run: int) -> np.ndarray:
-        """Event rows of one run."""
-        return self.events[self.event_end[run - 1] if run else 0 : self.event_end[run]]
+    trace: np.ndarray = field(kw_only=True)
+    book: SharedBook = field(kw_only=True)
+    mode: int = field(kw_only=True)
+    state: np.ndarray = field(kw_only=True)
+    pending: int = field(kw_only=True)
+    physical: np.ndarray = field(kw_only=True)
 
 
 def execute(
@@ -106,15 +151,19 @@ def execute(
     """Run a plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
-    the apex of every flight; record: keep every step for series and energies.
+    the apex of every flight; record: keep every step of a single run for series and energies.
     """
-    book = SharedBook(plan, duration, shared=book)
     rows = rows_of(plan, 1, period) if rows is None else rows
+    if book is None or record:
+        book = SharedBook(plan, duration, shared=book, sources=rows.sources[0])
     settings = unit_settings(plan, duration, accuracy or Accuracy())
     settings.track, settings.record = track, record
     codes, *rest = _native.run_modal(book.book.native, NODES, rows.signals, plan.laws.native, settings, rows)
     events, event_end, finish, trace, mode, state, pending, physical = rest
-    return RawRuns(codes, events, event_end, finish, trace, book, mode, state, pending, physical)
+    return RawRuns(
+        codes, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=pending,
+        physical=physical,
+    )  # fmt: skip
 
 
 def row_bytes(plan: Plan) -> int:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.spec import float_paths
 from tarsus.files.series import Variable
-from tarsus.measure import Measured, Scope
+from tarsus.measure import Measure, Measured
 from tarsus.solve.codes import ResultCode
 
 if TYPE_CHECKING:
@@ -18,20 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["batch_variables", "measure_variables", "outcome_variable"]
 
 
-class Told(Protocol):
-    """A measure's unit, definition and scope."""
-
-    @property
-    def unit(self) -> str: ...
-    @property
-    def definition(self) -> str: ...
-    @property
-    def scope(self) -> Scope: ...
-
-
 def measure_variables(
     name: str,
-    about: Told,
+    about: Measure | Measured,
     dims: tuple[str, ...],
     value: np.ndarray,
     spread: np.ndarray,

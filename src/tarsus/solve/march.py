@@ -3,47 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from tarsus.core import _native
 from tarsus.core.book import NODES, step_lengths
+from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
-from tarsus.plan.walker import WalkPlan
-from tarsus.solve.engine import Accuracy, unit_settings
+from tarsus.solve.engine import Accuracy, Log, unit_settings
 
 
 @dataclass(frozen=True)
-class RawWalks:
-    """What the engine made of nr runs: codes (nr,); event rows and mark rows of run i end at event_end[i], mark_end[i].
-
-    finish (nr, 3): end time [s], steps, rejected steps. samples (ns, width), of the last run: body's displacements and
-    velocities (2 nb), legs (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of
-    laws that act together, all but the last (see `tarsus.solve.acting.parts`). end: the last run's body (2, nb), feet
-    (nl, 2, 2), contact (m,) of its feet and energies with works at its end.
+class RawWalks(Log):
+    """What walkers left. samples (ns, width), of the last run: body's displacements and velocities (2 nb), legs
+    (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of laws that act together, all
+    but the last (see `tarsus.solve.acting.Acting.parts`). end: the last run's body (2, nb), feet (nl, 2, 2), contact
+    (m,) of its feet and energies with works at its end.
     """
 
-    codes: np.ndarray
-    events: np.ndarray
-    event_end: np.ndarray
-    marks: np.ndarray
-    mark_end: np.ndarray
-    finish: np.ndarray
-    samples: np.ndarray
-    end: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-    def of(self, run: int) -> np.ndarray:
-        """Event rows of one run."""
-        return self.events[self.event_end[run - 1] if run else 0 : self.event_end[run]]
-
-    def marks_of(self, run: int) -> np.ndarray:
-        """Mark rows of one run."""
-        return self.marks[self.mark_end[run - 1] if run else 0 : self.mark_end[run]]
+    samples: np.ndarray = field(kw_only=True)
+    end: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = field(kw_only=True)
 
 
 def walk(
-    plan: WalkPlan,
+    plan: Plan,
     duration: float,
     *,
     rows: Rows | None = None,
@@ -53,28 +37,30 @@ def walk(
     track: bool = True,
     account: bool = False,
     times: np.ndarray | None = None,
+    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> RawWalks:
     """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
     find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
-    contacts (of a single run).
+    contacts (of a single run); start: time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
     """
-    base = plan.plan
+    assert plan.legs is not None
     tables = tables if tables is not None else tables_of(plan, duration)
-    rows = rows_of(base, 1, period) if rows is None else rows
-    settings = unit_settings(base, duration, accuracy or Accuracy())
-    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / base.rate))
+    rows = rows_of(plan, 1, period) if rows is None else rows
+    settings = unit_settings(plan, duration, accuracy or Accuracy())
+    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
     settings.track, settings.record = track, False
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
-        plan.native, tables, NODES, rows.signals, base.laws.native, rows, settings,
-        np.zeros(0) if times is None else np.array(times, dtype=float), account,
+        plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
+        np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
     )  # fmt: skip
     end = (body, feet.reshape(-1, 2, 2), contact, energy)
-    return RawWalks(codes, events, event_end, marks, mark_end, finish, samples, end)
+    return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)
 
 
-def tables_of(plan: WalkPlan, duration: float) -> _native.LegTables:
+def tables_of(plan: Plan, duration: float) -> _native.LegTables:
     """Step tables of a plan's legs for runs of one duration."""
-    mass, stiffness, damping = np.ascontiguousarray(plan.blocks.T)
+    assert plan.legs is not None
+    mass, stiffness, damping = np.ascontiguousarray(plan.legs.blocks.T)
     return _native.LegTables(NODES, mass, stiffness, damping, step_lengths(duration))

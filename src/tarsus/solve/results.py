@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.measure import (
     EventHistories,
@@ -25,20 +24,18 @@ from tarsus.measure import (
     no_measure,
 )
 from tarsus.model.scene import Scene
-from tarsus.model.structure.walker import Walker
 from tarsus.plan.lowering import initial_column, law_column
 from tarsus.solve import shown
-from tarsus.solve.codes import EventColumns, EventLog, ResultCode
-from tarsus.solve.engine import RawRuns
-from tarsus.solve.march import RawWalks
-from tarsus.solve.walkrun import structured_marks
+from tarsus.solve.codes import EventColumns, ResultCode, structured_marks
+from tarsus.solve.engine import Accuracy, Log
+from tarsus.solve.run import Run
 
 if TYPE_CHECKING:
     import xarray
 
     from tarsus.files.series import Variable
 
-__all__ = ["Batch", "BatchRun", "Part"]
+__all__ = ["Batch", "Part"]
 
 MOST_ROWS = 1 << 16
 """Events that measures look at together: about as many as a processor's cache holds columns of."""
@@ -46,75 +43,17 @@ MOST_ROWS = 1 << 16
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
-class BatchRun:
-    """One run of a batch: its events and what measures need; of a walker also the marks of its way (see `WalkRun`).
-
-    base: the batch's scene; values: those that this run has instead, by path; reached [s]: where it stopped early.
-    """
-
-    all_events: np.ndarray
-    foot_names: tuple[str, ...]
-    duration: float
-    period: float
-    code: ResultCode
-    base: Scene
-    values: Mapping[str, float] = field(default_factory=dict)
-    marks: np.ndarray | None = None
-    reached: float | None = None
-
-    def __repr__(self) -> str:
-        return (
-            f"<BatchRun '{self.base.name}': {self.duration:g} s, {self.code.name}, {len(self.events)} events>"
-        )
-
-    @cached_property
-    def scene(self) -> Scene:
-        """The scene of this run."""
-        return with_values(self.base, self.values) if self.values else self.base
-
-    @property
-    def events(self) -> np.ndarray:
-        """Events in time order, without the period marks."""
-        return self.all_events[self.all_events["kind"] != EventKind.PERIOD_MARK]
-
-    @property
-    def end_time(self) -> float:
-        """Time reached [s]; the duration unless the run stopped early."""
-        return self.duration if self.reached is None else self.reached
-
-    @property
-    def ok(self) -> bool:
-        """True when the run reached its end (and its energy account closed, where the batch keeps accounts)."""
-        return self.code is ResultCode.DONE
-
-
-@dataclass(frozen=True)
-class Part:
-    """What an engine made of some runs of a batch, whose numbers there are ``members`` (k,): see `RawRuns`, and for the
-    marks of walkers `RawWalks`. Contact modes and step tables are not kept."""
+class Part(NamedTuple):
+    """Some runs of a batch: their numbers there (k,), and what the engine noted of them."""
 
     members: NDArray[np.int64]
-    codes: np.ndarray
-    events: np.ndarray
-    event_end: np.ndarray
-    ends: Floats
-    marks: np.ndarray | None
-    mark_end: np.ndarray
+    log: Log
 
     @classmethod
-    def of(cls, raw: RawRuns | RawWalks, members: NDArray[np.int64]) -> Part:
-        """From all runs of a call of an engine."""
-        marks, end = (raw.marks, raw.mark_end) if isinstance(raw, RawWalks) else (None, np.zeros(0, np.intp))
-        return cls(members, raw.codes, raw.events, raw.event_end, raw.finish[:, 0].copy(), marks, end)
-
-    @cached_property
-    def log(self) -> EventLog:
-        """Events of the runs, one by one."""
-        return EventLog(self.events, self.event_end)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: self.__dict__[name] for name in self.__dataclass_fields__}
+    def of(cls, log: Log, members: NDArray[np.int64]) -> Part:
+        """From all runs of a call of an engine; their steps and samples are not kept."""
+        kept = Log(log.codes, log.finish, log.events, log.event_end, log.marks, log.mark_end)
+        return cls(members, kept)
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,7 +62,7 @@ class Batch:
 
     vary: the varied values (nr,) by path; axes: of a grid, the values of each axis by path, the last one running
     fastest; periods (nr,) [s]: drive period of the statistics; unclosed: numbers of the runs whose energy account is
-    open, None where the batch kept none.
+    open, None where the batch kept none; accuracy, track: how the runs were made.
     """
 
     scene: Scene
@@ -133,6 +72,8 @@ class Batch:
     parts: Sequence[Part]
     unclosed: frozenset[int] | None = None
     axes: Mapping[str, np.ndarray] = field(default_factory=dict)
+    accuracy: Accuracy | None = field(default_factory=Accuracy)
+    track: bool = True
 
     def __len__(self) -> int:
         return len(self.periods)
@@ -159,11 +100,11 @@ class Batch:
 
         A batch keeps no steps and so no energy account: `ResultCode.DONE` says here that the end was reached, and
         `ResultCode.LEDGER_OPEN` occurs only with ``simulate_batch(..., ledger=True)``. One run's account is that of
-        ``simulate(batch.run(i).scene, batch.duration)``.
+        ``simulate(batch.run(i).scene, batch.duration)``, and at the batch's accuracy ``batch.run(i).ledger``.
         """
         numbers = np.zeros(len(self), dtype=np.intp)
         for part in self.parts:
-            numbers[part.members] = part.codes
+            numbers[part.members] = part.log.codes
         makes = self.scene.ground.makes_energy
         meaning = {int(one): ResultCode.of(int(one), makes_energy=makes) for one in np.unique(numbers)}
         found = [meaning[number] for number in numbers.tolist()]
@@ -197,21 +138,20 @@ class Batch:
         part, place = (int(one[self._number(i)]) for one in self._where)
         return self.parts[part], place
 
-    def run(self, i: int | tuple[int, ...]) -> BatchRun:
+    def run(self, i: int | tuple[int, ...]) -> Run:
         """Run number ``i``, or at an index of the grid."""
         number = self._number(i)
-        one, place = self._at(number)
-        marks = None if one.marks is None else self._marks([_rows(one.marks, one.mark_end, place)])
+        part, place = self._at(number)
         values = {path: float(column[number]) for path, column in self.vary.items()}
-        return BatchRun(
-            one.log.all_of(place), tuple(self.scene.robot.feet), self.duration,
-            float(self.periods[number]), self.codes[number], self.scene, values, marks, float(one.ends[place]),
+        return Run(
+            self.scene, self.duration, float(self.periods[number]), part.log.alone(place), values, self.accuracy,
+            self.track, told=self.codes[number],
         )  # fmt: skip
 
     def events(self, i: int | tuple[int, ...]) -> np.ndarray:
         """Events of run number ``i``; see `tarsus.solve.codes.EVENT_TYPE`."""
         part, place = self._at(i)
-        return part.log.of(place)
+        return part.log.structured.of(place)
 
     def measures(self, i: int | tuple[int, ...], **options: Any) -> Measures:
         """Measures of run number ``i``; options as for `tarsus.measure.measures_of`."""
@@ -259,37 +199,24 @@ class Batch:
         block: list[Part] = []
         rows = 0
         for part in self.parts:
-            if block and rows + len(part.events) > MOST_ROWS:
+            if block and rows + len(part.log.events) > MOST_ROWS:
                 yield self._table(block)
                 block, rows = [], 0
             block.append(part)
-            rows += len(part.events)
+            rows += len(part.log.events)
         if block:
             yield self._table(block)
 
     def _table(self, parts: Sequence[Part]) -> tuple[NDArray[np.int64], RunTable]:
-        members = np.concatenate([part.members for part in parts])
-        marks = [part.marks for part in parts if part.marks is not None]
-        table = RunTable(
-            EventColumns([part.events for part in parts]), _joined([part.event_end for part in parts]),
-            tuple(self.scene.robot.feet), np.concatenate([part.ends for part in parts]), self.periods[members],
-            np.zeros(len(members), dtype=np.intp), lambda _: self.scene,
+        members, logs = np.concatenate([part.members for part in parts]), [part.log for part in parts]
+        feet = tuple(self.scene.robot.feet)
+        marks = [one.marks for one in logs if one.marks is not None]
+        return members, RunTable(
+            EventColumns([one.events for one in logs]), _joined([one.event_end for one in logs]), feet,
+            np.concatenate([one.finish[:, 0] for one in logs]), self.periods[members], self._variants[0][members],
+            self._variant, structured_marks(np.concatenate(marks), len(feet)) if marks else None,
+            _joined([one.mark_end for one in logs if one.mark_end is not None]) if marks else None,
         )  # fmt: skip
-        if not marks:
-            return members, table
-        first = _joined([part.mark_end for part in parts])
-        return members, replace(
-            table,
-            variant=self._variants[0][members],
-            scene=self._variant,
-            marks=self._marks(marks),
-            mark_first=first,
-        )
-
-    def _marks(self, rows: Sequence[np.ndarray]) -> np.ndarray:
-        walker = self.scene.robot.structure
-        assert isinstance(walker, Walker)
-        return structured_marks(np.concatenate(rows), walker.body_size, len(self.scene.robot.feet))
 
     @cached_property
     def _variants(self) -> tuple[NDArray[np.intp], list[dict[str, float]]]:
@@ -330,11 +257,6 @@ class Batch:
         return dataset_of(self.variables(names, **options), attrs).set_coords(
             [] if self.axes else list(self.vary)
         )
-
-
-def _rows(rows: np.ndarray, ends: np.ndarray, place: int) -> np.ndarray:
-    """Those of one run."""
-    return rows[ends[place - 1] if place else 0 : ends[place]]
 
 
 def _joined(ends: Sequence[np.ndarray]) -> NDArray[np.intp]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,20 +13,25 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
+from tarsus.base.spec import with_values
 from tarsus.files.ledger import Ledger
 from tarsus.measure import Measures, measures_of
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan
 from tarsus.solve import shown
-from tarsus.solve.codes import CLOSED, ResultCode, structured_events
-from tarsus.solve.engine import RawRuns
+from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks
+from tarsus.solve.engine import Accuracy, Log
 
 if TYPE_CHECKING:
     import xarray
 
-    from tarsus.core.replay import Integrals, Sampled
+    from tarsus.core.replay import Sampled
     from tarsus.files.series import Variable
+    from tarsus.solve.motion import Motion
     from tarsus.solve.series import Series
+
+SMALL = 0.3
+"""Angle [rad] up to which a walker's geometry is linear, to about 5 %."""
 
 
 def increasing(times: npt.ArrayLike) -> np.ndarray:
@@ -39,17 +46,23 @@ def increasing(times: npt.ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True, repr=False)
 class Run:
-    """A finished simulation of ``scene`` over ``duration`` [s].
+    """A finished simulation over ``duration`` [s]: by `simulate`, or one of a batch.
 
-    code: how it ended; wall_s: seconds it took; period [s]: drive period of the statistics.
+    base, values: the scene described, and what this run has instead, by path; period [s]: drive period of the
+    statistics; log: what the engine noted; wall_s: seconds it took. kept: its motion; a batch keeps none, and its runs
+    are made once more, step for step, when they are asked for series or energies. told: how a batch says that it ended.
     """
 
-    scene: Scene
-    plan: Plan
-    raw: RawRuns
+    base: Scene
     duration: float
     period: float
-    wall_s: float
+    log: Log
+    values: Mapping[str, Any] = field(default_factory=dict)
+    accuracy: Accuracy | None = None
+    track: bool = True
+    kept: Motion | None = None
+    told: ResultCode | None = None
+    wall_s: float = math.nan
 
     def __repr__(self) -> str:
         return shown.run_line(self)
@@ -61,40 +74,71 @@ class Run:
         return shown.state_of(self, self.scene)
 
     @cached_property
+    def scene(self) -> Scene:
+        """The scene of this run."""
+        return with_values(self.base, self.values) if self.values else self.base
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What the run knows of its motion."""
+        from tarsus.solve.engines import Shared, motion_of
+
+        if self.kept is not None:
+            return self.kept
+        return motion_of(self.base, self.values, self.duration, self.accuracy, Shared(), track=self.track)
+
+    @property
+    def plan(self) -> Plan:
+        """What the engine was told, but for the run's own row of data (``motion.acting.rows``)."""
+        return self.motion.acting.plan
+
+    @cached_property
     def code(self) -> ResultCode:
         """How the run ended; its value is a sentence. Of a run that reached its end this asks for the ledger, once:
-        by contact modes that takes one to four times as long as the run, of a walker nothing."""
+        by contact modes that takes one to four times as long as the run, of a walker nothing. Of a run of a batch it is
+        what `tarsus.solve.Batch.codes` says."""
+        if self.told is not None:
+            return self.told
         open_ = self.ended is ResultCode.DONE and not self.ledger.closure <= CLOSED  # NaN is open
         return ResultCode.LEDGER_OPEN if open_ else self.ended
 
     @property
     def ended(self) -> ResultCode:
         """How the run ended, its energy account aside, which is not asked for: for those who need the motion alone."""
-        return ResultCode.of(int(self.raw.codes[0]), makes_energy=self.scene.ground.makes_energy)
+        return ResultCode.of(int(self.log.codes[0]), makes_energy=self.base.ground.makes_energy)
 
     @property
     def ok(self) -> bool:
-        """True when the run reached its end with its energy account closed."""
+        """True when the run reached its end with its energy account closed, where that was asked for."""
         return self.code is ResultCode.DONE
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what the run left that its model assumes; none as a rule."""
-        return ()
+        """Sentences on what the run left that its model assumes: for each turn of a walker's body, seen at the marks,
+        beyond small angles."""
+        if self.marks is None:
+            return ()
+        angles = np.abs(self.marks["body"]).max(axis=0)
+        names = self.scene.robot.structure.body_coordinates
+        return tuple(
+            f"The body's {name} reached {angle:.2g} rad: a walker is linear in small angles, and this is none."
+            for name, angle in zip(names, angles, strict=True)
+            if name in ("roll", "pitch") and angle > SMALL
+        )
 
     @property
     def end_time(self) -> float:
         """Time reached [s]; the duration unless the run stopped early."""
-        return float(self.raw.finish[0, 0])
+        return float(self.log.finish[0, 0])
 
     @property
     def foot_names(self) -> tuple[str, ...]:
         """Names of the feet, in the order of the events' foot numbers."""
-        return tuple(self.scene.robot.feet)
+        return tuple(self.base.robot.feet)
 
     @cached_property
     def _all_events(self) -> np.ndarray:
-        return structured_events(self.raw.events)
+        return structured_events(self.log.events)
 
     @property
     def all_events(self) -> np.ndarray:
@@ -107,23 +151,23 @@ class Run:
         return self.all_events[self.all_events["kind"] != EventKind.PERIOD_MARK]
 
     @cached_property
+    def marks(self) -> np.ndarray | None:
+        """Of a walker: where it is at the start, at the end of every drive period and at the end; see
+        `tarsus.solve.codes.structured_marks`. None for everything else."""
+        marks = self.log.marks
+        return None if marks is None else structured_marks(marks, len(self.foot_names))
+
+    @cached_property
     def measures(self) -> Measures:
         """Measures by drive period after transients; each with definition, unit and spread."""
         return measures_of(self)
 
     @cached_property
     def series(self) -> Series:
-        """States and forces on an even time grid, with the energy integrals of every step."""
-        from tarsus.solve.series import sample
+        """States and forces on an even time grid, with energies from the start."""
+        from tarsus.solve.series import grid, sample
 
-        return sample(self)
-
-    @cached_property
-    def energies(self) -> Integrals:
-        """Energy integrals up to the end of every step of the engine."""
-        from tarsus.solve.series import energies
-
-        return energies(self)
+        return sample(self, grid(self))
 
     @cached_property
     def ledger(self) -> Ledger:
@@ -132,7 +176,7 @@ class Run:
 
         return ledger(self)
 
-    def at(self, times: np.ndarray) -> Series:
+    def at(self, times: npt.ArrayLike) -> Series:
         """Series at the given times [s], increasing: the engine's own solution, not an interpolation.
 
         Raises InputError where the times are not in order.
@@ -141,23 +185,22 @@ class Run:
 
         return sample(self, increasing(times))
 
-    def states(self, times: np.ndarray) -> Sampled:
-        """States and contact forces alone at the given times [s], increasing: a fraction of the cost of `at`."""
-        from tarsus.core.replay import sample
+    def states(self, times: npt.ArrayLike) -> Sampled:
+        """States and contact forces alone at the given times [s], increasing: by contact modes a fraction of the cost
+        of `at`."""
+        return self.motion.states(increasing(times))
 
-        return sample(self.plan.system, self.raw.book.book, self.raw.trace, increasing(times))
-
-    def variables(self, times: np.ndarray | None = None) -> dict[str, Variable]:
+    def variables(self, times: npt.ArrayLike | None = None) -> dict[str, Variable]:
         """The series as plain arrays by name; on an even grid unless ``times`` [s] are given."""
         from tarsus.solve.dataset import to_variables
 
-        return to_variables(self, self.series if times is None else self.at(times))
+        return to_variables(self.scene, self.series if times is None else self.at(times))
 
-    def to_dataset(self, times: np.ndarray | None = None) -> xarray.Dataset:
+    def to_dataset(self, times: npt.ArrayLike | None = None) -> xarray.Dataset:
         """The run as an xarray Dataset, units as attributes; on an even grid unless ``times`` [s] are given."""
         from tarsus.files.series import dataset_of
 
-        attrs = {"title": self.scene.name, "result": self.code.value}
+        attrs = {"title": self.base.name, "result": self.code.value}
         return dataset_of(
             self.variables(times), attrs | {"duration_s": self.duration, "period_s": self.period}
         )

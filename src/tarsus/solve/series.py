@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import CONTACT_BEGINS
-from tarsus.core.modes import ContactMode, contact_mode
-from tarsus.core.replay import Integrals, Sampled, integrate
-from tarsus.core.replay import sample as sample_states
-from tarsus.model.drive.pieces import evaluate
+from tarsus.base.events import CONTACT_BEGINS, FootState
+from tarsus.core.replay import Sampled
+from tarsus.files.ledger import Ledger
 from tarsus.solve import acting
-from tarsus.solve.run import Ledger
 
 if TYPE_CHECKING:
     from tarsus.model.scene import Scene
+    from tarsus.solve.motion import Way
     from tarsus.solve.run import Run
 
 Floats = NDArray[np.float64]
@@ -44,6 +42,8 @@ class Series:
     normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
     foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
+    Of walkers also: the body's coordinates (nb, nt) [m, rad], the feet's places along the way foot_x (m, nt) [m], where
+    they slide (m, nt), and friction on them (m, nt) [N], positive forward.
     """
 
     time: Floats
@@ -58,6 +58,10 @@ class Series:
     cumulative: Mapping[str, Floats]
     works: Mapping[str, Floats]
     ledger: Ledger
+    body: Floats | None = None
+    foot_x: Floats | None = None
+    slipping: NDArray[np.bool_] | None = None
+    friction: Floats | None = None
 
 
 def grid(run: Run) -> Floats:
@@ -69,26 +73,33 @@ def grid(run: Run) -> Floats:
     return np.linspace(0.0, run.end_time, int(np.clip(np.ceil(wanted), FEWEST - 1, most - 1)) + 1)
 
 
-def sample(run: Run, times: Floats | None = None) -> Series:
-    """Replay the recorded steps of a run at ``times`` [s], increasing (an even grid by default)."""
-    time = grid(run) if times is None else times
-    plan, scene = run.plan, run.scene
-    state = sample_states(plan.system, run.raw.book.book, run.raw.trace, time)
-    force = np.array([evaluate(channel, time) for channel in plan.channels[: plan.drives]])
-    force = force.reshape(plan.drives, len(time))
-    laws = acting.forces(run, state.gap, state.rate, state.held, time)
-    smooth = acting.total(laws, scene.ground, "force", state.gap)
-    knots = np.concatenate([[0.0], run.energies.time])
-    cumulative, works = (
-        {name: np.interp(time, knots, np.concatenate([[0.0], values])) for name, values in terms.items()}
-        for terms in _terms(run)
-    )
+def sample(run: Run, time: Floats) -> Series:
+    """The series of a run at times (nt,) [s], increasing."""
+    laws_of = run.motion.acting
+    state, (terms, works), way = run.motion.seen(time)
+    laws = laws_of.forces(state.gap, state.rate, state.held, time)
+    smooth = laws_of.total(laws, "force", state.gap)
+    strength = strength_of(run, time, state.held)
+    along = {} if way is None else along_the_way(run, way, strength, strength - state.pull - smooth)
+    system = laws_of.plan.system
     return Series(
-        time=time, state=state, force=force, volts=drive_volts(run, time), laws=laws,
-        contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength_of(run, time, state.held),
-        kinetic=quadratic(plan.system.mass, state.v), elastic=quadratic(plan.system.stiffness, state.x),
-        cumulative=cumulative | event_losses(run, time), works=works, ledger=run.ledger,
+        time=time, state=state, force=laws_of.drives(time), volts=drive_volts(run, time), laws=laws,
+        contact=np.where(state.held, -(state.pull + smooth), 0.0), strength=strength,
+        kinetic=quadratic(system.mass, state.v), elastic=quadratic(system.stiffness, state.x),
+        cumulative=terms | event_losses(run, time), works=works, ledger=run.ledger, **along,
     )  # fmt: skip
+
+
+def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
+    """What a walker's series have beside every structure's; margin (m, nt) [N]: what presses a foot to the ground."""
+    friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
+    sliding = way.contact == FootState.SLIPPING
+    if sliding.any():
+        for bound in run.motion.acting.on("friction").values():
+            # the margin is below 0 by rounding where a foot has just let go
+            most = acting.value(bound, np.maximum(margin, 0.0)[sliding], strength[sliding])
+            friction[sliding] = -way.sense[sliding] * most
+    return {"body": way.body, "foot_x": way.foot_x, "slipping": sliding, "friction": friction}
 
 
 def quadratic(matrix: Floats, z: Floats) -> Floats:
@@ -110,15 +121,10 @@ def command_volts(scene: Scene, time: Floats) -> Floats | None:
     return np.array([commands[d].volts(time) if d in commands else np.zeros(len(time)) for d in drives])
 
 
-def energies(run: Run) -> Integrals:
-    """Energy integrals of every recorded step; the work of laws that act together told apart."""
-    return integrate(run.plan.system, run.raw.book.book, run.raw.trace, acting.parts(run))
-
-
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     """f_a [N] of every held foot: from the contact's age."""
     strength = np.zeros(held.shape)
-    laws = list(run.scene.ground.acting_on("strength").values())
+    laws = list(run.motion.acting.on("strength").values())
     if not laws:
         return strength
     for i in range(len(held)):
@@ -131,13 +137,6 @@ def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
     return strength
 
 
-def _terms(run: Run) -> tuple[dict[str, Floats], dict[str, Floats]]:
-    """Energies up to the end of every step (nr,) by name, and works of the laws."""
-    found = run.energies
-    works = acting.works(run.scene.ground, found.resistive, found.smooth, found.parts)
-    return {"work_in": found.work, "damping": found.damping, "friction": np.zeros_like(found.work)}, works
-
-
 def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
     """Energies that blows and captures have taken by the sample times [J]."""
     events = run.events
@@ -147,54 +146,12 @@ def event_losses(run: Run, time: Floats) -> dict[str, Floats]:
     return {"adhesion": adhesion[passed], "impacts": lost[passed] - adhesion[passed]}
 
 
-def last_state(run: Run) -> Floats:
-    """Displacements and velocities (2n,) at the end of a run, events at its last moment included."""
-    system, raw = run.plan.system, run.raw
-    if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
-        mode = contact_mode(system, raw.pending)
-        return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
-    mode = raw.book.book.modes[raw.mode]
-    w = raw.state[: 2 * len(mode.blocks)]
-    return mode.to_physical @ (w + _momenta(run, mode, w) @ mode.beta) + mode.offset
-
-
-def _momenta(run: Run, mode: ContactMode, w: Floats) -> Floats:
-    """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
-    out = np.zeros(run.plan.feet)
-    for i in range(len(out)):
-        if not mode.mask >> i & 1:
-            out[i] = acting.momentum(run.scene.ground, float(mode.outputs[i] @ w + mode.feed[i, -1]))
-    return out
-
-
 def ledger(run: Run) -> Ledger:
     """Where the energy of a whole run went."""
-    terms, works = (
-        {name: float(values[-1]) if len(values) else 0.0 for name, values in some.items()}
-        for some in _terms(run)
-    )
-    last = last_state(run)
-    return balance(run, terms, works, last, _unresolved(run, last))
-
-
-def _unresolved(run: Run, last: Floats) -> float:
-    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
-    if not run.scene.ground.acting_on("momentum"):
-        return 1.0
-    system, n = run.plan.system, len(run.plan.system.mass)
-    ends = np.ptp([z[:n] @ system.normals for z in (run.plan.initial, last)], axis=0)
-    way = float(max(run.energies.swing.max(), ends.max()))
-    return max(1.0, SETTLED / max(way / run.plan.length, LEAST))
-
-
-def balance(
-    run: Run, terms: Mapping[str, float], works: Mapping[str, float], last: Floats, unresolved: float = 1.0
-) -> Ledger:
-    """The ledger of energies and of the laws' works by name and of the state (2n,) at the end; unresolved: how
-    many times less exactly than others it can close."""
-    system = run.plan.system
+    row, system = run.motion.acting.rows, run.plan.system
+    terms, works = ({name: float(one) for name, one in some.items()} for some in run.motion.account)
     n = len(system.mass)
-    first = run.plan.initial
+    first, last = row.initial[0], run.motion.last
     kinetic = [float(0.5 * z[n:] @ system.mass @ z[n:]) for z in (first, last)]
     elastic = [float(0.5 * z[:n] @ system.stiffness @ z[:n]) for z in (first, last)]
     adhesion = float(run.events["adhesion_energy"].sum())
@@ -203,12 +160,21 @@ def balance(
     gained = terms["work_in"] + sum(works.values())
     spent = terms["damping"] + terms["friction"] + impacts + adhesion
     residual = gained - spent - change_k - change_e
-    sizes = [
-        abs(x)
-        for x in (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
-    ]
-    largest = max(unresolved * max(abs(x) for x in sizes), NOTHING * run.plan.force * run.plan.length)
+    sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
+    length, force, _ = row.scales[0]
+    largest = max(_unresolved(run, first, last) * max(map(abs, sizes)), NOTHING * force * length)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / largest,
     )  # fmt: skip
+
+
+def _unresolved(run: Run, first: Floats, last: Floats) -> float:
+    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
+    swing, row = run.motion.swing, run.motion.acting.rows
+    if swing is None or not run.motion.acting.on("momentum"):
+        return 1.0
+    normals = run.plan.system.normals
+    ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)
+    way = float(max(swing.max(), ends.max()))
+    return max(1.0, SETTLED / max(way / row.scales[0, 0], LEAST))

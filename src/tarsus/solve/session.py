@@ -7,14 +7,13 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared
 from tarsus.solve.run import Run
-from tarsus.solve.simulate import simulate
+from tarsus.solve.simulate import changed_run, seconds_of
 
 __all__ = ["Session"]
 
@@ -22,14 +21,14 @@ __all__ = ["Session"]
 class Session:
     """Runs of one scene with some of its numbers changed, which share contact modes and step tables.
 
-    Numbers that are data of a plan (`slots`) share all tables; others share them with earlier runs of the same
-    structure, of which the last 32 are kept. Every run is the one that `simulate` makes of the changed scene. Safe
-    between threads.
+    Runs that differ in numbers that are data of a plan (`slots`) share the plan and all tables: nothing is lowered for
+    them. Others share tables with earlier runs of the same structure, of which the last 32 are kept. Every run is the
+    one that `simulate` makes of the changed scene, to rounding of its drives. Safe between threads.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._shared = Shared()
+        self._shared = Shared(scene)
 
     def __repr__(self) -> str:
         return f"Session({self.scene.name!r})"
@@ -49,7 +48,7 @@ class Session:
 
         duration [s], accuracy: as for `simulate`. Raises InputError as these two do.
         """
-        return simulate(with_values(self.scene, values or {}), duration, accuracy, shared=self._shared)
+        return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
     def batch(self, vary: Mapping[str, ArrayLike], duration: float | None = None, **options: Any) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""

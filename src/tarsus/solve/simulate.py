@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.measure import scene_period
 from tarsus.model.scene import Scene
-from tarsus.model.structure.walker import Walker
-from tarsus.plan.lowering import lower_scene
-from tarsus.solve.engine import Accuracy, execute, row_bytes
-from tarsus.solve.engines import Shared, shared_book
+from tarsus.solve.engine import Accuracy
+from tarsus.solve.engines import RECORDED, Shared, motion_of
 from tarsus.solve.run import Run
-from tarsus.solve.walkrun import run_walker
 
-RECORDED = Accuracy(gap=1e-10)
-"""Accuracy of a single run: a hundred times finer than a batch's, so that its energy ledger closes to 1e-8 of the
-largest term through stiff films as well. It costs about half as many steps again."""
-
-MEMORY = 2**30
-"""Bytes of recorded steps that a run keeps at most, unless its accuracy asks for a number of steps."""
+__all__ = ["RECORDED", "changed_run", "seconds_of", "simulate"]
 
 
 def simulate(
@@ -30,6 +22,7 @@ def simulate(
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
+    gradients: Sequence[str] | None = None,
 ) -> Run:
     """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
@@ -40,33 +33,43 @@ def simulate(
     duration
         How long [s]; the scene's own duration by default.
     accuracy
-        Tolerances and the bound on steps; by default `RECORDED`, with as many steps as fit into `MEMORY`.
+        Tolerances and the bound on steps; by default `RECORDED`, with as many steps as memory is given for them.
     shared
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.
+    gradients
+        Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them.
 
     Raises
     ------
     InputError
-        For a duration that is not positive, or a user's law that cannot be compiled.
+        For a duration that is not positive, a user's law that cannot be compiled, and paths by which there is no
+        derivative; a walker's run has none yet.
 
     The run always ends, with a `ResultCode` that is a sentence.
     """
-    seconds = scene.duration if duration is None else float(duration)
-    check_duration(seconds)
-    if isinstance(scene.robot.structure, Walker):
-        return run_walker(scene, seconds, accuracy or RECORDED, shared)
-    plan = lower_scene(scene)
-    book = None if shared is None else shared_book(plan, seconds, shared)
-    period = scene_period(scene, seconds)
+    seconds, shared = seconds_of(scene, duration), shared or Shared()
+    if gradients is not None:
+        from tarsus.solve.gradients import gradient_run
+
+        return gradient_run(scene, gradients, seconds, accuracy, shared)
+    return changed_run(scene, {}, seconds, accuracy, shared)
+
+
+def changed_run(
+    scene: Scene, values: Mapping[str, Any], seconds: float, accuracy: Accuracy | None, shared: Shared
+) -> Run:
+    """A run of a scene with values in place of its own, by path. Raises InputError as `simulate` and `with_values`."""
     start = time.perf_counter()
-    if accuracy is None:
-        accuracy = replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(plan)))
-    raw = execute(plan, seconds, book=book, accuracy=accuracy, period=period, record=True)
-    return Run(scene, plan, raw, seconds, period, time.perf_counter() - start)
+    motion = motion_of(scene, values, seconds, accuracy, shared)
+    period = float(motion.acting.rows.periods[0])
+    wall = time.perf_counter() - start
+    return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
 
 
-def check_duration(seconds: float) -> None:
-    """Raise InputError unless a duration [s] is positive and finite."""
+def seconds_of(scene: Scene, duration: float | None) -> float:
+    """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
+    seconds = scene.duration if duration is None else float(duration)
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
+    return seconds

@@ -29,6 +29,7 @@ from tarsus.model.laws import Adhesion, Film, Restitution
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
 from tarsus.model.structure import Lumped
 from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.engine import Accuracy, SharedBook, execute
 
@@ -42,6 +43,7 @@ ACCURACY = Accuracy(gap=5e-6)
 """Half of the loosest accuracy at which no event of P1 and P2 is wrong (1e-5 loses one of 4096 runs)."""
 PAIRS_DURATION = 0.2
 """Duration of every member of P2 [s]."""
+_IS_IMPACT = np.isin(np.arange(16), IMPACTS)  # by kind of event
 
 
 @dataclass(frozen=True)
@@ -147,11 +149,14 @@ class Chain:
         self.accuracy = accuracy
         self.plan: Plan = lower_scene(chain(n))
         self.book = SharedBook(self.plan, self.duration)
+        self.rows = rows_of(self.plan)
 
     def impacts(self) -> Floats:
         """Impact times [s] of one run."""
-        raw = execute(self.plan, self.duration, book=self.book, accuracy=self.accuracy, track=False)
-        return raw.events[np.isin(raw.events[:, 2], IMPACTS), 0]
+        raw = execute(
+            self.plan, self.duration, rows=self.rows, book=self.book, accuracy=self.accuracy, track=False
+        )
+        return raw.events[_IS_IMPACT[raw.events[:, 2].astype(int)], 0]
 
 
 def run_pairs(
@@ -169,10 +174,9 @@ def run_pairs(
     seconds = time.process_time() - start
     counts = np.zeros(len(batch), dtype=np.int64)
     marks = np.full((2, len(batch)), np.nan)
-    is_impact = np.isin(np.arange(16), IMPACTS)
     for i in range(len(batch)):
         events = batch.events(i)
-        times = events["time"][is_impact[events["kind"]]]
+        times = events["time"][_IS_IMPACT[events["kind"]]]
         counts[i] = len(times)
         for row, number in ((0, 0), (1, 9)):
             if len(times) > number:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.base.units import is_number
 
 WAVES = ("square", "sine")
 
@@ -92,7 +93,7 @@ def parse_lines(text: str, columns: Columns, where: str) -> list[Line]:
     names = columns.names
     first_number, first = lines[0]
     if any(cell in columns.names for cell in first) or not (
-        _is_number(first[0]) or first[0].lower() in WAVES
+        is_number(first[0]) or first[0].lower() in WAVES
     ):
         names = _header(first, columns, f"{where}, line {first_number}")
         lines = lines[1:]
@@ -168,11 +169,3 @@ def _number(text: str, *, ranges: bool) -> float | None:
         low, high = text.split("~")
         return (float(low) + float(high)) / 2.0
     return float(text)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from tarsus.measure import Measure, measures_of, scene_period
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import BatchRun
-from tarsus.solve.codes import EVENT_TYPE, ResultCode
+from tarsus.solve.engine import Log
+from tarsus.solve.run import Run
 
 __all__ = ["offered"]
 
@@ -22,8 +20,4 @@ def offered(scene: Scene, duration: float) -> dict[str, Measure]:
     duration
         Model time of a run [s].
     """
-    empty = BatchRun(
-        np.zeros(0, EVENT_TYPE), tuple(scene.robot.feet), duration, scene_period(scene, duration), ResultCode.DONE,
-        scene,
-    )  # fmt: skip
-    return dict(measures_of(empty))
+    return dict(measures_of(Run(scene, duration, scene_period(scene, duration), Log.nothing(duration))))

@@ -6,26 +6,29 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tarsus.core.blocks import block_exponential, split_modes
+from tarsus.core.blocks import split_modes
+from tarsus.core.book import ModeBook, step_lengths
+from tarsus.core.modes import LinearSystem
 
 
 @pytest.mark.parametrize(
-    "block",
-    [
-        [[-3.0, 40.0], [-40.0, -3.0]],  # underdamped
-        [[0.0, 50.0], [-2.0, -50.0]],  # overdamped
-        [[0.0, 5.0], [-5.0, -10.0]],  # critical
-        [[0.0, 7.0], [0.0, 0.0]],  # rigid
-        [[0.0, 7.0], [0.0, -2.0]],  # rigid with friction
-    ],
+    ("damping", "stiffness"),
+    [(6.0, 1609.0), (50.0, 100.0), (10.0, 25.0), (0.0, 0.0), (2.0, 0.0)],
     ids=["under", "over", "critical", "rigid", "rubbing"],
 )
-def test_exponential_of_every_kind_of_block(block):
-    times = np.array([0.0, 1e-9, 1e-3, 0.07, 2.0])
-    got = block_exponential(np.array([block]), times)
-    for t, matrix in zip(times, got[:, 0], strict=True):
-        exact = expm(np.array(block) * t)
-        np.testing.assert_allclose(matrix, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
+def test_exponential_of_every_kind_of_block(damping, stiffness):
+    one = np.ones((1, 1))
+    nothing = np.zeros((1, 0))
+    book = ModeBook(
+        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)), step_lengths(2.0)
+    )
+    q = book.require(0)
+    mode = book.modes[q]
+    for k in (0, 4, 11, 30):
+        exponential, _ = book.flow(q, k)
+        got = mode.to_physical @ exponential.reshape(2, 2) @ mode.from_physical
+        exact = expm(np.array([[0.0, 1.0], [-stiffness, -damping]]) * book.lengths[k])
+        np.testing.assert_allclose(got, exact, rtol=0, atol=1e-13 * max(np.abs(exact).max(), 1.0))
 
 
 def check(mass, damping, stiffness):

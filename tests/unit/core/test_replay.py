@@ -10,7 +10,7 @@ from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TR
 from tarsus.core.book import ModeBook
 from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import TAU, N
-from tarsus.core.replay import Part, end_state, integrate, sample
+from tarsus.core.replay import Part, integrate, sample
 
 LENGTHS = 0.5 ** np.arange(30)
 START = np.array([0.1, -0.05, 1.0, -2.0])
@@ -80,21 +80,26 @@ def test_energies_and_states_of_a_step(stiff, damping, k, fraction):
     np.testing.assert_allclose(got, exact.y[4:, -1], rtol=0, atol=tolerance * np.abs(exact.y[4:, -1]).max())
     assert integrals.time[0] == end and integrals.parts.shape == (0, 1)
     times = np.linspace(0.0, end, 9)
-    states = sample(plan, book, trace, times)
+    states = sample(plan.sources, book, trace, times)
     for values, rows in ((states.x, slice(0, 2)), (states.v, slice(2, 4))):
         reference = exact.sol(times)[rows]
         np.testing.assert_allclose(values, reference, rtol=0, atol=10 * tolerance * np.abs(reference).max())
     np.testing.assert_allclose(states.resistive[0], (0.4 * times / h - 0.1) / h, rtol=1e-11, atol=1e-12 / h)
     np.testing.assert_allclose(states.smooth[0], force(times / h), rtol=1e-12)
     np.testing.assert_allclose(states.gap[0], 0.3 + normal @ states.x, rtol=1e-12)
-    np.testing.assert_allclose(end_state(plan, book, trace)[:2], states.x[:, -1], rtol=1e-12)
+    np.testing.assert_allclose(_end(plan, book, trace)[:2], states.x[:, -1], rtol=1e-12)
+
+
+def _end(plan, book, trace):
+    last = sample(plan.sources, book, trace, np.array([np.inf]))
+    return np.concatenate([last.x[:, 0], last.v[:, 0]])
 
 
 @pytest.mark.parametrize("fraction", [1.0, 0.6])
 def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction):
     plan = system(5e11, 50.0)
     book, trace = recorded(plan, 0, fraction)
-    last = end_state(plan, book, trace)
+    last = _end(plan, book, trace)
 
     def energy(z):
         return 0.5 * z[2:] @ plan.mass @ z[2:] + 0.5 * z[:2] @ plan.stiffness @ z[:2]
@@ -113,6 +118,6 @@ def test_split_off_part_of_the_smooth_force():
         )
         assert whole.parts[0, 0] == pytest.approx(whole.smooth[0], rel=1e-11)
         half = integrate(plan, book, trace, [Part(False, lambda gap, rate, time: 0.5 * rate)])
-        fine = sample(plan, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
+        fine = sample(plan.sources, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
         expected = np.trapezoid(0.5 * fine.rate[0] ** 2, dx=fraction * LENGTHS[3] / 4000)
         assert half.parts[0, 0] == pytest.approx(expected, rel=1e-6)

@@ -1,9 +1,13 @@
 // Legged robots: a whole batch in one call.
+#include <nanobind/stl/tuple.h>
+
 #include "convert.hpp"
-#include "legged_march.hpp"
 #include "rows.hpp"
+#include "window_legged.hpp"
 
 namespace tarsus {
+
+using namespace legged;
 
 namespace {
 
@@ -63,6 +67,8 @@ nb::tuple step_of(const LegTables& tables, int k, int kind) {
                         rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
 }
 
+typedef std::tuple<double, Array<uint8_t>, Array<uint8_t>, Doubles> Begin;
+
 struct Ends {
   std::vector<int64_t> codes, event_end, mark_end;
   std::vector<double> finish;
@@ -71,13 +77,23 @@ struct Ends {
 // Every run of a batch.
 //
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
-// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end.
+// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
+// starts, as time, held, leaving and since of each foot (see Beginning); from t = 0 without it.
 nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
-                     nb::handle given, const Settings& settings, const Doubles& times, bool account) {
+                     nb::handle given, const Settings& settings, const Doubles& times, bool account,
+                     nb::object start) {
   const int nb = body.coordinates();
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
   const Batch& batch = rows.batch;
+  Begin begin = {};
+  if (!start.is_none()) begin = nb::cast<Begin>(start);
+  const auto& [at, held, leaving, since] = begin;
+  const Beginning begun{at, held.data(), leaving.data(), since.data()};
+  const bool anew = start.is_none();
+  if (!anew && (held.size() != laws.flags.size() || leaving.size() != held.size() || since.size() != held.size())) {
+    throw std::invalid_argument("the sizes of a window's start and of its plan differ");
+  }
   Ends out;
   Log log;
   Notes notes;
@@ -92,6 +108,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
     notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
     for (size_t run = 0; run < batch.runs; run++) {
       system.begin(batch.of(run));
+      if (!anew) begin_at(system, begun);
       out.codes.push_back(march(system));
       out.event_end.push_back(int64_t(log.events.size()));
       out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));
@@ -127,7 +144,8 @@ void bind_legged(nb::module_& m) {
              new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
            })
       .def("step", &step_of);
-  m.def("run_legged", &run_legged);
+  m.def("run_legged", &run_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
+        nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
 }
 
 }  // namespace tarsus

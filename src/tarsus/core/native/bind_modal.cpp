@@ -6,6 +6,8 @@
 
 namespace tarsus {
 
+using namespace modal;
+
 namespace {
 
 // Rows of states (2 nb) with room for more blocks: (count, 2 nb) to (count, 2 stride).
@@ -117,7 +119,6 @@ struct KeptBook : Book {
     return make_step_tables(mode, lengths, k, nodes, quadrature);
   }
 
-  const ContactMode& mode(int q) { return numbered(q); }
 };
 
 void make_book(KeptBook* out, const Doubles& lengths, int feet, int drives, int coordinates, bool rates, const Nodes& nodes,
@@ -143,7 +144,7 @@ nb::list modes_of(KeptBook& book) {
 // Matrix parts of a step as tarsus.core.replay takes them: exponential (4, nb) and state_input (inputs, 8, 2 nb), in which
 // the constant input does what it does with these rest gaps and gravity.
 nb::tuple flow_of(KeptBook& book, int q, int k, const Doubles& sources) {
-  const ContactMode& mode = book.mode(q);
+  const ContactMode& mode = book.numbered(q);
   const StepClass& step = book.step(mode, k);
   const int nb = mode.blocks_used, ns = book.sizes.stride, ni = book.sizes.inputs();
   std::vector<double> exponential, response;
@@ -164,7 +165,7 @@ nb::tuple flow_of(KeptBook& book, int q, int k, const Doubles& sources) {
 
 // Everything of a step, for tests of the tables.
 nb::dict step_of(KeptBook& book, int q, int k) {
-  const StepClass& step = book.step(book.mode(q), k);
+  const StepClass& step = book.step(book.numbered(q), k);
   const Sizes& s = book.sizes;
   nb::dict out;
   const auto put = [&out](const char* name, const double* at, size_t count) {
@@ -204,7 +205,8 @@ nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, 
 }  // namespace
 
 void bind_modal(nb::module_& m) {
-  nb::class_<KeptBook>(m, "Book")
+  nb::class_<Book>(m, "AnyBook");
+  nb::class_<KeptBook, Book>(m, "Book")
       .def("__init__", &make_book)
       .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "simd.hpp"
+
 namespace tarsus {
 
 // Solve a system of equations in place by Gauss elimination with row pivots: ``matrix`` has rows of
@@ -32,6 +34,35 @@ inline bool eliminate(double* matrix, int size, int stride) {
     double sum = row[size];
     for (int j = r + 1; j < size; j++) sum -= row[j] * matrix[j * stride + size];
     row[size] = sum / row[r];
+  }
+  return true;
+}
+
+// Columns of the inverse of a matrix of 8 x 8 given by its columns, which are used up; false where it is singular.
+inline bool invert_columns(Row* left, Row* inverse) {
+  for (int r = 0; r < N; r++) {
+    inverse[r] = Row(0.0);
+    inverse[r].set(r, 1.0);
+  }
+  for (int p = 0; p < N; p++) {
+    int best = p;
+    for (int r = p + 1; r < N; r++) {
+      if (std::fabs(left[r][p]) > std::fabs(left[best][p])) best = r;
+    }
+    if (best != p) {
+      std::swap(left[p], left[best]);
+      std::swap(inverse[p], inverse[best]);
+    }
+    const double pivot = left[p][p];
+    if (pivot == 0.0) return false;
+    left[p] = left[p] * (1.0 / pivot);
+    inverse[p] = inverse[p] * (1.0 / pivot);
+    for (int r = 0; r < N; r++) {
+      const double factor = left[r][p];
+      if (r == p || factor == 0.0) continue;
+      left[r] -= left[p] * factor;
+      inverse[r] -= inverse[p] * factor;
+    }
   }
   return true;
 }

@@ -245,7 +245,7 @@ struct ActingLaws {
   }
   template <class F>
   TARSUS_INLINE static Row on_ground(const Row& value, const Row& gap, F&& there) {
-    if (__builtin_expect(finite(value), 1)) return value;
+    if (__builtin_expect(!any_less(gap, Row(0.0)) || finite(value), 1)) return value;
     const Row ground = Row(there());
     Row out;
     for (int j = 0; j < N; j++) out.set(j, gap[j] < 0.0 && !std::isfinite(value[j]) ? ground[j] : value[j]);

@@ -7,7 +7,7 @@
 #include "march.hpp"
 #include "signals.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // How a foot leaves the start of a step: as it comes; with an exact zero from which it has just left; or with
 // one from which it has just begun to slide.
@@ -40,26 +40,20 @@ struct LegRows {
 struct BodyRows {
   Row x[MOST_COORDINATES], v[MOST_COORDINATES];
   Row push[MOST_COORDINATES], drag[MOST_COORDINATES];       // forces, and what damps, by its integral
-  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral
+  Row momentum[MOST_COORDINATES], place[MOST_COORDINATES];  // of the free feet, and its integral but for that of
+  Row film[MOST_COORDINATES];                               // the films' momentum
 };
 
-// What all held feet do to the body through spring and damper: push = offset - stiffness x, drag = - damping
-// (x - x(0)).
-struct HeldLegs {
+// What all feet do to the body together. Held ones push and drag it through spring and damper: push = offset - stiffness x,
+// drag = - damping (x - x(0)); those that nothing holds in a direction follow with their mass.
+struct Together {
   double stiffness[MOST_COORDINATES][MOST_COORDINATES], damping[MOST_COORDINATES][MOST_COORDINATES];
+  double mass[DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
 
-// How the body answers its own legs within a step: held ones push and drag it, those in the air follow with
-// their mass.
-struct Answer {
-  double push = -1.0, drag = -1.0, follow = -1.0;
-  bool operator==(const Answer& other) const {
-    return push == other.push && drag == other.drag && follow == other.follow;
-  }
-};
-
-constexpr int AHEAD = 5;  // powers of time in which the body's velocity goes on into the next step
+constexpr double SETTLED = 1e-2;  // share of a step's tolerance that its repetition may leave
+constexpr int AHEAD = 5;  // powers of time in which a motion is guessed to go on into the next step
 
 // Work [J] done on the robot by its drives and weight, and by dampers, films, smooth forces and friction.
 struct Energies {
@@ -130,21 +124,23 @@ struct Legged {
   Log& log;
 
   // carried on
-  double x[MOST_COORDINATES], v[MOST_COORDINATES], ahead[MOST_COORDINATES][AHEAD];
+  double x[MOST_COORDINATES], v[MOST_COORDINATES];
   std::vector<LeggedFoot> feet;            // of every leg, also of one that has no foot to touch the ground with
   double lowest_body, highest_body;  // since the last mark [m]
   Energies energy;
   std::vector<double> shares;        // work [J] of single laws, see ActingLaws::shares
-  int step_class = 0, launch_class = 0;
+  int step_class = 0, launch_class[STICK_BEGINS + 1] = {}, launched = 0;  // by the kind of event, 0 for a kink
   bool launching = false;
 
   // the step being made
   std::vector<Row> channels;
   std::vector<LegRows> rows;
   BodyRows at;
-  HeldLegs held;
-  Row solver[MOST_COORDINATES][N];  // columns of (1 + follow + drag int + push int int)^-1
-  Answer answer[MOST_COORDINATES];  // that it was made for
+  double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
+  Together together;
+  Row solver[MOST_COORDINATES][N];  // see Answer
+  bool linked[MOST_COORDINATES];
+  int solved = -1;                  // the step class that they are for
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)
@@ -173,4 +169,4 @@ struct Legged {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -2,7 +2,7 @@
 #pragma once
 #include "legged_motion.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which closes to 1e-8, may pass over
 
@@ -152,4 +152,4 @@ inline void add_energies(Legged& s, double h, double fraction, Moment& end) {
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -12,7 +12,7 @@
 
 #include "nodes.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 enum Direction { UP, ALONG, DIRECTIONS };
 
@@ -60,4 +60,4 @@ struct Body {
   int feet() const { return int(leg.size()); }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

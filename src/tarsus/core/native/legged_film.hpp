@@ -3,7 +3,7 @@
 #include "dense.hpp"
 #include "legged.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr int FILM_ROUNDS = 40;
 
@@ -21,32 +21,25 @@ inline bool is_stiff(const Legged& s, const LegStep& table, int f, const Row& ga
 TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const int f = leg.foot;
-  const double tolerance = 1e-3 * s.settings.gap;
+  const double tolerance = SETTLED * s.settings.gap;
   const Row alone = r.u[UP] + leg.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);
-  double matrix[N][2 * N];
+  Row columns[N], inverse[N];
   for (int round = 0; round < FILM_ROUNDS; round++) {
     const Row film = s.laws.momentum(f, gap), slope = s.laws.momentum_slope(f, gap, s.settings.probe);
     const Row misfit = alone - gap + combine(&table.film[0][0][0], film);
-    double room = INF;
+    const Row far = each(film, slope, [](double p, double by) { return by < 0.0 ? -2.0 * p / by : INF; });
     for (int j = 0; j < N; j++) {
-      if (slope[j] < 0.0) room = std::min(room, -2.0 * film[j] / slope[j]);
-      for (int n = 0; n < N; n++) matrix[n][j] = (n == j ? 1.0 : 0.0) - table.film[0][j][n] * slope[j];
+      columns[j] = load(table.film[0][j]) * -slope[j];
+      columns[j].set(j, columns[j][j] + 1.0);
     }
-    for (int n = 0; n < N; n++) matrix[n][N] = misfit[n];
-    if (!eliminate(&matrix[0][0], N, 2 * N)) return false;
-    double deepest = 0.0, largest = 0.0;
-    bool finite = true;
-    for (int n = 0; n < N; n++) {
-      const double step = matrix[n][N];
-      finite = finite && std::isfinite(step);
-      deepest = std::max(deepest, -step);
-      largest = std::max(largest, std::fabs(step));
-    }
-    if (!finite) return false;
+    if (!invert_columns(columns, inverse)) return false;
+    const Row step = combine(reinterpret_cast<const double*>(inverse), misfit);
+    if (!finite(step)) return false;
+    const double room = lowest(far), deepest = std::max(-lowest(step), 0.0), largest = highest(magnitude(step));
     const double share = deepest > 0.5 * room ? 0.5 * room / deepest : 1.0;
-    for (int n = 0; n < N; n++) gap.set(n, gap[n] + share * matrix[n][N]);
+    gap += step * share;
     if (largest <= tolerance) {
       r.gap = gap;
       r.film = s.laws.momentum(f, gap);
@@ -56,4 +49,4 @@ TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i
   return false;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -6,7 +6,7 @@
 #include "legged_scan.hpp"
 #include "rules.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // Force of the structure on a foot held at ``u`` [N]: upward (its pull), or along the way.
 inline double structure_force(const Legged& s, int i, int d, double u) {
@@ -117,4 +117,4 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   foot.start = sticks ? AS_IT_COMES : JUST_SLIDING;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -6,7 +6,7 @@
 #include "legged_step.hpp"
 #include "peak.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 // What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
 // lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
@@ -47,9 +47,6 @@ struct LeggedMarch : Legged {
     for (int b = 0; b < nb; b++) {
       x[b] = initial[b];
       v[b] = initial[n + b];
-      for (double& power : ahead[b]) power = 0.0;
-      ahead[b][0] = v[b];
-      answer[b] = Answer();
     }
     channels.back() = Row(0.0);
     for (int i = 0; i < legs(); i++) {
@@ -67,10 +64,12 @@ struct LeggedMarch : Legged {
     }
     energy = {};
     std::fill(shares.begin(), shares.end(), 0.0);
+    length = 0.0;
+    gather(*this);
     lowest_body = INF;
     highest_body = -INF;
     step_class = int(settings.first_class);
-    launch_class = 0;
+    std::fill(std::begin(launch_class), std::end(launch_class), 0);
     launching = false;
     notes.sampled = 0;
   }
@@ -143,16 +142,6 @@ struct LeggedMarch : Legged {
     notes.sampled++;
   }
 
-  // Powers of time in which a coordinate's velocity goes on; after an event or a kink its value alone.
-  void look_ahead(int b, double h, double fraction, bool smooth) {
-    double line[N];
-    store(line, powers(at.v[b]));
-    shift(line, fraction);
-    double scale = 1.0;
-    for (int n = 0; n < AHEAD; n++, scale /= h) ahead[b][n] = smooth ? line[n] * scale : 0.0;
-    ahead[b][0] = v[b];
-  }
-
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
@@ -179,7 +168,6 @@ struct LeggedMarch : Legged {
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);
-      look_ahead(b, h, fraction, fraction == 1.0);
     }
     for (int i = 0; i < legs(); i++) {
       feet[i].start = AS_IT_COMES;
@@ -188,6 +176,7 @@ struct LeggedMarch : Legged {
       }
     }
     clock.time = reached;
+    origin = fraction;
     return std::isfinite(sum);
   }
 
@@ -201,7 +190,7 @@ struct LeggedMarch : Legged {
   Chosen choose(double left, double reach) {
     int k = std::max(step_class, coarsest());
     if (launching)
-      k = std::max(k, launch_class);  // what has just changed asks for a step as short as the last time
+      k = std::max(k, launch_class[launched]);  // what has just changed asks for a step as short as the last time
     Chosen out = {GOING_ON, k, k, {0.0, 0}};
     while (k + 1 < tables.classes() && tables.lengths[k + 1] >= left) k++;
     for (;;) {
@@ -224,15 +213,18 @@ struct LeggedMarch : Legged {
   }
 
   // The class to try next, longer where the error was far below the tolerance.
-  void adapt(const Chosen& step, bool cut) {
+  void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
-    if (launching) launch_class = error < 1e-3 ? step.k - 1 : step.k;
+    // an error falls by 2^8 with the length halved: so many times longer a step might have been
+    const int longer = (error < 2e-3) + (error < 8e-6) + (error < 3e-8) + (error < 1e-10);
+    if (launching) launch_class[launched] = step.k - longer;
     launching = cut;
+    launched = kind;
     if (error > 0.5 || step.made.sweeps > 12) {
       wanted = std::max(wanted, step.k + 1);
     } else if (step.k <= wanted) {
-      wanted = step.made.sweeps < 9 ? step.k - (error < 1e-3) - (error < 1e-6) - (error < 1e-9) : step.k;
+      wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
     }
     step_class = std::max(wanted, 0);
   }
@@ -255,14 +247,21 @@ struct LeggedMarch : Legged {
     if (first > limit)
       reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
+    int kind = 0;
     if (first <= limit) {
+      const size_t before = log.events.size();
       for (int f = 0; f < body.feet(); f++) {
         if (events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13)) {
           apply_event(*this, body.leg[f], events[f].kind);
         }
       }
+      gather(*this);
+      for (size_t e = before; e < log.events.size(); e++) {
+        const int what = int(log.events[e].kind);
+        if (kind == 0 || launch_class[what] > launch_class[kind]) kind = what;
+      }
     }
-    adapt(chosen, fraction < 1.0 || first <= limit);
+    adapt(chosen, fraction < 1.0 || first <= limit, kind);
     return GOING_ON;
   }
 
@@ -271,4 +270,4 @@ struct LeggedMarch : Legged {
   std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -6,7 +6,7 @@
 #pragma once
 #include "legged.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr int LEG_TERMS = 40;
 constexpr double LEG_REACH = 2.0;  // largest rate times time over which the Taylor series keeps 15 digits
@@ -97,6 +97,18 @@ inline Motion leg_at(const Legged& s, int i, int d, double h, double fraction) {
   return expand(leg, d, h, left, at, push, film);
 }
 
+// Values of the Lagrange polynomials at scaled time s.
+inline Row lagrange(const Nodes& nodes, double s) {
+  Row out = load(nodes.monomial[N - 1]);
+  for (int c = N - 2; c >= 0; c--) out = out * s + load(nodes.monomial[c]);
+  return out;
+}
+
+// Whether the polynomials through the nodes are the leg's own motion, to far less than a step's tolerance.
+inline bool smooth(const Legged& s, const LegRows& r, int d, double h) {
+  return s.nodes.truncation(r.u[d]) + s.nodes.truncation(r.w[d]) * h <= 1e-5 * s.settings.gap;
+}
+
 // The integral from 0 to s of the polynomial through nodal values, once or twice.
 inline double integral_at(const Legged& state, const Row& values, double s) {
   double line[N];
@@ -139,6 +151,7 @@ inline void end_of_step(const Legged& s, Moment& out) {
 inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
   if (fraction >= 1.0) return end_of_step(s, out);
   const int nb = s.coordinates();
+  const Row here = lagrange(s.nodes, fraction);
   for (int b = 0; b < nb; b++) {
     out.x[b] =
         integral_twice_at(s, s.at.push[b], fraction) * h * h + integral_at(s, s.at.drag[b], fraction) * h;
@@ -150,7 +163,8 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
     for (int d = 0; d < DIRECTIONS; d++) {
       out.of(i, d) = {foot.u[d], 0.0};
       if (foot.held(d)) continue;
-      const Motion to = leg_at(s, i, d, h, fraction);
+      const LegRows& r = s.rows[i];
+      const Motion to = smooth(s, r, d, h) ? Motion{total(r.u[d] * here), total(r.w[d] * here)} : leg_at(s, i, d, h, fraction);
       out.of(i, d) = to;
       double place = leg.mass * (to.u - foot.u[d] - foot.w[d] * fraction * h);
       if (d == UP && foot.filmed()) place -= integral_at(s, s.rows[i].film, fraction) * h;
@@ -164,4 +178,4 @@ inline void motion_at(const Legged& s, double h, double fraction, Moment& out) {
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -2,7 +2,7 @@
 #pragma once
 #include "legged_motion.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 enum Happening { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
 
@@ -88,6 +88,8 @@ inline void touches(const Legged& s, int i, double h, double limit, Candidates& 
   if (s.feet[i].start == AS_IT_COMES && r.gap[0] <= settings.gap_zero && r.rate[0] <= settings.speed_zero) {
     return out.note(0.0, 0.0, TOUCH, 1.0);
   }
+  // two neighbouring nodes are less than a quarter of a step apart, in which no flight falls farther than this
+  if (lowest(r.gap) > 0.25 * h * highest(magnitude(r.rate))) return;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     if (r.gap[j] < -settings.gap_zero) return out.note(tau[j - 1], tau[j], TOUCH, limit);
     if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
@@ -221,4 +223,4 @@ inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
   return best;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

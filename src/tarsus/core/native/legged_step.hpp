@@ -10,11 +10,12 @@
 // so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until
 // they agree.
 #pragma once
+#include "legged_answer.hpp"
 #include "legged_film.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
-constexpr int SWEEPS = 24;
+constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
 constexpr double UNSETTLED = -1.0,
                  UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
 
@@ -46,17 +47,29 @@ inline void held_strength(Legged& s, int i, double h) {
   if (s.feet[i].force) r.smooth -= s.laws.force(f, Row(0.0), Row(0.0), s.volts(f), now);
 }
 
-// First motion of the body, which goes on as it went before, and first forces at the feet.
+// Values at the nodes of a step of length h from those of the last one: each polynomial goes on in its first powers.
+inline void going_on(const Legged& s, double h, Row* matrix) {
+  Row powers[N];
+  for (int c = 0; c < N; c++) powers[c] = load(s.nodes.monomial[c]);
+  for (int n = 0; n < AHEAD; n++) {
+    for (int c = N - 2; c >= n; c--) powers[c] += powers[c + 1] * s.origin;
+  }
+  const Row time = s.nodes.times() * (h / s.length);
+  for (int j = 0; j < N; j++) {
+    matrix[j] = Row(powers[AHEAD - 1][j]);
+    for (int c = AHEAD - 2; c >= 0; c--) matrix[j] = matrix[j] * time + powers[c][j];
+  }
+}
+
+// First motion of the body and of the feet in the air, which go on as before, and first forces at the feet.
 inline void first_guess(Legged& s, double h) {
-  const Row time = s.nodes.times() * h;
+  Row matrix[N];
+  const bool known = s.length > 0.0;
+  if (known) going_on(s, h, matrix);
+  const auto on = [&](const Row& values) { return combine(reinterpret_cast<const double*>(matrix), values); };
   for (int b = 0; b < s.coordinates(); b++) {
-    Row v = Row(0.0), x = Row(0.0);
-    for (int n = AHEAD - 1; n >= 0; n--) {
-      v = v * time + s.ahead[b][n];
-      x = x * time + s.ahead[b][n] / (n + 1);
-    }
-    s.at.v[b] = v;
-    s.at.x[b] = x * time + s.x[b];
+    s.at.v[b] = known ? on(s.at.v[b]) : Row(s.v[b]);
+    s.at.x[b] = combine(&s.nodes.once[0][0], s.at.v[b]) * h + s.x[b];
   }
   for (int i : s.body.leg) {
     const Leg& leg = s.body.legs[i];
@@ -67,90 +80,35 @@ inline void first_guess(Legged& s, double h) {
       continue;
     }
     const double gap = foot.u[UP] + leg.gap;
-    double rate = foot.w[UP];
-    r.gap = Row(gap);
-    if (foot.film) {
-      const double momentum = s.laws.momentum(leg.foot, gap);
-      rate += momentum / leg.mass;
-      r.film = Row(momentum);
-    }
-    if (foot.force)
-      r.smooth = s.laws.force(leg.foot, Row(gap), Row(rate), s.volts(leg.foot), Row(s.clock.time));
+    r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
+    if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
+    if (foot.film) r.film = s.laws.momentum(leg.foot, r.gap);
+    if (!foot.force) continue;
+    r.rate = Row(foot.w[UP]);
+    if (foot.film) r.rate += r.film * (1.0 / leg.mass);
+    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), s.nodes.times() * h + s.clock.time);
   }
-}
-
-// Columns of (1 + follow + drag int + push int int)^-1.
-inline void make_solver(const Nodes& nodes, const Answer& answer, Row* solver) {
-  Row left[N];
-  for (int r = 0; r < N; r++) {
-    left[r] = load(nodes.once[r]) * answer.drag + load(nodes.twice[r]) * answer.push;
-    left[r].set(r, left[r][r] + 1.0 + answer.follow);
-    solver[r] = Row(0.0);
-    solver[r].set(r, 1.0);
-  }
-  for (int p = 0; p < N; p++) {  // diagonally dominant for the lengths in use: no pivoting
-    const double scale = 1.0 / left[p][p];
-    left[p] = left[p] * scale;
-    solver[p] = solver[p] * scale;
-    for (int r = 0; r < N; r++) {
-      const double factor = left[r][p];
-      if (r == p || factor == 0.0) continue;
-      left[r] -= left[p] * factor;
-      solver[r] -= solver[p] * factor;
-    }
-  }
-}
-
-// What held feet do to the body, and how it answers its legs in a step of class k: the matrices of one that
-// is taken alone in every coordinate, which is enough to make the repetition settle fast.
-inline void make_solvers(Legged& s, int k, double h) {
-  s.held = {};
-  double follow[MOST_COORDINATES] = {};
-  for (int i = 0; i < s.legs(); i++) {
-    const Leg& leg = s.body.legs[i];
-    for (int d = 0; d < DIRECTIONS; d++) {
-      const Hip& hip = leg.hip[d];
-      if (!s.feet[i].held(d)) {
-        // how far a foot follows its hip within the step: not at all in a short one, and wholly in a long one
-        const double share = std::min(s.tables.of(k, leg.kind[d]).reach_force * leg.stiffness[d], 1.0);
-        for (int n = 0; n < hip.count; n++) follow[hip.at[n]] += hip.by[n] * hip.by[n] * leg.mass * share;
-        continue;
-      }
-      for (int n = 0; n < hip.count; n++) {
-        s.held.offset[hip.at[n]] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
-        for (int l = 0; l < hip.count; l++) {
-          s.held.stiffness[hip.at[n]][hip.at[l]] += hip.by[n] * hip.by[l] * leg.stiffness[d];
-          s.held.damping[hip.at[n]][hip.at[l]] += hip.by[n] * hip.by[l] * leg.damping[d];
-        }
-      }
-    }
-  }
-  for (int b = 0; b < s.coordinates(); b++) {
-    const double m = 1.0 / s.body.mass[b];
-    const Answer answer = {s.held.stiffness[b][b] * h * h * m, s.held.damping[b][b] * h * m, follow[b] * m};
-    if (answer == s.answer[b]) continue;
-    s.answer[b] = answer;
-    make_solver(s.nodes, answer, s.solver[b]);
-  }
+  s.length = h;
+  s.origin = 0.0;
 }
 
 // Loads on the body itself and what held feet put on it; nothing carried yet.
 inline void clear_body(Legged& s) {
   const int nb = s.coordinates();
   for (int b = 0; b < nb; b++) {
-    Row push = Row(s.held.offset[b] - s.body.weight[b]), drag = Row(0.0);
+    Row push = Row(s.together.offset[b] - s.body.weight[b]), drag = Row(0.0);
     for (int d = 0; d < s.body.drives; d++) {
       const double load = s.body.load[d * nb + b];
       if (load != 0.0) push += s.channels[d] * load;
     }
     for (int c = 0; c < nb; c++) {
-      if (s.held.stiffness[b][c] == 0.0 && s.held.damping[b][c] == 0.0) continue;
-      push -= s.at.x[c] * s.held.stiffness[b][c];
-      drag -= (s.at.x[c] - s.x[c]) * s.held.damping[b][c];
+      if (s.together.stiffness[b][c] == 0.0 && s.together.damping[b][c] == 0.0) continue;
+      push -= s.at.x[c] * s.together.stiffness[b][c];
+      drag -= (s.at.x[c] - s.x[c]) * s.together.damping[b][c];
     }
     s.at.push[b] = push;
     s.at.drag[b] = drag;
-    s.at.momentum[b] = s.at.place[b] = Row(0.0);
+    s.at.momentum[b] = s.at.place[b] = s.at.film[b] = Row(0.0);
   }
 }
 
@@ -160,54 +118,14 @@ TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const
   w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
 }
 
-// Gap, rate, film momentum and smooth force of a foot in the air at the nodes. Returns how much the gap has
-// not settled by: infinite where a stiff film does not settle, NaN where a number is undefined.
-TARSUS_INLINE double air_laws(const Legged& s, int i, const LegStep& table, double h, LegRows& r) {
-  const Leg& leg = s.body.legs[i];
-  const LeggedFoot& foot = s.feet[i];
-  const double settled = 1e-3 * s.settings.gap;
-  const Row before = r.gap - leg.gap;
-  double change;
-  if (foot.film) {
-    const bool stiff = is_stiff(s, table, leg.foot, r.gap);
-    if (stiff && !stiff_film(s, table, i, r)) return INF;
-    const Row alone = r.u[UP];
-    r.u[UP] = alone + combine(&table.film[0][0][0], r.film);
-    change = highest(magnitude(r.u[UP] - before));
-    if (change > settled && !stiff) {  // once more for the leg alone, which is less than a repetition of all
-      r.film = s.laws.momentum(leg.foot, r.u[UP] + leg.gap);
-      const Row again = alone + combine(&table.film[0][0][0], r.film);
-      change = highest(magnitude(again - r.u[UP]));
-      r.u[UP] = again;
-    }
-    r.w[UP] += combine(&table.film[1][0][0], r.film);
-    r.gap = r.u[UP] + leg.gap;
-    r.film = s.laws.momentum(leg.foot, r.gap);
-    r.rate = r.w[UP] + r.film * (1.0 / leg.mass);
-  } else {
-    change = highest(magnitude(r.u[UP] - before));
-    r.gap = r.u[UP] + leg.gap;
-    r.rate = r.w[UP];
-  }
-  if (foot.force) {
-    const Row now = s.nodes.times() * h + s.clock.time;
-    const Row smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
-    if (!finite(smooth)) return NOT_A_NUMBER;
-    change = std::max(change, highest(magnitude(smooth - r.smooth)) * table.reach_force);
-    r.smooth = smooth;
-  }
-  if (!finite(r.gap)) return NOT_A_NUMBER;
-  return change;
-}
-
 // What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and
 // damper.
 TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h, const LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
-  Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
-  if (d == UP && foot.film) place -= combine(&s.nodes.once[0][0], r.film) * h;
+  const Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
+  if (d == UP && foot.film) leg.hip[d].carry(r.film, s.at.film);
   leg.hip[d].carry(own, s.at.push);
   leg.hip[d].carry(momentum, s.at.momentum);
   leg.hip[d].carry(place, s.at.place);
@@ -218,19 +136,57 @@ TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
   return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
 }
 
-// A foot in the air, upward. Returns as ``air_laws``.
-TARSUS_INLINE double fly(Legged& s, int i, int k, double h) {
+// What a sweep has still to settle: how far feet would move [m] if their forces were as they are now, what is undefined where
+// ``sum`` is not finite, and whether a stiff film failed to settle. A leg is repeated alone while that is more than ``enough``.
+struct Sweep {
+  double enough;
+  Row change = Row(0.0), sum = Row(0.0);
+  bool failed = false;
+};
+
+// A foot in the air, upward.
+TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
-  Row own = r.load[UP];
-  if (foot.force) own += r.smooth;
-  r.q[UP] = own + spring(s, leg, UP);
   const LegStep& table = s.tables.of(k, leg.kind[UP]);
-  free_motion(table, foot.u[UP], foot.w[UP], r.q[UP], r.u[UP], r.w[UP]);
-  const double change = leg.foot >= 0 ? air_laws(s, i, table, h, r) : 0.0;
+  const Row hip = spring(s, leg, UP);
+  const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
+  const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
+  const bool stiff = foot.film && is_stiff(s, table, leg.foot, r.gap);
+  const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
+  Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
+  const auto find_rate = [&] {
+    r.w[UP] = w0 + combine(&table.force[1][0][0], r.q[UP]);
+    if (foot.film) r.w[UP] += combine(&table.film[1][0][0], used);
+    r.rate = foot.film ? r.w[UP] + r.film * (1.0 / leg.mass) : r.w[UP];
+  };
+  for (int n = 0; n < ROUNDS; n++) {
+    if (foot.force) own = r.load[UP] + r.smooth;
+    r.q[UP] = own + hip;
+    r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
+    if (foot.film) {
+      if (stiff && !stiff_film(s, table, i, r)) sweep.failed = true;
+      used = r.film;
+      r.u[UP] += combine(&table.film[0][0][0], used);
+      r.gap = r.u[UP] + leg.gap;
+      r.film = s.laws.momentum(leg.foot, r.gap);
+      change = magnitude(r.film - used) * table.reach_film;
+    } else {
+      r.gap = r.u[UP] + leg.gap;
+    }
+    if (foot.force) {
+      if (rated) find_rate();
+      const Row now = s.nodes.times() * h + s.clock.time, before = r.smooth;
+      r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+      change += magnitude(r.smooth - before) * table.reach_force;
+    }
+    if (!any_less(Row(sweep.enough), change)) break;
+  }
+  find_rate();
+  sweep.change = larger(sweep.change, change);
+  sweep.sum += r.gap + own;
   carry_free(s, i, UP, own, h, r);
-  return change;
 }
 
 // A held foot's margin N + f_a = f_a - pull - smooth force.
@@ -270,46 +226,19 @@ inline bool find_held(Legged& s) {
   return true;
 }
 
-// All legs that move, for the present motion of the body. Returns as ``air_laws`` the largest of all.
-inline double move_legs(Legged& s, int k, double h) {
-  double change = 0.0;
+// All legs that move, for the present motion of the body.
+inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   for (int i = 0; i < s.legs(); i++) {
     const Contact contact = s.feet[i].contact;
     if (contact == STUCK) continue;
     if (contact == SLIPPING) {
       find_margin(s, i);
-      if (!finite(s.rows[i].margin)) return NOT_A_NUMBER;
+      sweep.sum += s.rows[i].margin;
     } else {
-      const double moved = fly(s, i, k, h);
-      if (!std::isfinite(moved)) return moved;
-      change = std::max(change, moved);
+      fly(s, i, k, h, sweep);
     }
     move_along(s, i, k, h);
   }
-  return change;
-}
-
-// The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m].
-inline double follow(Legged& s, double h) {
-  BodyRows& at = s.at;
-  double change = 0.0;
-  for (int b = 0; b < s.coordinates(); b++) {
-    const double m = 1.0 / s.body.mass[b];
-    const Row v =
-        combine(&s.nodes.once[0][0], at.push[b]) * (h * m) - at.momentum[b] * m + at.drag[b] * m + s.v[b];
-    Row x = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h * m) - at.place[b] * m;
-    x += combine(&s.nodes.once[0][0], at.drag[b]) * (h * m) + s.nodes.times() * (h * s.v[b]) + s.x[b];
-    const Row misfit = x - at.x[b];
-    const Row step = combine(reinterpret_cast<const double*>(s.solver[b]), misfit);
-    // the velocity answers the step through the same legs
-    const Answer& answer = s.answer[b];
-    const Row held = step * (answer.drag / h) + combine(&s.nodes.once[0][0], step) * (answer.push / h);
-    at.v[b] = (v - held + at.v[b] * answer.follow) * (1.0 / (1.0 + answer.follow));
-    at.x[b] += step;
-    if (!finite(step)) return NOT_A_NUMBER;
-    change = std::max(change, highest(magnitude(step)) * s.body.lever[b]);
-  }
-  return change;
 }
 
 // Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives.
@@ -351,23 +280,27 @@ struct Attempt {
 
 // Make the nodes of a step of class k.
 inline Attempt attempt(Legged& s, int k) {
-  const double h = s.tables.lengths[k], tolerance = 1e-3 * s.settings.gap;
+  const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
   fill_drives(s, h);
   first_guess(s, h);
-  make_solvers(s, k, h);
+  make_solvers(s, k);
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
-    double change = move_legs(s, k, h);
-    if (!std::isfinite(change)) return {std::isnan(change) ? UNDEFINED : UNSETTLED, n};
-    const double moved = follow(s, h);
-    if (!std::isfinite(moved)) return {UNDEFINED, n};
-    change = std::max(n > 0 ? change : INF, moved);
-    if (change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
+    Sweep sweep{n == 0 ? 1e3 * tolerance : tolerance};  // the body's first guess is no better
+    move_legs(s, k, h, sweep);
+    if (sweep.failed) return {UNSETTLED, n};
+    const double moved = finite(sweep.sum) ? follow(s, k, h) : NOT_A_NUMBER;
+    if (!std::isfinite(moved)) {
+      s.length = 0.0;
+      return {UNDEFINED, n};
+    }
+    const double change = std::max(highest(sweep.change), moved);
+    if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
     if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
     before = change;
   }
   return {UNSETTLED, SWEEPS};
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -11,7 +11,7 @@
 #include "matrix2.hpp"
 #include "nodes.hpp"
 
-namespace tarsus {
+namespace tarsus::legged {
 
 constexpr double OSCILLATION =
     5.0;  // radians of a leg's own oscillation in a step at most, so that the nodes see its turns
@@ -23,6 +23,7 @@ struct alignas(64) LegStep {
   double film[2][N][N];    // the same of a film's momentum
   double force_end[2][N];  // the same at the end of the step alone
   double film_end[2][N];
+  double follow[2][N][N];  // u and w at the nodes (last index) of a hip displaced at one node
   double reach_force, reach_film;  // largest |u| under a constant one
 };
 
@@ -163,10 +164,17 @@ class LegTables {
       all_force += force[0][j];
       all_film += film[0][j];
     }
+    for (int v = 0; v < 2; v++) {
+      for (int j = 0; j < N; j++) {
+        Row sum = force[v][j] * stiffness[kind];
+        for (int l = 0; l < N; l++) sum += force[v][l] * (c / h * nodes.derivative[l][j]);
+        store(out.follow[v][j], sum);
+      }
+    }
     out.reach_force = highest(magnitude(all_force));
     out.reach_film = highest(magnitude(all_film));
     return out;
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::legged

@@ -45,13 +45,13 @@ struct Clock {
   }
 };
 
-// Run a system from its start to its end or to what stops it.
-//
 // A System has: settings, clock; enter() -> whether something had to be made first (a contact mode); mark(): note the
 // period's heights; resolve_contacts() -> whether a contact changed at this very moment; step() -> GOING_ON or a code,
 // having advanced to the end of a step or to the first event inside it and applied it.
+
+// What is due before the next step: marks, and contacts at this very moment. GOING_ON where a step comes next.
 template <class System>
-Code march(System& system) {
+TARSUS_INLINE Code due(System& system) {
   Clock& clock = system.clock;
   const Settings& settings = system.settings;
   for (;;) {
@@ -64,14 +64,20 @@ Code march(System& system) {
       system.mark();
       continue;
     }
-    if (system.resolve_contacts()) {
-      if (!clock.progressed(settings)) return STALL;
-      continue;
-    }
-    if (++clock.steps > settings.most_steps) return STEP_LIMIT;
-    const Code code = system.step();
-    if (code != GOING_ON) return code;
+    if (!system.resolve_contacts()) break;
     if (!clock.progressed(settings)) return STALL;
+  }
+  return ++clock.steps > settings.most_steps ? STEP_LIMIT : GOING_ON;
+}
+
+// Run a system from its start to its end or to what stops it.
+template <class System>
+Code march(System& system) {
+  for (;;) {
+    Code code = due(system);
+    if (code == GOING_ON) code = system.step();
+    if (code != GOING_ON) return code;
+    if (!system.clock.progressed(system.settings)) return STALL;
   }
 }
 

@@ -5,7 +5,7 @@
 #pragma once
 #include "modal_tables.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // What is added over one step.
 struct BiasStep {
@@ -89,4 +89,4 @@ class Bias {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

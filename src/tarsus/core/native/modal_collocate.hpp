@@ -3,7 +3,7 @@
 #include "modal_flow.hpp"
 #include "modal_newton.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int SWEEPS = 14;
 constexpr double DEEP = 0.9;  // share of a foot's room to the ground (or the film's own singularity) that no step may use up
@@ -133,4 +133,4 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
   return step_error(m, step);
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -3,7 +3,7 @@
 #include "modal_state.hpp"
 #include "rules.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
 inline void add_film_momenta(Modal& m) {
@@ -62,6 +62,7 @@ inline void leave_mode(Modal& m, int foot) {
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
   m.entering = false;
+  m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
   m.bias = &m.biases.of(mode);
   const int n2 = 2 * m.sizes.coordinates;
@@ -222,4 +223,4 @@ TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   return false;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -2,7 +2,7 @@
 #pragma once
 #include "modal_state.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // What state and drives make of an output at the nodes of a step.
 template <class S>
@@ -66,35 +66,33 @@ TARSUS_INLINE bool flow(Modal& m, const StepClass& step) {
 }
 
 // What an output may do between two nodes beyond their chord: the envelope times a bound of |y'| of every block, its start
-// value and what changing inputs add. ``speeds`` (stride): room for those bounds; made once for all outputs.
+// value and what changing inputs add. Here that of the blocks of pack p.
 template <class S>
-TARSUS_INLINE void block_speeds(Modal& m, double* speeds) {
+TARSUS_INLINE typename S::Pack block_speeds(const Modal& m, int p) {
   const ContactMode& mode = *m.mode;
-  const int ns = S::stride(m.sizes.stride), size = 2 * ns;
+  const int ns = S::stride(m.sizes.stride), size = 2 * ns, at = p * S::WIDTH;
   const double* w = m.state();
-  for (int p = 0; p < S::packs(ns); p++) {
-    const int at = p * S::WIDTH;
-    typename S::Pack x, y, change = {};
-    turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
-    x += S::get(m.bias->inputs + at);
-    y += S::get(m.bias->inputs + ns + at);
-    for (int i : m.acting) {
-      const double value = m.value(i)[0];
-      x += S::get(mode.inputs + i * size + at) * value;
-      y += S::get(mode.inputs + i * size + ns + at) * value;
-      if (!m.constant[i]) change += S::get(mode.input_norm + i * ns + at) * (highest(m.values[i]) - lowest(m.values[i]));
-    }
-    S::put(speeds + at, S::length(x, y) + change);
+  typename S::Pack x, y, change = {};
+  turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
+  x += S::get(m.bias->inputs + at);
+  y += S::get(m.bias->inputs + ns + at);
+  for (int i : m.acting) {
+    const double value = m.value(i)[0];
+    x += S::get(mode.inputs + i * size + at) * value;
+    y += S::get(mode.inputs + i * size + ns + at) * value;
+    if (!m.constant[i]) change += S::get(mode.input_norm + i * ns + at) * (highest(m.values[i]) - lowest(m.values[i]));
   }
+  return S::length(x, y) + change;
 }
 
-template <class S>
-TARSUS_INLINE double chord_bound(const Modal& m, const StepClass& step, int foot, const double* speeds) {
+// The bound of a foot's margin by the speeds of the blocks in pack p.
+template <class S, class Speeds>
+TARSUS_INLINE double chord_bound(const Modal& m, const StepClass& step, int foot, const Speeds& speeds) {
   const int ns = S::stride(m.sizes.stride);
   const double* envelope = step.envelope + foot * ns;
   typename S::Pack sum = {};
-  for (int p = 0; p < S::packs(ns); p++) sum += S::get(envelope + p * S::WIDTH) * S::get(speeds + p * S::WIDTH);
+  for (int p = 0; p < S::packs(ns); p++) sum += S::get(envelope + p * S::WIDTH) * speeds(p);
   return S::sum(sum);
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

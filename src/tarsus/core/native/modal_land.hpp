@@ -5,7 +5,7 @@
 #pragma once
 #include "modal_scan.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Inputs by powers of s, and those times j! / ((rate h)^j rate).
 inline void scale_inputs(Modal& m, const StepClass& step) {
@@ -123,13 +123,15 @@ struct Margin {
     return (holds(s + d) - holds(s - d)) / (2.0 * d) - out;
   }
 
-  // Where a parabola of s over f through the nodes beside interval j puts the zero.
+  // Where a cubic of s over f through four nodes about interval j puts the zero.
   double guess(int j) const {
-    const int k = j < N - 1 ? j + 1 : j - 2;
-    const double* tau = m.nodes.tau;
-    const Row& f = m.margin[foot];
-    const double p = f[j - 1], q = f[j], r = f[k], pq = p - q, qr = q - r, rp = r - p;
-    return -(tau[j - 1] * q * r * qr + tau[j] * r * p * rp + tau[k] * p * q * pq) / (pq * qr * rp);
+    const int k = std::min(std::max(j - 2, 0), N - 4);
+    const double *tau = m.nodes.tau + k, *f = reinterpret_cast<const double*>(&m.margin[foot]) + k;
+    const double d01 = f[0] - f[1], d02 = f[0] - f[2], d03 = f[0] - f[3], d12 = f[1] - f[2], d13 = f[1] - f[3], d23 = f[2] - f[3];
+    const double f01 = f[0] * f[1], f23 = f[2] * f[3];
+    const double sum = f23 * d23 * (tau[1] * f[0] * d02 * d03 - tau[0] * f[1] * d12 * d13) +
+                       f01 * d01 * (tau[3] * f[2] * d02 * d12 - tau[2] * f[3] * d03 * d13);
+    return sum / (d01 * d02 * d03 * d12 * d13 * d23);
   }
 
   // Zero in [a, b], f(a) > 0 > f(b): Newton's method kept inside the bracket. What holds against the pull hardly bends
@@ -147,9 +149,10 @@ struct Margin {
       double after = s - f / slope;
       if (!(a <= after && after <= b)) after = 0.5 * (a + b);
       const double change = std::fabs(after - s);
-      // the rounding of the polynomial, or a last step of quadratic convergence
+      // the rounding of the polynomial; or convergence is quadratic, and the next change would be (change / last)^2 of this
       const bool settled = change <= 1e-15 * b || (change < 1e-10 && change > 0.25 * last);
-      if (settled || (change < 1e-9 && last < 1e-3 && change < 1e-2 * last)) return after;
+      const bool quadratic = last < 1e-2 && change < 1e-2 * last;
+      if (settled || (quadratic && change * change * change <= 1e-17 * last * last)) return after;
       last = change;
       s = after;
     }
@@ -303,4 +306,4 @@ TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s)
   return S::sum(zero) == 0.0;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -3,7 +3,7 @@
 #include "matrix2.hpp"
 #include "modal_tables.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int POINTS = 16;     // of the quadrature of polynomials up to degree 31
 constexpr int SERIES = 20;     // Taylor terms over a step that resolves every mode: 1/20! = 4e-19
@@ -307,4 +307,4 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
   return step;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

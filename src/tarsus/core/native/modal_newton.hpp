@@ -3,7 +3,7 @@
 #include "dense.hpp"
 #include "modal_state.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int ITERATIONS = 40;
 
@@ -119,4 +119,4 @@ inline bool newton(Modal& m, const StepClass& step, double t) {
   return false;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -4,7 +4,7 @@
 #include "modal_collocate.hpp"
 #include "modal_scan.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // A film P = half / (g + thickness)^2 and a strength initial + rate age, of the one foot.
 struct OneFoot {
@@ -84,32 +84,40 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
   return false;
 }
 
-// linear + sum_j rows[j] x[j] in four short chains: what a sweep waits for.
-TARSUS_INLINE Row combined(const Row& linear, const Row* rows, const Row& x) {
+// linear + sum_j rows[j] x[j] in four short chains: what a sweep waits for. Rows of a table and the values at the nodes, or
+// for eight runs at once numbers of a table and rows of values.
+template <class Table, class Values>
+TARSUS_INLINE Row combined(const Row& linear, const Table& rows, const Values& x) {
   const Row a = linear + rows[0] * x[0] + rows[4] * x[4], b = rows[1] * x[1] + rows[5] * x[5];
   const Row c = rows[2] * x[2] + rows[6] * x[6], d = rows[3] * x[3] + rows[7] * x[7];
   return (a + c) + (b + d);
 }
 
+// A film's momentum after a change of the gap that hardly moves it, by its series; before: that momentum, and 1/(g + g0).
+TARSUS_INLINE Row film_after(const Row& film, const Row& inverse, const Row& change) {
+  const Row x = change * inverse;
+  return film * (1.0 + x * (3.0 * x - 2.0));
+}
+
 // Sweeps for the nodal gaps from those under the first node's film, held constant.
 TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap, Row& film) {
   Row rows[N];
-  for (int j = 0; j < N; j++) rows[j] = load(effect + N * j) * foot.half;
+  for (int j = 0; j < N; j++) rows[j] = load(effect + N * j);
   double before = INF;
+  Row inverse, scaled;
   for (int n = 0; n < SWEEPS; n++) {
-    const Row inverse = 1.0 / (gap + foot.thickness), square = inverse * inverse;
-    const Row found = combined(linear, rows, square), change = found - gap, moved = magnitude(change);
+    reciprocals(gap + foot.thickness, Row(foot.half), inverse, scaled);
+    const Row tried = scaled * inverse, found = combined(linear, rows, tried), change = found - gap, moved = magnitude(change);
     gap = found;
     if (!any_not_below(moved, Row(tolerance))) {
-      const Row x = change * inverse;  // the film of the final gaps, by its series
-      film = (foot.half * square) * (1.0 + x * (3.0 * x - 2.0));
+      film = film_after(tried, inverse, change);
       return true;
     }
     const double most = highest(moved);
     if (any_not_below(moved, Row(1e300))) return false;
     if (n > 0 && most * most <= tolerance * std::max(before - most, 0.0)) {
-      const Row last = 1.0 / (gap + foot.thickness);
-      film = foot.half * last * last;
+      reciprocals(gap + foot.thickness, Row(foot.half), inverse, scaled);
+      film = scaled * inverse;
       return true;
     }
     if (n > 2 && most > 0.7 * before) return false;
@@ -118,24 +126,34 @@ TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Ro
   return false;
 }
 
+// The gaps where the film is too stiff for sweeps.
+TARSUS_INLINE bool solve_stiff(Modal& m, const OneFoot& foot, const StepClass& step, double t, const Row& linear, Row& gap,
+                               Row& film) {
+  if (newton_one(foot, step.from_input(0, 0), linear, 0.05 * m.settings.gap, gap, film)) return true;
+  m.linear[0] = linear;
+  if (!newton(m, step, t)) return false;
+  gap = m.outputs[0];
+  film = m.values[0];
+  return true;
+}
+
+// A film changes the gap by more than this share of what changes the film: too stiff for sweeps.
+constexpr double STIFFNESS = 0.5;
+
 template <class S>
 TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass& step, double t) {
   m.drive(t, step.length);
   const Row linear = flowing_output<S>(m, step, 0), constant = step.from_constant(0, 0);
   const double *effect = step.from_input(0, 0), last = step.node_constant[N - 1];
-  const double first = linear[0], height = first + foot.thickness, inverse = 1.0 / height, tolerance = 0.05 * m.settings.gap;
-  const double held = foot.half * inverse * inverse;
+  const double first = linear[0], height = first + foot.thickness, tolerance = 0.05 * m.settings.gap;
+  if (!(m.film_now >= 0.0)) m.film_now = foot.half / (height * height);
   m.linear[0] = linear;
   m.room[0] = 0.0;
   Row gap, film;
-  if (2.0 * held * std::fabs(inverse * last) > 0.5) {
-    if (!newton_one(foot, effect, linear, tolerance, gap, film)) {
-      if (!newton(m, step, t)) return UNSETTLED;
-      gap = m.outputs[0];
-      film = m.values[0];
-    }
+  if (2.0 * m.film_now * std::fabs(last) > STIFFNESS * std::fabs(height)) {
+    if (!solve_stiff(m, foot, step, t, linear, gap, film)) return UNSETTLED;
   } else {
-    gap = linear + constant * held;
+    gap = linear + constant * m.film_now;
     if (foot.half > 0.0 && any_less(gap, Row(first - DEEP * height))) {
       m.room[0] = height;
       runs_deep(m, 0, gap);
@@ -165,35 +183,9 @@ TARSUS_INLINE double attempt_held(Modal& m, const OneFoot& foot, const StepClass
   return drive_error(m);
 }
 
-// The bound of what the margin does between nodes, straight from the packs.
-template <class S>
-TARSUS_INLINE double bound_one(const Modal& m, const StepClass& step) {
-  const ContactMode& mode = *m.mode;
-  const int ns = S::stride(m.sizes.stride), size = 2 * ns, ni = m.sizes.inputs();
-  const double* w = m.state();
-  typename S::Pack sum = {};
-  for (int p = 0; p < S::packs(ns); p++) {
-    const int at = p * S::WIDTH;
-    typename S::Pack x, y, change = {};
-    turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
-    x += S::get(m.bias->inputs + at);
-    y += S::get(m.bias->inputs + ns + at);
-    for (int i = mode.is_held[0] ? 2 : 0; i < ni - 1; i += i == 0 ? 2 : 1) {
-      const double value = m.value(i)[0];
-      x += S::get(mode.inputs + i * size + at) * value;
-      y += S::get(mode.inputs + i * size + ns + at) * value;
-      if (!m.constant[i]) change += S::get(mode.input_norm + i * ns + at) * (highest(m.values[i]) - lowest(m.values[i]));
-    }
-    sum += S::get(step.envelope + at) * (S::length(x, y) + change);
-  }
-  return S::sum(sum);
-}
-
-template <class S>
-TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
+// Whether the foot may have its event by a bound of what its margin does between nodes.
+inline Scan scan_bounded(Modal& m, double bound, double limit) {
   const bool held = m.mode->is_held[0];
-  if (!held) m.margin[0] = m.outputs[0];
-  const double bound = bound_one<S>(m, step);
   const double* margin = reinterpret_cast<const double*>(&m.margin[0]);
   Scan out;
   m.doubts[0] = Doubt();
@@ -207,4 +199,10 @@ TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
   return out;
 }
 
-}  // namespace tarsus
+template <class S>
+TARSUS_INLINE Scan scan_one(Modal& m, const StepClass& step, double limit) {
+  if (!m.mode->is_held[0]) m.margin[0] = m.outputs[0];
+  return scan_bounded(m, chord_bound<S>(m, step, 0, [&m](int p) { return block_speeds<S>(m, p); }), limit);
+}
+
+}  // namespace tarsus::modal

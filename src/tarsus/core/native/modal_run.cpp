@@ -2,7 +2,7 @@
 
 #include "modal_system.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 namespace {
 
@@ -20,12 +20,7 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
   }
   out.events = std::move(system.log.events);
   out.trace = std::move(system.trace);
-  out.mode = system.mode;
-  out.pending = system.entering ? system.next : nullptr;
-  out.physical = system.physical;
-  const int nb = system.mode == nullptr ? 0 : system.mode->blocks_used;
-  out.state.assign(system.state(), system.state() + nb);
-  out.state.insert(out.state.end(), system.state() + book.sizes.stride, system.state() + book.sizes.stride + nb);
+  note_end(system, out);
   return out;
 }
 
@@ -47,4 +42,4 @@ ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, co
   }
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -1,13 +1,8 @@
 // Runs of a modal robot, one after the other: the compiled entry.
 #pragma once
-#include "log.hpp"
-#include "march.hpp"
-#include "modal_tables.hpp"
-#include "signals.hpp"
-#include "laws.hpp"
-#include "batch.hpp"
+#include "modal_state.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // How they ended. event_end: events of run i are those from event_end[i - 1] on; finish (runs, 3): end time [s], steps,
 // rejected steps. Of the last run: the contact mode it is in and its flowing state; and where it was about to enter
@@ -19,10 +14,20 @@ struct ModalResult {
   const ContactMode *mode = nullptr, *pending = nullptr;
 };
 
+// Where the last run ended.
+inline void note_end(const Modal& m, ModalResult& out) {
+  const int nb = m.mode == nullptr ? 0 : m.mode->blocks_used;
+  out.mode = m.mode;
+  out.pending = m.entering ? m.next : nullptr;
+  out.physical = m.physical;
+  out.state.assign(m.state(), m.state() + nb);
+  out.state.insert(out.state.end(), m.state() + m.sizes.stride, m.state() + m.sizes.stride + nb);
+}
+
 // How many blocks a state of that many modes has room for.
 int modal_stride(int modes);
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                       const Batch& batch);
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -5,7 +5,7 @@
 #pragma once
 #include "modal_flow.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Pull that breaks the contact of a foot off [N]: its strength less its smooth force at zero gap.
 template <class Real>
@@ -60,13 +60,13 @@ struct Scan {
 template <class S>
 TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) {
   Scan out;
-  double* speeds = m.chain();
-  block_speeds<S>(m, speeds);
+  double* speeds = m.chain();  // made once for all feet
+  for (int p = 0; p < S::packs(S::stride(m.sizes.stride)); p++) S::put(speeds + p * S::WIDTH, block_speeds<S>(m, p));
   for (int i = 0; i < m.sizes.feet; i++) {
     const bool held = m.mode->is_held[i];
     m.margin[i] = m.outputs[i];
     if (held) m.margin[i] = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]) - m.outputs[i];
-    const double bound = chord_bound<S>(m, step, i, speeds);
+    const double bound = chord_bound<S>(m, step, i, [speeds](int p) { return S::get(speeds + p * S::WIDTH); });
     const double* margin = reinterpret_cast<const double*>(&m.margin[i]);
     Doubt& doubt = m.doubts[i];
     if (find_doubt(m, i, margin, bound, limit, held ? m.settings.force_zero : m.settings.gap_zero, doubt)) {
@@ -79,4 +79,4 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
   return out;
 }
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

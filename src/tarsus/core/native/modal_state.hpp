@@ -7,7 +7,7 @@
 #include "pack.hpp"
 #include "signals.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // How a free foot begins a step. At the ground its gap starts at zero and rises with the first power of time after a
 // bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
@@ -55,6 +55,7 @@ struct Modal {
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
+  double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
   int64_t filled = -1;                             // state of the player for which they hold constants
@@ -163,4 +164,4 @@ struct Modal {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -4,14 +4,14 @@
 #include "modal_one.hpp"
 #include "modal_step.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 // Steps of any feet under any laws, or of one foot: see take_step.
 template <class S>
 struct AnyFeet {
   const OneFoot& foot;
-  double attempt(Modal& m, const StepClass& step, double t) const { return tarsus::attempt<S>(m, step, t); }
-  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return tarsus::scan<S>(m, step, t, limit); }
+  double attempt(Modal& m, const StepClass& step, double t) const { return modal::attempt<S>(m, step, t); }
+  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return modal::scan<S>(m, step, t, limit); }
 };
 
 template <class S>
@@ -132,11 +132,24 @@ struct ModalSystem : Modal {
 
   Code step() {
     const Ahead ahead = look_ahead(*this);
+    return glides(ahead) ? GOING_ON : go_on(ahead, {step_class, step_class});
+  }
+
+  // Whether nothing can happen ahead, and a long step has been made.
+  TARSUS_INLINE bool glides(const Ahead& ahead) {
+    return mode->free.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
+  }
+
+  // One step, trying first the class of a trial, and what happens at its end.
+  TARSUS_INLINE Code go_on(const Ahead& ahead, const Trial& trial) {
     const bool all_held = mode->free.empty();
-    if (all_held && ahead.reach == INF && !launching && glide<S>(*this, ahead.left)) return GOING_ON;
-    const Taken taken = all_held && one.in_line    ? take_step<S>(*this, OneHeld<S>{one}, ahead)
-                        : !all_held && one.in_film ? take_step<S>(*this, OneFree<S>{one}, ahead)
-                                                   : any_step(ahead);
+    return end(all_held && one.in_line    ? take_step<S>(*this, OneHeld<S>{one}, ahead, trial)
+               : !all_held && one.in_film ? take_step<S>(*this, OneFree<S>{one}, ahead, trial)
+                                          : any_step(ahead, trial));
+  }
+
+  // The event at the end of a step.
+  TARSUS_INLINE Code end(const Taken& taken) {
     if (taken.foot < 0) return taken.code;
     if (mode->is_held[taken.foot]) {
       release(*this, taken.foot);
@@ -148,7 +161,9 @@ struct ModalSystem : Modal {
   }
 
  private:
-  TARSUS_APART Taken any_step(const Ahead& ahead) { return take_step<S>(*this, AnyFeet<S>{one}, ahead); }
+  TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {
+    return take_step<S>(*this, AnyFeet<S>{one}, ahead, trial);
+  }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

@@ -16,7 +16,7 @@
 
 #include "nodes.hpp"
 
-namespace tarsus {
+namespace tarsus::modal {
 
 constexpr int TERMS = 40;   // most Taylor terms kept for landing inside a step
 constexpr int BEFORE = N;   // zeros before the Markov parameters of an output
@@ -183,6 +183,12 @@ class Book {
     return __builtin_expect(known != nullptr, 1) ? *known : make_step(mode, k);
   }
 
+  // The contact mode of that number, which a run has met.
+  const ContactMode& numbered(int q) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    return *modes_.at(q);
+  }
+
  protected:
   const ContactMode* find(const FootSet& feet) {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -199,11 +205,6 @@ class Book {
       modes_.push_back(std::move(mode));
     }
     return *modes_[place->second];
-  }
-
-  const ContactMode& numbered(int q) {
-    std::lock_guard<std::mutex> lock(mutex_);
-    return *modes_.at(q);
   }
 
   virtual const ContactMode& make(const FootSet& feet) = 0;
@@ -223,4 +224,4 @@ class Book {
   }
 };
 
-}  // namespace tarsus
+}  // namespace tarsus::modal

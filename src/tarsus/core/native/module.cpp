@@ -7,6 +7,7 @@ void bind_plan(nanobind::module_&);
 void bind_program(nanobind::module_&);
 void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
+void bind_window(nanobind::module_&);
 }  // namespace tarsus
 
 NB_MODULE(_native, m) {
@@ -15,4 +16,5 @@ NB_MODULE(_native, m) {
   tarsus::bind_program(m);
   tarsus::bind_modal(m);
   tarsus::bind_legged(m);
+  tarsus::bind_window(m);
 }

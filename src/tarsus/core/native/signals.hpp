@@ -62,6 +62,20 @@ struct Player {
     }
   }
 
+  // Go on to the piece that follows; false where there is none.
+  static bool next_piece(Cursor& at) {
+    if (at.piece + 1 < at.behind) {
+      at.piece++;
+    } else if (at.loop >= 0) {
+      at.piece = at.first + at.loop;
+      at.turns++;
+      at.shift = at.turns * at.period - at.change.delay;
+    } else {
+      return false;
+    }
+    return true;
+  }
+
   struct Kink {
     double left, reach;  // [s] to the next kink, and the longest step that may reach beyond it
   };
@@ -122,19 +136,6 @@ struct Player {
   double kink = INF, reach = INF;  // times of the next kink, and up to which a step may reach beyond it
 
   double level(const Cursor& at) const { return signals.coef[DEGREE * at.piece] * at.change.factor + at.change.offset; }
-
-  static bool next_piece(Cursor& at) {
-    if (at.piece + 1 < at.behind) {
-      at.piece++;
-    } else if (at.loop >= 0) {
-      at.piece = at.first + at.loop;
-      at.turns++;
-      at.shift = at.turns * at.period - at.change.delay;
-    } else {
-      return false;
-    }
-    return true;
-  }
 
   TARSUS_APART void move(double t) {
     const Signals& s = signals;

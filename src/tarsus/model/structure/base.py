@@ -83,6 +83,11 @@ class Structure(Description):
         own = np.array([float(name == point) for name in points])
         return np.asarray(np.linalg.solve(rows, own), dtype=np.float64)
 
+    @property
+    def body_coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates of the body, of a structure that walks; none of any other."""
+        return ()
+
     def vertical(self) -> Array | None:
         """Coordinates (n,) of a unit upward translation of the whole structure (projected onto them).
 

@@ -14,6 +14,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import quantity
+from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, cubic_track, linear_track
 
@@ -205,7 +206,7 @@ def _read_text(path: Path, names: tuple[str, str]) -> dict[str, Floats]:
         raise InputError(f"'{path.name}' holds no samples")
     mark = next((m for m in (",", ";", "\t") if m in lines[0]), None)
     head = [cell.strip().strip('"') for cell in lines[0].split(mark)]
-    header = not all(_is_number(cell) for cell in head)
+    header = not all(is_number(cell) for cell in head)
     body = lines[1:] if header else lines
     if not body:
         raise InputError(f"'{path.name}' holds no samples")
@@ -218,11 +219,3 @@ def _read_text(path: Path, names: tuple[str, str]) -> dict[str, Floats]:
     if header and len(head) == width:
         return {name: data[:, i] for i, name in enumerate(head)}
     raise InputError(f"'{path.name}' has {width} columns and no header with '{names[0]}' and '{names[1]}'")
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

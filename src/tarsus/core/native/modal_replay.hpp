@@ -1,0 +1,267 @@
+// Recorded steps of a run gone through again: outputs at the nodes of a step, its end, and any moment inside it.
+//
+// All of it is linear in what enters a step: its start state, its nodal inputs, the sources (rest gaps, gravity). ``Real`` is
+// a number, or a Row of eight tangents, which take the same way.
+#pragma once
+#include "laws.hpp"
+#include "modal_tables.hpp"
+
+namespace tarsus::modal {
+
+constexpr int TRACE_HEAD = 5;  // numbers of a recorded step before its state: see Modal::record
+
+// Nodal values on the two halves of a step from those on the whole: [to][from].
+struct Halves {
+  double left[N][N], right[N][N];
+};
+
+// A recorded step; ``state`` (2 blocks), ``inputs`` (inputs, 8).
+struct Recorded {
+  double time, length, fraction;
+  const ContactMode* mode;
+  int step_class;
+  const double *state, *inputs;
+};
+
+inline size_t recorded_width(const Sizes& s) { return TRACE_HEAD + 2 * size_t(s.coordinates) + N * size_t(s.inputs()); }
+
+inline Recorded recorded(Book& book, const double* row) {
+  const double* state = row + TRACE_HEAD;
+  return {row[0], row[1], row[2], &book.numbered(int(row[3])), int(row[4]), state, state + 2 * book.sizes.coordinates};
+}
+
+// What enters a step, and with it the values of its inputs anywhere.
+template <class Real>
+struct Entering {
+  std::vector<Real> state, inputs, sources;  // (2 stride), (inputs, 8), (feet + 1)
+
+  explicit Entering(const Sizes& s)
+      : state(s.state(), Real(0.0)), inputs(size_t(s.inputs()) * N, Real(0.0)), sources(s.sources(), Real(0.0)) {}
+
+  const Real* input(int i) const { return inputs.data() + N * i; }
+  Real* input(int i) { return inputs.data() + N * i; }
+
+  // Value of an input at scaled time s, and its derivatives by it.
+  void at(const Nodes& nodes, int i, double s, Real& value, Real& slope, Real& bend) const {
+    value = slope = bend = Real(0.0);
+    for (int c = N - 1; c >= 0; c--) {
+      Real k = Real(0.0);
+      for (int j = 0; j < N; j++) k += input(i)[j] * nodes.monomial[c][j];
+      bend = bend * s + slope * 2.0;
+      slope = slope * s + value;
+      value = value * s + k;
+    }
+    value = Real(0.0);  // by Lagrange's polynomials, which round less than powers
+    for (int j = 0; j < N; j++) {
+      double share = 1.0;
+      for (int k = 0; k < N; k++) share *= k == j ? 1.0 : (s - nodes.tau[k]) / (nodes.tau[j] - nodes.tau[k]);
+      value += input(i)[j] * share;
+    }
+  }
+};
+
+// The state of a recorded step with momenta counted from its start, so that little motion is no difference of large numbers.
+inline void enter_recorded(const Recorded& r, const double* sources, Entering<double>& to) {
+  const Sizes& s = r.mode->sizes;
+  const int nb = r.mode->blocks_used, ns = s.stride;
+  std::fill(to.state.begin(), to.state.end(), 0.0);
+  std::copy(r.state, r.state + nb, to.state.begin());
+  std::copy(r.state + nb, r.state + 2 * nb, to.state.begin() + ns);
+  std::copy(r.inputs, r.inputs + to.inputs.size(), to.inputs.begin());
+  to.sources.assign(sources, sources + s.sources());
+  for (int i : r.mode->free) {
+    const double first = to.input(i)[0];
+    if (first == 0.0) continue;
+    for (int j = 0; j < N; j++) to.input(i)[j] -= first;
+    for (int k = 0; k < s.state(); k++) to.state[k] += r.mode->beta[i * s.state() + k] * first;
+  }
+}
+
+// rows (count) . x
+template <class Real>
+TARSUS_INLINE Real dot(const double* rows, const std::vector<Real>& x) {
+  Real sum = Real(0.0);
+  for (size_t k = 0; k < x.size(); k++) sum += x[k] * rows[k];
+  return sum;
+}
+
+// An output at the nodes of a step (8); ``acting``: inputs that may differ from zero.
+template <class Real>
+inline void outputs_at_nodes(const StepClass& step, const std::vector<int>& acting, const Entering<Real>& from, int output,
+                             Real* to) {
+  const Sizes& s = step.sizes;
+  const int ns = s.stride;
+  for (int j = 0; j < N; j++) to[j] = Real(0.0);
+  for (int b = 0; b < ns; b++) {
+    for (int d = 0; d < 2; d++) {
+      const double* rows = step.from_state(output) + (b * 2 + d) * N;
+      const Real x = from.state[d * ns + b];
+      for (int j = 0; j < N; j++) to[j] += x * rows[j];
+    }
+  }
+  for (int i : acting) {
+    const double* rows = step.from_input(output, i);
+    for (int l = 0; l < N; l++) {
+      for (int j = 0; j < N; j++) to[j] += from.input(i)[l] * rows[l * N + j];
+    }
+  }
+  for (int q = 0; q < s.sources(); q++) {
+    const double* rows = step.node_bias + (q * s.outputs + output) * N;
+    for (int j = 0; j < N; j++) to[j] += from.sources[q] * rows[j];
+  }
+}
+
+// The state at the end of a whole step.
+template <class Real>
+inline void end_of_step(const StepClass& step, const std::vector<int>& acting, const Entering<Real>& from,
+                        std::vector<Real>& to) {
+  const int ns = step.sizes.stride, size = 2 * ns;
+  const double* e = step.exponential;
+  to.assign(size, Real(0.0));
+  for (int b = 0; b < ns; b++) {
+    to[b] = from.state[b] * e[b] + from.state[ns + b] * e[ns + b];
+    to[ns + b] = from.state[b] * e[2 * ns + b] + from.state[ns + b] * e[3 * ns + b];
+  }
+  for (int i : acting) {
+    const double* rows = step.state_input + size_t(i) * N * size;
+    for (int l = 0; l < N; l++) {
+      const Real x = from.input(i)[l];
+      for (int k = 0; k < size; k++) to[k] += x * rows[l * size + k];
+    }
+  }
+  for (int q = 0; q < step.sizes.sources(); q++) {
+    const double* rows = step.state_bias + q * size;
+    for (int k = 0; k < size; k++) to[k] += from.sources[q] * rows[k];
+  }
+}
+
+// How fast the flowing state changes under given values of the inputs (by number), w' = T w + inputs.
+template <class Real>
+inline void rate_of_state(const ContactMode& mode, const std::vector<int>& acting, const std::vector<Real>& state,
+                          const std::vector<Real>& values, const std::vector<Real>& sources, std::vector<Real>& to) {
+  const int ns = mode.sizes.stride, size = 2 * ns;
+  const double* t = mode.blocks;
+  to.assign(size, Real(0.0));
+  for (int b = 0; b < ns; b++) {
+    to[b] = state[b] * t[b] + state[ns + b] * t[ns + b];
+    to[ns + b] = state[b] * t[2 * ns + b] + state[ns + b] * t[3 * ns + b];
+  }
+  for (int i : acting) {
+    for (int k = 0; k < size; k++) to[k] += values[i] * mode.inputs[i * size + k];
+  }
+  for (int q = 0; q < mode.sizes.sources(); q++) {
+    for (int k = 0; k < size; k++) to[k] += sources[q] * mode.bias_inputs[q * size + k];
+  }
+}
+
+// The state at scaled time s of a step of class k, by halving it until its Taylor polynomial carries, and that.
+template <class Real>
+inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, const ContactMode& mode, int k, double s,
+                        const std::vector<int>& acting, Entering<Real> from, std::vector<Real>& to) {
+  const int size = mode.sizes.state();
+  const auto half = [&](const Entering<Real>& whole, const double (*matrix)[N]) {
+    Entering<Real> out = whole;
+    for (int i : acting) {
+      for (int j = 0; j < N; j++) {
+        Real sum = Real(0.0);
+        for (int l = 0; l < N; l++) sum += whole.input(i)[l] * matrix[j][l];
+        out.input(i)[j] = sum;
+      }
+    }
+    return out;
+  };
+  while (mode.terms[k] == 0 && k + 1 < book.classes()) {
+    k++;
+    Entering<Real> part = half(from, halves.left);
+    if (s >= 0.5) {
+      std::vector<Real> middle;
+      end_of_step(book.step(mode, k), acting, part, middle);
+      part = half(from, halves.right);
+      part.state = middle;
+      s = 2.0 * s - 1.0;
+    } else {
+      s *= 2.0;
+    }
+    from = std::move(part);
+  }
+  const double span = s * book.lengths[k];
+  std::vector<Real> term = from.state, next;
+  std::vector<Real> coefficient(mode.sizes.inputs(), Real(0.0));
+  to = term;
+  double power = 1.0;
+  const int count = std::max(mode.terms[k], N + 2);
+  for (int c = 0; c < count; c++, power *= s) {
+    for (int i : acting) {
+      coefficient[i] = Real(0.0);
+      if (c >= N) continue;
+      for (int j = 0; j < N; j++) coefficient[i] += from.input(i)[j] * (nodes.monomial[c][j] * power);
+    }
+    rate_of_state(mode, acting, term, coefficient, c == 0 ? from.sources : std::vector<Real>(from.sources.size(), Real(0.0)), next);
+    for (int r = 0; r < size; r++) {
+      term[r] = next[r] * (span / (c + 1));
+      to[r] += term[r];
+    }
+  }
+}
+
+// Where the structure is at one moment: displacements and velocities (2 n); of each foot gap [m], its rate [m/s] (a held foot
+// has neither), the force [N] of resistive and of smooth laws in the air, and the structure's pull [N] on a held foot.
+template <class Real>
+struct Shown {
+  std::vector<Real> place, gap, rate, resistive, smooth, pull;
+
+  explicit Shown(const Sizes& s)
+      : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap) {}
+};
+
+// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
+inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
+
+template <class Real>
+inline void show(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
+                 const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
+  const Sizes& size = mode.sizes;
+  const int m = size.feet, ni = size.inputs(), n2 = 2 * size.coordinates;
+  std::vector<Real> y = state, value(ni, Real(0.0)), slope(value);
+  Real bend;
+  for (int i : acting) {
+    from.at(nodes, i, s, value[i], slope[i], bend);
+    slope[i] = slope[i] / length;
+    if (i >= m) continue;
+    for (size_t k = 0; k < y.size(); k++) y[k] += value[i] * mode.beta[i * y.size() + k];
+  }
+  const auto biased = [&](const double* unit, int count, int row) {
+    Real sum = Real(0.0);
+    for (int q = 0; q < size.sources(); q++) sum += from.sources[q] * unit[q * count + row];
+    return sum;
+  };
+  for (int r = 0; r < n2; r++) to.place[r] = dot(mode.to_physical + size_t(r) * size.state(), y) + biased(mode.bias_offset, n2, r);
+  for (int i = 0; i < m; i++) {
+    to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = Real(0.0);
+    const Real along = dot(mode.outputs + size_t(i) * size.state(), state) + biased(mode.bias_feed, 2 * m, i);
+    if (!mode.is_held[i]) {
+      to.gap[i] = along;
+      to.rate[i] = dot(mode.outputs + size_t(m + i) * size.state(), y);
+      to.resistive[i] = slope[i];
+      to.smooth[i] = value[m + i];
+      continue;
+    }
+    to.pull[i] = along;
+    for (int k : acting) to.pull[i] += value[k] * mode.feed[i * ni + k] + slope[k] * mode.feed_rate[i * ni + k];
+  }
+}
+
+// Inputs that act in a contact mode: momenta and smooth forces of the free feet, where laws have them, and drives.
+inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws& laws) {
+  std::vector<int> out;
+  for (int i : mode.free) {
+    if (laws.has(i, HAS_MOMENTUM)) out.push_back(i);
+  }
+  for (int i : mode.free) {
+    if (laws.has(i, HAS_FORCE)) out.push_back(mode.sizes.feet + i);
+  }
+  for (int i = 2 * mode.sizes.feet; i < mode.sizes.last(); i++) out.push_back(i);
+  return out;
+}
+
+}  // namespace tarsus::modal

@@ -1,0 +1,204 @@
+// Eight tangents at once: first derivatives of what enters a run, and of its laws and drives.
+//
+// A *lane* is one parameter. A Jet is a number with its derivative in every lane; a Row holds the derivatives alone, where
+// what happens to them is linear.
+#pragma once
+#include "laws.hpp"
+#include "signals.hpp"
+
+namespace tarsus {
+
+constexpr int LANES = N;
+typedef Dual<double, LANES> Jet;
+
+inline Jet jet(double value, const Row& slope) {
+  Jet out;
+  out.value = value;
+  store(out.slope, slope);
+  return out;
+}
+inline Row slope_of(const Jet& a) { return load(a.slope); }
+
+// Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
+// numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
+struct DataTangents {
+  std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops, changes;
+  Row period;
+};
+
+// Drives with their derivatives at fixed times. A piece from a to b has xi = 2 (t - a) / (b - a) - 1, so that with moving ends
+//   du = sum dk xi^k + u'(xi) dxi,   dxi = -2 / (b - a) [da + (xi + 1) / 2 (db - da)].
+struct DriveTangents {
+  const Signals& signals;
+  const DataTangents& data;
+  Player player;
+
+  DriveTangents(const Signals& s, const Nodes& n, const DataTangents& d, const RunData& run, size_t channels)
+      : signals(s), data(d), player(s, n, channels), chosen_(run.channels, run.channels + channels) {
+    player.restart(run.channels, run.changes);
+  }
+
+  // Where a piece begins [s], in the run's time.
+  Jet beginning(int c, const Cursor& at) const { return jet(at.shift + signals.start[at.piece], moved(c, at, data.begin[at.piece])); }
+
+  // Value in the piece of a cursor at a time, which may move.
+  Jet value(int c, const Cursor& at, const Jet& time) const {
+    const int64_t p = at.piece;
+    const double a = signals.start[p], length = signals.end[p] - a;
+    const Row da = moved(c, at, data.begin[p]), db = moved(c, at, data.end[p]);
+    const double x = signals.flat[p] ? 0.0 : 2.0 * (time.value - at.shift - a) / length - 1.0;
+    const double* k = signals.coef.data() + DEGREE * p;
+    double u = 0.0, slope = 0.0;
+    Row du = Row(0.0);
+    for (int n = DEGREE - 1; n >= 0; n--) {
+      slope = slope * x + u;
+      u = u * x + k[n];
+      du = du * x + data.coef[DEGREE * p + n];
+    }
+    if (slope != 0.0) du += (slope_of(time) - da - (db - da) * (0.5 * (x + 1.0))) * (2.0 / length * slope);
+    const Row* change = &data.changes[3 * c];
+    return jet(u * at.change.factor + at.change.offset, du * at.change.factor + change[0] * u + change[1]);
+  }
+
+  // Values at the nodes of the step [t, t + h], continued beyond kinks as the player does. Moves on to the piece at t.
+  void fill(int c, double t, double h, double* value_to, Row* slope_to) {
+    player.seek(c, t);
+    Cursor at = player.cursor[c];
+    double from = t - at.shift - signals.start[at.piece];
+    for (int j = 0; j < N; j++) {
+      while (from + player.nodes.tau[j] * h > signals.end[at.piece] - signals.start[at.piece] && !signals.sharp[at.piece]) {
+        if (!Player::next_piece(at)) break;
+        from = t - at.shift - signals.start[at.piece];
+      }
+      const Jet found = value(c, at, Jet(t + player.nodes.tau[j] * h));
+      value_to[j] = found.value;
+      slope_to[j] = slope_of(found);
+    }
+  }
+
+ private:
+  std::vector<int64_t> chosen_;
+
+  Row moved(int c, const Cursor& at, const Row& end) const {
+    return end + data.loops[chosen_[c]] * double(at.turns) - data.changes[3 * c + 2];
+  }
+};
+
+// The laws with their derivatives, all by their programs: ``laws`` has no twins.
+struct LawTangents {
+  const Laws& laws;
+  std::vector<uint8_t> varied;  // whether a parameter of a foot has a derivative
+
+  LawTangents(const Laws& l, const double* parameters, const DataTangents& data)
+      : laws(l), varied(l.feet, 0), plain_(l), fixed_(size_t(l.feet) * l.fixed), registers_(l.registers), rows_(l.registers) {
+    plain_.take(parameters);
+    for (const auto& terms : laws.terms) {
+      for (const Term& term : terms) {
+        const Program& program = laws.programs[term.program];
+        for (int i = 0; i < laws.feet; i++) {
+          std::vector<Jet> given;
+          for (int k = 0; k < program.parameters; k++) {
+            const size_t at = size_t(i) * laws.columns + term.first + k;
+            given.push_back(jet(parameters[at], data.parameters[at]));
+            if (any_less(Row(0.0), magnitude(data.parameters[at]))) varied[i] = 1;
+          }
+          prepare(program, given.data(), fixed_.data() + size_t(i) * laws.fixed + term.fixed);
+        }
+      }
+    }
+  }
+
+  bool has(int foot, int flag) const { return (laws.flags[foot] & flag) != 0; }
+  const ActingLaws& plain() const { return plain_; }
+
+  // The function of a hook at arguments that vary.
+  Jet value(Hook hook, int foot, std::initializer_list<Jet> arguments) {
+    Jet sum(0.0);
+    for (const Term& term : laws.terms[hook]) {
+      std::copy(arguments.begin(), arguments.end(), registers_.begin());
+      sum = sum + evaluate(laws.programs[term.program], fixed_.data() + size_t(foot) * laws.fixed + term.fixed, registers_.data());
+    }
+    return sum;
+  }
+  Jet momentum(int foot, const Jet& gap) { return value(MOMENTUM, foot, {gap}); }
+  Jet force(int foot, const Jet& gap, const Jet& rate, const Jet& volts, const Jet& time) {
+    return value(FORCE, foot, {gap, rate, volts, time});
+  }
+  // Its slope by its first argument, by a central difference over a probe.
+  Jet momentum_slope(int foot, const Jet& gap, double probe) {
+    return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
+  }
+
+  // Slopes of a hook's function by its first two arguments at eight nodes; of ``count`` arguments. A value that is none, which
+  // is only below the ground, is held there by the engine: it has no slope.
+  void slopes(Hook hook, int foot, const Row* arguments, int count, Row& first, Row& second) {
+    first = second = Row(0.0);
+    for (const Term& term : laws.terms[hook]) {
+      for (int a = 0; a < count; a++) {
+        rows_[a] = Dual<Row, 2>(arguments[a]);
+        if (a < 2) rows_[a].slope[a] = Row(1.0);
+      }
+      const auto& found = evaluate(laws.programs[term.program],
+                                   plain_.fixed.data() + size_t(foot) * laws.fixed + term.fixed, rows_.data());
+      first += found.slope[0];
+      second += found.slope[1];
+    }
+    for (int j = 0; j < N; j++) {
+      if (std::isfinite(first[j]) && std::isfinite(second[j])) continue;
+      first.set(j, 0.0);
+      second.set(j, 0.0);
+    }
+  }
+
+ private:
+  ActingLaws plain_;
+  std::vector<Jet> fixed_, registers_;
+  std::vector<Dual<Row, 2>> rows_;
+};
+
+// A square matrix once eliminated, for right sides of eight lanes.
+class Factored {
+ public:
+  // ``matrix`` (size, size); false where it is singular.
+  bool factor(std::vector<double>&& matrix, int size) {
+    matrix_ = std::move(matrix);
+    size_ = size;
+    order_.resize(size);
+    for (int c = 0; c < size; c++) {
+      int best = c;
+      for (int r = c + 1; r < size; r++) {
+        if (std::fabs(at(r, c)) > std::fabs(at(best, c))) best = r;
+      }
+      if (!(std::fabs(at(best, c)) > 0.0)) return false;
+      order_[c] = best;
+      for (int j = 0; best != c && j < size; j++) std::swap(at(best, j), at(c, j));
+      for (int r = c + 1; r < size; r++) {
+        const double factor = at(r, c) /= at(c, c);
+        if (factor == 0.0) continue;
+        for (int j = c + 1; j < size; j++) at(r, j) -= factor * at(c, j);
+      }
+    }
+    return true;
+  }
+
+  void solve(Row* x) const {
+    for (int c = 0; c < size_; c++) std::swap(x[c], x[order_[c]]);
+    for (int r = 0; r < size_; r++) {
+      for (int c = 0; c < r; c++) x[r] -= x[c] * at(r, c);
+    }
+    for (int r = size_ - 1; r >= 0; r--) {
+      for (int c = r + 1; c < size_; c++) x[r] -= x[c] * at(r, c);
+      x[r] = x[r] / at(r, r);
+    }
+  }
+
+ private:
+  int size_ = 0;
+  std::vector<double> matrix_;
+  std::vector<int> order_;
+
+  double& at(int r, int c) { return matrix_[size_t(r) * size_ + c]; }
+  double at(int r, int c) const { return matrix_[size_t(r) * size_ + c]; }
+};
+
+}  // namespace tarsus

@@ -1,0 +1,160 @@
+"""Derivatives of the terms of a run's energy ledger.
+
+The energies of a step are quadratic forms of its vector, and so exactly half the difference of those on both sides along a
+derivative. Where a step ends at a moment that moves, the powers before and after it differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.core.arrays import E_ADHESION, E_ENERGY, T_FRACTION, T_MODE, TRACE_HEAD
+from tarsus.core.book import ModeBook
+from tarsus.core.modes import LinearSystem
+from tarsus.core.nodes import N, interpolation
+from tarsus.core.replay import integrate, sample
+
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import GradientRun
+    from tarsus.solve.tangents import Entering, Tangents
+
+__all__ = ["energy_slopes"]
+
+Floats = NDArray[np.float64]
+
+
+def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping[str, Floats]:
+    """Derivatives (P,) of the ledger's terms by name, and of the work of laws that act alone of their kind.
+
+    found: with a sample at the run's end, and with the steps.
+    """
+    count = len(given.paths)
+    totals = np.array([_integrals(run, given, found, p) for p in range(count)]).reshape(count, 4).T
+    totals += _jumps(run, found)
+    losses = found.events[:, E_ENERGY], found.events[:, E_ADHESION]
+    impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(count) for one in losses)
+    kinetic, elastic = _stored(run, given, found)
+    out = {
+        "work_in": totals[0], "damping": totals[1], "friction": np.zeros(count), "kinetic": kinetic,
+        "elastic": elastic, "impacts": impacts - adhesion, "adhesion": adhesion,
+    }  # fmt: skip
+    for hook, total in (("momentum", totals[2]), ("force", totals[3])):
+        names = list(run.scene.ground.acting_on(hook))
+        if len(names) == 1:
+            out[names[0]] = total
+    return out
+
+
+def _energies(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
+    """Work, damping, resistive and smooth forces' work (4,) over recorded steps."""
+    done = integrate(system, book, trace)
+    return np.array([one[-1] if len(one) else 0.0 for one in (done.work, done.damping, done.resistive, done.smooth)])
+
+
+def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Floats:
+    """Derivatives (4,) of the energies of all steps, the moments at which they end as they are."""
+    system, book, trace = run.plan.system, run.raw.book.book, run.raw.trace
+    moved = _as_recorded(run, found.steps[..., p])
+    body = slice(TRACE_HEAD, None)
+    largest = np.abs(moved[:, body]).max(initial=0.0)
+    sources = given.data.sources[:, p]
+    out = np.zeros(4)
+    if largest > 0.0 or sources.any():
+        size = np.abs(trace[:, TRACE_HEAD : TRACE_HEAD + 2 * len(system.mass)]).max(initial=0.0)
+        part = size / largest if largest > 0.0 and size > 0.0 else 1.0
+        sides = []
+        for sign in (1.0, -1.0):
+            beside = replace(
+                system, rest_gap=system.rest_gap + sign * part * sources[:-1],
+                gravity=system.gravity + sign * part * float(sources[-1]),
+            )  # fmt: skip
+            rows = trace.copy()
+            rows[:, body] += sign * part * moved[:, body]
+            sides.append(_energies(beside, ModeBook(beside, book.lengths, shared=book), rows))
+        out += (sides[0] - sides[1]) / (2.0 * part)
+    for other in given.beside:
+        if other.path == p:
+            out += other.weight * _energies(other.system, other.book.book, _recast(run, other.book.book, trace))
+    return out
+
+
+def _as_recorded(run: GradientRun, steps: Floats) -> Floats:
+    """Derivatives of steps as the engine tells them, in the places of recorded ones."""
+    trace, n = run.raw.trace, len(run.plan.system.mass)
+    inputs = N * (2 * run.plan.feet + run.plan.drives + 1)
+    stride = (steps.shape[1] - 1 - inputs) // 2
+    out = np.zeros_like(trace)
+    out[:, TRACE_HEAD + 2 * n :] = steps[:, 1 + 2 * stride :]
+    for q, mode in enumerate(run.raw.book.book.modes):
+        rows, nb = np.flatnonzero(trace[:, T_MODE] == q), len(mode.blocks)
+        out[rows, TRACE_HEAD : TRACE_HEAD + nb] = steps[rows, 1 : 1 + nb]
+        out[rows, TRACE_HEAD + nb : TRACE_HEAD + 2 * nb] = steps[rows, 1 + stride : 1 + stride + nb]
+    return out
+
+
+def _recast(run: GradientRun, other: ModeBook, trace: Floats) -> Floats:
+    """Recorded steps as the structure beside the run's takes them, from the same places under the same inputs."""
+    out, m = trace.copy(), run.plan.feet
+    for q, mode in enumerate(run.raw.book.book.modes):
+        rows = np.flatnonzero(trace[:, T_MODE] == q)
+        if not len(rows):
+            continue
+        number = other.require(mode.mask)
+        there = other.modes[number]
+        nb, mb = len(mode.blocks), len(there.blocks)
+        inputs = trace[rows, trace.shape[1] - mode.feed.shape[1] * N :].reshape(len(rows), -1, N)
+        first = inputs[:, :m, 0]
+        y = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * nb] + first @ mode.beta
+        place = y @ mode.to_physical.T + mode.offset
+        state = (place - there.offset) @ there.from_physical.T - first @ there.beta
+        out[rows, T_MODE] = number
+        out[rows, TRACE_HEAD : TRACE_HEAD + 2 * mb] = state
+    return out
+
+
+def _jumps(run: GradientRun, found: Tangents) -> Floats:
+    """What moving ends of steps add (4, P): the powers just before them less those just after, times how they move."""
+    trace, moved = run.raw.trace, found.steps[:, 0]
+    out = np.zeros((4, moved.shape[1]))
+    for r in np.flatnonzero(np.abs(moved).max(axis=1, initial=0.0) > 0.0):
+        before = _powers(run, trace[r], np.inf)
+        after = _powers(run, trace[r + 1], -np.inf) if r + 1 < len(trace) else np.zeros(4)
+        out += (before - after)[:, None] * moved[r]
+    return out
+
+
+def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
+    """Power (4,) of each energy at the start or end of a recorded step."""
+    system, m = run.plan.system, run.plan.feet
+    at = sample(system.sources, run.raw.book.book, row[None], np.array([time]))
+    values = row[TRACE_HEAD + 2 * len(system.mass) :].reshape(-1, N) @ interpolation(
+        np.array([row[T_FRACTION] if time > 0.0 else 0.0])
+    ).T  # fmt: skip
+    v, free = at.v[:, 0], ~at.held[:, 0]
+    force = system.loads @ values[2 * m : 2 * m + run.plan.drives, 0] + system.constant
+    return np.array(
+        [
+            force @ v, v @ system.damping @ v, (at.resistive[:, 0] * at.rate[:, 0])[free].sum(),
+            (at.smooth[:, 0] * at.rate[:, 0])[free].sum(),
+        ]
+    )  # fmt: skip
+
+
+def _stored(run: GradientRun, given: Entering, found: Tangents) -> tuple[Floats, Floats]:
+    """Derivatives (P,) of the changes of kinetic and elastic energy."""
+
+    system, n = run.plan.system, len(run.plan.system.mass)
+    first, last = run.plan.initial, run.motion.last
+    starts, ends = given.data.initial, found.samples[0, : 2 * n]
+    kinetic = last[n:] @ system.mass @ ends[n:] - first[n:] @ system.mass @ starts[n:]
+    elastic = last[:n] @ system.stiffness @ ends[:n] - first[:n] @ system.stiffness @ starts[:n]
+    for other in given.beside:
+        for energy, matrix, part in ((kinetic, other.system.mass, slice(n, None)), (elastic, other.system.stiffness, slice(n))):
+            ends_of = [0.5 * z[part] @ matrix @ z[part] for z in (last, first)]
+            energy[other.path] += other.weight * (ends_of[0] - ends_of[1])
+    return kinetic, elastic

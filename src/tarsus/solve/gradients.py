@@ -1,0 +1,211 @@
+"""Runs with exact first derivatives: of events, of states at any time, of measures and of energies."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.core.replay import Sampled
+from tarsus.measure import no_measure
+from tarsus.model.scene import Scene
+from tarsus.solve.acting import Acting
+from tarsus.solve.codes import structured_events
+from tarsus.solve.directional import measure_slopes
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
+from tarsus.solve.engines import RECORDED, Shared, prepared
+from tarsus.solve.motion import Replayed
+from tarsus.solve.run import Run, increasing
+from tarsus.solve.tangents import Entering, Tangents, entering, tangents
+from tarsus.solve.window import Recorded, record, recording
+
+__all__ = ["Gradient", "GradientRun", "gradient_run"]
+
+Floats = npt.NDArray[np.float64]
+
+_REASONS = {
+    1: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
+    2: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
+    3: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
+    4: "the derivative could not be followed beyond {time}",
+    5: "an edge of a drive lies at the very start, and acts only if it is later",
+    6: "events or edges of drives that meet at {time} move apart",
+}
+_ONE_SIDED = {3, 5}
+"""Where the derivative to the run's own side is the one told."""
+_ENERGY_ONLY = 6
+_KINKED = "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
+
+
+@dataclass(frozen=True)
+class Gradient(Mapping[str, float]):
+    """Derivatives of one number of a run by path, SI units; NaN where there is none.
+
+    flags: sentences by path that say why; one_sided: the derivative to one side, by path, where that alone is defined.
+    """
+
+    by_path: Mapping[str, float]
+    flags: Mapping[str, tuple[str, ...]]
+    one_sided: Mapping[str, float]
+
+    def __getitem__(self, path: str) -> float:
+        return self.by_path[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.by_path)
+
+    def __len__(self) -> int:
+        return len(self.by_path)
+
+
+@dataclass(frozen=True, repr=False)
+class GradientRun(Run):
+    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked for."""
+
+    notes: Floats = field(kw_only=True)
+    paths: tuple[str, ...] = field(kw_only=True)
+
+    @property
+    def raw(self) -> RawRuns:
+        """What the engine left of the run."""
+        assert isinstance(self.log, RawRuns)
+        return self.log
+
+    @cached_property
+    def _given(self) -> Entering:
+        return entered(self.scene, self.plan, self.paths, self.duration, self.period)
+
+    def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
+        settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
+        recorded = Recorded(self.raw, self.notes)
+        return tangents(self.plan, self.raw.book, self._given, recorded, settings, times=times, steps=steps)
+
+    @cached_property
+    def _derived(self) -> Tangents:
+        return self._tangents()
+
+    def _reasons(self, path: int, *, energy: bool = False) -> list[tuple[int, int]]:
+        """Event and reason of every flag of a path."""
+        return [
+            (int(event), int(reason))
+            for event, reason, of in self._derived.flags
+            if of in (-1, path) and (energy or reason != _ENERGY_ONLY)
+        ]
+
+    def _sentence(self, event: int, reason: int) -> str:
+        rows = self.raw.events
+        if event >= len(rows):
+            return _REASONS[reason].format(foot="a foot", time=f"{self.end_time:.6g} s")
+        foot = f"foot '{self.foot_names[int(rows[event, 1])]}'"
+        return _REASONS[reason].format(foot=foot, time=f"{rows[event, 0]:.6g} s")
+
+    @property
+    def flags(self) -> Mapping[str, tuple[str, ...]]:
+        """Why derivatives by a path are not to be had of what comes after some moment, by path; none as a rule."""
+        found = {
+            path: tuple(self._sentence(*one) for one in self._reasons(p)) for p, path in enumerate(self.paths)
+        }
+        return MappingProxyType({path: tuple(dict.fromkeys(texts)) for path, texts in found.items() if texts})
+
+    @cached_property
+    def event_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
+        """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
+        there is none. ``foot`` and ``kind`` are those of the events."""
+        out = {}
+        for p, path in enumerate(self.paths):
+            rows = self._derived.events[..., p].copy()
+            for event, _ in self._reasons(p):
+                rows[event:] = np.nan
+            rows[:, 1:3] = self.raw.events[:, 1:3]
+            found = structured_events(rows)
+            out[path] = found[found["kind"] != EventKind.PERIOD_MARK]
+        return MappingProxyType(out)
+
+    def state_gradients(self, times: npt.ArrayLike) -> Mapping[str, Sampled]:
+        """Derivatives of the states and forces at times [s], in order, by path, as `states` has them; NaN from the time on
+        from which there is none. At the very moment of an event they are those after it.
+
+        Raises InputError where the times are not in order.
+        """
+        when = increasing(times)
+        samples = self._tangents(when).samples
+        n, m = self.plan.system.normals.shape
+        held = self.states(when).held
+        out = {}
+        for p, path in enumerate(self.paths):
+            rows = samples[..., p].T.copy()
+            for event, _ in self._reasons(p):
+                start = self.raw.events[event, 0] if event < len(self.raw.events) else self.end_time
+                rows[:, when >= start] = np.nan
+            motion, feet = np.split(rows, [2 * n])
+            out[path] = Sampled(motion[:n], motion[n:], *feet.reshape(5, m, len(when)), held)
+        return MappingProxyType(out)
+
+    def gradient(self, name: str) -> Gradient:
+        """Derivatives of a measure by path; of a term of the energy ledger [J] as ``ledger.work_in``, of a law's work there as
+        ``ledger.film``.
+
+        Raises InputError for a name that is neither, and for the work of a law that acts together with others of its kind.
+        """
+        term = name.removeprefix("ledger.")
+        if term != name:
+            if term not in self._energies:
+                known = ", ".join(f"ledger.{one}" for one in self._energies)
+                raise InputError(f"{name}: the ledger has no such term, or laws that act together do that work; there are {known}")
+            return self._gradient(self._energies[term], np.zeros(len(self.paths), dtype=bool), energy=True)
+        if name not in self.measures:
+            raise InputError(no_measure(name, self.measures))
+        values, kinked = measure_slopes(
+            self.raw.events, self._derived.events, self.foot_names, self.end_time, self.period,
+            self._given.data.period[0], name,
+        )  # fmt: skip
+        return self._gradient(values, kinked)
+
+    def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
+        plain, flags, one_sided = {}, {}, {}
+        for p, path in enumerate(self.paths):
+            reasons = self._reasons(p, energy=energy)
+            texts = [self._sentence(*one) for one in reasons] + [_KINKED] * bool(kinked[p])
+            plain[path] = float("nan") if texts else float(values[p])
+            if texts:
+                flags[path] = tuple(dict.fromkeys(texts))
+                if not kinked[p] and all(reason in _ONE_SIDED for _, reason in reasons):
+                    one_sided[path] = float(values[p])
+        return Gradient(plain, flags, one_sided)
+
+    @cached_property
+    def _energies(self) -> Mapping[str, Floats]:
+        from tarsus.solve.energy_slopes import energy_slopes
+
+        return energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), steps=True))
+
+
+def gradient_run(
+    scene: Scene, paths: Sequence[str], seconds: float, accuracy: Accuracy | None, shared: Shared
+) -> GradientRun:
+    """A run with derivatives by the numbers at paths. Raises InputError as `tarsus.simulate` does."""
+    start = time.perf_counter()
+    engine, rows = prepared(scene, {}, seconds, shared)
+    plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
+    if plan.legs is not None:
+        raise InputError("gradients: the walking engine has no derivatives yet")
+    given = entered(scene, plan, paths, seconds, period)
+    made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
+    motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
+    return GradientRun(
+        scene, seconds, period, made.raw, {}, accuracy, kept=motion, wall_s=spent, notes=made.notes, paths=given.paths
+    )
+
+
+def entered(scene: Scene, plan: object, paths: Sequence[str], duration: float, period: float) -> Entering:
+    """What enters a run of a scene, with marks every ``period`` [s]."""
+    given = entering(scene, plan, paths, duration)  # type: ignore[arg-type]
+    given.row.scales[:, 2] = period
+    return given

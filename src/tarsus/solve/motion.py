@@ -1,0 +1,197 @@
+"""How one run moved between its events, and where its energy went: what the engine kept of it, or makes again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.events import FootState
+from tarsus.core import arrays as a
+from tarsus.core import replay
+from tarsus.core.modes import ContactMode, contact_mode
+from tarsus.core.replay import Integrals, Sampled
+from tarsus.plan.walker import without_native
+from tarsus.solve.acting import Acting
+from tarsus.solve.engine import Accuracy, RawRuns
+from tarsus.solve.march import RawWalks, walk
+
+Floats = NDArray[np.float64]
+
+__all__ = ["Account", "Marched", "Motion", "Replayed", "Seen", "Way", "unpacked"]
+
+
+class Account(NamedTuple):
+    """Energies of the ledger and works of the laws by name, up to given times (nt,) or of a whole run [J]."""
+
+    terms: dict[str, Floats]
+    works: dict[str, Floats]
+
+
+class Way(NamedTuple):
+    """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m],
+    states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's force along the way [N]."""
+
+    body: Floats
+    foot_x: Floats
+    contact: Floats
+    sense: Floats
+    along: Floats
+
+
+class Seen(NamedTuple):
+    """A run at given times: its states, its energies up to then, and of a walker what it does along the way."""
+
+    state: Sampled
+    account: Account
+    way: Way | None
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """Motion by contact modes: every step was recorded, and is solved again for the times between.
+
+    acting: the run's laws and its row of data; log: what the engine noted.
+    """
+
+    acting: Acting
+    log: RawRuns
+
+    def __getstate__(self) -> dict[str, object]:
+        return without_native(self)
+
+    @cached_property
+    def energies(self) -> Integrals:
+        """Energy integrals up to the end of every step; the work of laws that act together told apart."""
+        book = self.log.book
+        return replay.integrate(book.system, book.book, self.log.trace, self.acting.parts())
+
+    def states(self, times: Floats) -> Sampled:
+        """States and contact forces at times [s], increasing."""
+        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
+
+    def seen(self, times: Floats) -> Seen:
+        """The same with energies."""
+        knots = np.concatenate([[0.0], self.energies.time])
+
+        def by_then(values: Floats) -> Floats:
+            return np.interp(times, knots, np.concatenate([[0.0], values]))
+
+        return Seen(self.states(times), self._account(by_then), None)
+
+    @property
+    def account(self) -> Account:
+        """Energies of the whole run."""
+        return self._account(lambda values: values[-1] if len(values) else np.zeros(()))
+
+    def _account(self, of: Callable[[Floats], Floats]) -> Account:
+        found = self.energies
+        works = self.acting.works(found.resistive, found.smooth, found.parts)
+        terms = {"work_in": found.work, "damping": found.damping, "friction": np.zeros_like(found.work)}
+        return Account(
+            {name: of(one) for name, one in terms.items()}, {name: of(one) for name, one in works.items()}
+        )
+
+    @property
+    def last(self) -> Floats:
+        """Displacements and velocities (2n,) at the end, events at its last moment included."""
+        raw, system = self.log, self.log.book.system
+        if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
+            mode = contact_mode(system, raw.pending)
+            return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
+        mode = raw.book.book.modes[raw.mode]
+        w = raw.state[: 2 * len(mode.blocks)]
+        return mode.to_physical @ (w + self._momenta(mode, w) @ mode.beta) + mode.offset
+
+    def _momenta(self, mode: ContactMode, w: Floats) -> Floats:
+        """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
+        gaps = mode.outputs @ w + mode.feed[:, -1]
+        feet = range(self.acting.plan.feet)
+        return np.array([0.0 if mode.mask >> i & 1 else self.acting.momentum(gaps[i]) for i in feet])
+
+    @property
+    def swing(self) -> Floats | None:
+        """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
+        account closes (`tarsus.solve.series.SETTLED`)."""
+        return self.energies.swing
+
+
+def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:
+    """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
+    plan, sources = acting.plan, acting.rows.sources[0]
+    assert plan.legs is not None
+    body, m = plan.legs.body, plan.feet
+    nt, nl, nb = len(times), len(body.mass), len(body.body_mass)
+    place, speed, legs, footing, energy = np.split(samples.T, np.cumsum([nb, nb, 4 * nl, 2 * m]))
+    feet = legs.reshape(nl, 2, 2, nt)  # leg; upward, along; displacement, rate
+    x = np.concatenate([place, feet[:, ::-1, 0].reshape(2 * nl, nt)])
+    v = np.concatenate([speed, feet[:, ::-1, 1].reshape(2 * nl, nt)])
+    contact, sense = footing.reshape(2, m, nt)
+    held = np.isin(contact, (FootState.STUCK, FootState.SLIPPING))
+    gap, rate = sources[:m, None] + feet[body.leg, 0, 0], feet[body.leg, 0, 1]
+    # the structure's force on every coordinate; on a held foot it is its pull, or its force along the way
+    system = plan.system.at(sources)
+    onto = system.loads @ acting.drives(times) + system.constant[:, None]
+    onto -= system.stiffness @ x + system.damping @ v
+    forces = acting.forces(gap, rate, held, times)
+    smooth, resistive = (acting.total(forces, hook, gap) for hook in ("force", "momentum"))
+    pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
+    state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
+    return state, Way(place, feet[body.leg, 1, 0], contact, sense, onto[nb::2][body.leg]), energy
+
+
+@dataclass(frozen=True)
+class Marched:
+    """Motion of a walker, asked as `Replayed` is: the engine samples itself as it marches once more."""
+
+    acting: Acting
+    log: RawWalks
+    duration: float
+    accuracy: Accuracy
+    track: bool
+
+    def __getstate__(self) -> dict[str, object]:
+        return without_native(self)
+
+    def states(self, times: Floats) -> Sampled:
+        return self.seen(times).state
+
+    def seen(self, times: Floats) -> Seen:
+        again = walk(
+            self.acting.plan, self.duration, rows=self.acting.rows, accuracy=self.accuracy, track=self.track,
+            account=True, times=times,
+        )  # fmt: skip
+        state, way, energy = unpacked(self.acting, again.samples, times)
+        return Seen(state, self._account(energy), way)
+
+    @property
+    def account(self) -> Account:
+        return self._account(self.log.end[3])
+
+    def _account(self, energy: Floats) -> Account:
+        """Of energies that the engine has summed up: 5, and as many as laws have shares."""
+        terms = {"work_in": energy[a.WORK], "damping": energy[a.DAMPING], "friction": energy[a.FRICTION]}
+        return Account(terms, self.acting.works(-energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :]))
+
+    @property
+    def last(self) -> Floats:
+        assert self.acting.plan.legs is not None
+        body = self.acting.plan.legs.body
+        place, feet, contact, _ = self.log.end
+        x, v = (np.concatenate([place[k], feet[:, ::-1, k].ravel()]) for k in range(2))
+        for foot in np.flatnonzero(contact == FootState.AIR):
+            i, rest = body.leg[foot], self.acting.rows.sources[0, foot]
+            v[len(body.body_mass) + 2 * i + 1] += self.acting.momentum(feet[i, 0, 0] + rest) / body.mass[i]
+        return np.concatenate([x, v])
+
+    @property
+    def swing(self) -> Floats | None:
+        return None
+
+
+Motion = Replayed | Marched
+"""What a run knows of its motion."""

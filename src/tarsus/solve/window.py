@@ -1,0 +1,219 @@
+"""Windows: a plan run from any moment and state, with outputs at any times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
+from tarsus.core import _native
+from tarsus.core.book import NODES
+from tarsus.core.replay import Sampled, sample
+from tarsus.plan.lowering import Plan
+from tarsus.plan.slots import Rows, rows_of
+from tarsus.solve.acting import Acting
+from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
+from tarsus.solve.march import tables_of, walk
+from tarsus.solve.motion import unpacked
+
+__all__ = ["Contacts", "Recorded", "Window", "record", "recording", "simulate_window"]
+
+Floats = npt.NDArray[np.float64]
+
+FINE = Accuracy(gap=1e-10)
+"""That of a single run."""
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """What the feet do where a window starts.
+
+    held: numbers of the feet on the ground; since: begin [s] of each one's contact, at the start unless given (its
+    adhesion counts from there); leaving: numbers of free feet at the ground that have just been let go. A free foot at
+    the ground that is not leaving is judged as everywhere: it bounces, is captured, rests or departs.
+    """
+
+    held: Sequence[int] = ()
+    since: Sequence[float] | None = None
+    leaving: Sequence[int] = ()
+
+    def faults(self, feet: int, start: float) -> list[str]:
+        """Sentences on what is wrong for a plan of so many feet and a window that starts at ``start`` [s]."""
+        problems = [
+            f"{name}: there is no foot number {i} (feet are numbered 0 to {feet - 1})"
+            for name, numbers in (("held", self.held), ("leaving", self.leaving))
+            for i in numbers
+            if not 0 <= i < feet
+        ]
+        problems += [f"foot {i} cannot be held and be leaving" for i in sorted(set(self.held) & set(self.leaving))]
+        if self.since is not None:
+            if len(self.since) != len(self.held):
+                problems.append(f"since: expected a time for each of {len(self.held)} held feet, got {len(self.since)}")
+            elif not all(one <= start for one in self.since):
+                problems.append(f"since: a contact held at {start:g} s has begun by then")
+        return problems
+
+    def rows(self, feet: int, start: float) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], Floats]:
+        """held, leaving and since (1, m) as the engine takes them."""
+        held, leaving = np.zeros((2, 1, feet), dtype=np.uint8)
+        since = np.full((1, feet), start)
+        held[0, list(self.held)] = leaving[0, list(self.leaving)] = 1
+        if self.since is not None:
+            since[0, list(self.held)] = self.since
+        return held, leaving, since
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0 if it
+    was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
+
+    raw: RawRuns
+    notes: Floats
+
+    @property
+    def events(self) -> Floats:
+        """Event rows (ne, 12)."""
+        return self.raw.events
+
+    @property
+    def trace(self) -> Floats:
+        """Recorded steps (nr, width)."""
+        return self.raw.trace
+
+
+def record(
+    plan: Plan,
+    book: SharedBook,
+    end: float,
+    rows: Rows,
+    accuracy: Accuracy,
+    *,
+    start: float = 0.0,
+    contacts: Contacts | None = None,
+) -> Recorded:
+    """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
+    begin = (contacts or Contacts()).rows(plan.feet, start)
+    code, events, event_end, finish, trace, mode, state, pending, place, notes, _ = _native.run_modal_windows(
+        book.book.native, NODES, rows.signals, plan.laws.native, recording(plan, end, accuracy), rows,
+        np.array([start]), *begin,
+    )  # fmt: skip
+    mask = -1 if pending is None else sum(1 << i for i in pending)
+    raw = RawRuns(
+        code, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=mask, physical=place
+    )
+    return Recorded(raw, notes)
+
+
+def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
+    """Settings of a run with every step recorded."""
+    settings = unit_settings(plan, end, accuracy)
+    settings.track, settings.record = True, True
+    return settings
+
+
+@dataclass(frozen=True)
+class Window:
+    """A plan run from a given state.
+
+    times (nt,) [s]; states: displacements, velocities, gaps, forces and pulls at the times; code: how it ended, no
+    energy account being asked for; rows: every event as the engine has it, with what marks there are.
+    """
+
+    acting: Acting
+    times: Floats
+    states: Sampled
+    code: ResultCode
+    rows: Floats
+
+    @cached_property
+    def events(self) -> npt.NDArray[np.void]:
+        """Events in time order, fields as those of a run."""
+        found = structured_events(self.rows)
+        return found[found["kind"] != EventKind.PERIOD_MARK]
+
+    @cached_property
+    def forces(self) -> Mapping[str, Floats]:
+        """Force [N] (m, nt) of every smooth law on the feet by name, positive along the normal."""
+        return self.acting.forces(self.states.gap, self.states.rate, self.states.held, self.times)
+
+
+def simulate_window(
+    plan: Plan,
+    state: npt.ArrayLike,
+    t0: float,
+    times: npt.ArrayLike,
+    contacts: Contacts | None = None,
+    *,
+    rows: Rows | None = None,
+    shared: SharedBook | _native.LegTables | None = None,
+    accuracy: Accuracy = FINE,
+) -> Window:
+    """Run a plan from a given state, with all its laws, drives and rules, and give outputs at any times.
+
+    Parameters
+    ----------
+    plan
+        The plan of a scene (`tarsus.plan.lowering.lower_scene`).
+    state
+        Displacements and velocities (2n,) at the start [m, m/s].
+    t0
+        When it starts [s], at 0 or later: the drives' time.
+    times
+        When outputs are wanted (nt,) [s], in order, none before the start. The window ends with the last one.
+    contacts
+        What the feet do at the start; by default none is held.
+    rows
+        One row of data in place of the plan's (`tarsus.plan.slots.rows_for`); its initial state is not used.
+    shared
+        Contact modes of the plan's structure, or step tables of its legs, to share with other windows; made for a
+        duration not below the last time.
+    accuracy
+        Tolerances; those of a single run by default.
+
+    Raises
+    ------
+    InputError
+        For states, times or contacts that do not fit the plan.
+    """
+    contacts = contacts or Contacts()
+    when, first = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(state, dtype=float)
+    _check(plan, first, t0, when, contacts)
+    end = float(when[-1])
+    rows = rows_of(plan) if rows is None else rows
+    rows.initial[0] = first
+    acts = Acting(plan, rows)
+    if plan.legs is not None:
+        tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
+        raw = walk(
+            plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
+            start=(t0, *(row[0] for row in contacts.rows(plan.feet, t0))),
+        )  # fmt: skip
+        states = unpacked(acts, raw.samples, when)[0]
+        return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
+    book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
+    made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
+    states = sample(rows.sources[0], book.book, made.trace, when)
+    return Window(acts, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
+
+
+def _check(plan: Plan, state: Floats, t0: float, times: Floats, contacts: Contacts) -> None:
+    """Raise InputError where a window's start or times do not fit its plan."""
+    problems = contacts.faults(plan.feet, t0)
+    size = 2 * len(plan.system.mass)
+    if state.shape != (size,) or not np.isfinite(state).all():
+        problems.append(f"state: expected {size} finite numbers, displacements and velocities")
+    if not (math.isfinite(t0) and t0 >= 0.0):
+        problems.append(f"t0: expected a time of 0 s or later, got {t0:g} s")
+    ordered = times.ndim == 1 and len(times) > 0 and not np.any(np.diff(times) < 0.0)
+    if not (ordered and t0 <= times[0] and 0.0 < times[-1] < math.inf):
+        problems.append("times: expected times above 0 in order, the first not before the start")
+    if problems:
+        raise InputError(problems)

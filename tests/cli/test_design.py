@@ -1,0 +1,51 @@
+"""`tarsus design landing`: one line to a header file; and what it says to a bad request."""
+
+from __future__ import annotations
+
+import pytest
+
+LANDING = ("design", "landing", "cantilever", "--foot", "tip")
+
+
+def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
+    folder = tmp_path / "landing"
+    done = tarsus(
+        *LANDING, "--levels", "free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--effort", "0.012",
+        "--risk", "mean", "-o", folder, "--json",
+    )  # fmt: skip
+    assert done.code == 0, done.err
+    table = done.json()
+    assert table["speed"] < table["plain"]["speed"] and table["worst"] >= table["speed"]
+    assert {"touchdowns", "switching_times", "energy", "scenarios"} <= set(table)
+    written = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
+    assert written == [
+        "landing.h",
+        "landing.json",
+        "report.html",
+        "scenarios.csv",
+        "scene.toml",
+        "signal.toml",
+    ]
+    assert table["digest"] in (folder / "landing.h").read_text()
+    assert len((folder / "scenarios.csv").read_text().splitlines()) == 1 + len(table["scenarios"])
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--foot", "toe"), "no foot 'toe'"),
+        (("--free", "signals.pzt.duty"), "no switching time"),
+        (("--over", "robot.feet.tip.gap=74um:66um"), "the box is empty"),
+        (("--over", "robot.feet.tip.gap"), "PATH=a:b"),
+        (("--levels", "-80 V, 80 V"), "beyond the drive's law"),
+        (("--set", "robot.feet.tip.gap=1 mm"), "never lands"),
+        (("--risk", "cvar:2", "--over", "robot.feet.tip.gap=66um:74um"), "cvar:q"),
+        (("--objective", "beauty"), "--objective"),
+        (("--tick", "fast"), "--tick"),
+    ],
+)
+def test_a_bad_request_gets_one_sentence_and_writes_nothing(tarsus, tmp_path, words, told):
+    refused = tarsus("design", "landing", "cantilever", *(() if "--foot" in words else ("--foot", "tip")), *words,
+                     "-o", tmp_path / "out")  # fmt: skip
+    assert refused.code == 2 and len(refused.sentences) == 1 and told in refused.sentences[0]
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,240 @@
+"""Parts of the design of signals: risks, grounds, energies, plateaus, searches, timers; each against a closed form."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.design.energy import Energy, energy_of, period_rises
+from tarsus.design.over import Box, Ensemble, Grounds, over_of, read_box
+from tarsus.design.polish import polish
+from tarsus.design.pulses import Levels, Step, families
+from tarsus.design.risk import CVaR, Mean, Nominal, Worst, risk_of
+from tarsus.design.search import Archive, Budget, search
+from tarsus.design.timer import in_ticks, neighbours
+from tarsus.design.worst_ground import Attack, attack, close_gap
+from tarsus.measure.switching import rise_squares
+
+GAP = "robot.feet.tip.gap"
+TWO = Step(0.02, 8.0, -8.0, 0.01, 1e-5, 1.6e-3, Levels((-8.0, 8.0)))
+FREE = Step(0.02, 8.0, -8.0, 0.01, 1e-5, 1.6e-3, Levels((-8.0, 8.0), free=True))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ts.load_scene("cantilever")
+
+
+def test_risks_are_what_they_say():
+    scores, weights = np.array([[1.0, 5.0, 3.0, 4.0]]), np.array([0.1, 0.2, 0.3, 0.4])
+    assert Nominal()(scores, weights)[0] == 1.0 and Worst()(scores, weights)[0] == 5.0
+    assert Mean()(scores, weights)[0] == pytest.approx(0.1 + 1.0 + 0.9 + 1.6)
+    # the worst 30 %: all of the 5 (0.2) and a quarter of the 4 (0.1)
+    assert CVaR(0.7)(scores, weights)[0] == pytest.approx((0.2 * 5.0 + 0.1 * 4.0) / 0.3)
+    assert CVaR(0.0)(scores, weights)[0] == pytest.approx(Mean()(scores, weights)[0])
+    assert [risk_of(word).name for word in ("worst", "cvar:0.9", "mean", "nominal")] == [
+        "worst", "cvar:0.9", "mean", "nominal",
+    ]  # fmt: skip
+    for word in ("cvar", "cvar:1", "cvar:x", "best"):
+        with pytest.raises(InputError, match="risk"):
+            risk_of(word)
+
+
+def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
+    box = over_of(scene, read_box([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
+    assert isinstance(box, Box) and len(box.first()) == 4
+    spread = box.spread(256)
+    assert np.allclose(spread.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
+    assert np.allclose(spread.mean(axis=0), 0.5 * (box.low + box.high), rtol=0.01)
+    grounds = Grounds.nominal(scene, box.paths).with_more(spread)
+    assert (
+        len(grounds) == 257
+        and grounds.points()[0, 0] == 70e-6
+        and grounds.weights.sum() == pytest.approx(1.0)
+    )
+
+
+def test_an_ensemble_keeps_its_weights_and_gives_the_scene_itself_none(scene, tmp_path):
+    members = Ensemble({GAP: np.array([69e-6, 72e-6])}, np.array([1.0, 3.0]))
+    grounds = members.grounds(scene)
+    assert grounds.weights.tolist() == [0.0, 0.25, 0.75] and grounds.values[GAP][0] == 70e-6
+    file = tmp_path / "draws.npz"
+    np.savez(file, paths=np.array([GAP]), samples=np.array([[68e-6], [71e-6], [70e-6]]))
+    drawn = over_of(scene, file)
+    assert isinstance(drawn, Ensemble) and drawn.values[GAP].tolist() == [68e-6, 71e-6, 70e-6]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({GAP: ("74 um", "66 um")}, "the box is empty"),
+        ({GAP: ("70 um", "70 um")}, "the box is empty"),
+        ({"robot.feet.tip.gab": (0.0, 1.0)}, "did you mean"),
+        ({"robot.feet.tip.point": (0.0, 1.0)}, "is no number"),
+        ({"ground.restitution.coefficient": (0.2, 1.4)}, "coefficient"),
+        ({GAP: 3.0}, "expected"),
+    ],
+)
+def test_a_box_that_is_none_is_refused(scene, given, told):
+    with pytest.raises(InputError, match=told) as refused:
+        over_of(scene, given)
+    assert len(refused.value.problems) == 1
+
+
+def test_words_that_are_no_box_are_refused():
+    with pytest.raises(InputError) as refused:
+        read_box(["gap", "a=1:2", "a=1:3", "b=1"])
+    assert len(refused.value.problems) == 3
+
+
+def test_rises_of_many_signals_are_those_of_each():
+    rng = np.random.default_rng(3)
+    levels = np.round(rng.uniform(-8.0, 8.0, (60, 5)), 1)
+    levels[:5, 2] = levels[:5, 1]
+    for row, total in zip(levels, period_rises(levels), strict=True):
+        signal = ts.OnOff(levels=tuple(row), durations=(1e-3,) * 5, repeat=True)
+        assert total == pytest.approx(rise_squares(signal, np.array([5e-3, 10e-3]))[0], abs=1e-9)
+
+
+def test_a_square_wave_draws_its_capacitance_times_the_square_of_its_swing(scene):
+    drive = ts.with_values(scene, {"robot.drives.pzt.capacitance": 664e-12}).robot.drives["pzt"]
+    plain, recovered = energy_of(drive, ts.OnOff(levels=(8.0, -8.0), durations=(0.01, 0.01), repeat=True))
+    assert plain == pytest.approx(664e-12 * 256.0) and recovered == pytest.approx(plain / 3.0)
+    assert np.isnan(Energy(ts.with_values(drive, {"capacitance": None})).plain(np.ones(1)))[0]
+
+
+def test_two_levels_leave_no_choice_but_where_the_pairs_are():
+    assert [one.sizes for one in families(TWO, 2)] == [(0, 4), (2, 2), (4, 0)]
+    assert families(TWO, 1)[1].landing == (8.0, -8.0)
+    assert len(families(FREE, 2)) == 5
+    three = families(Step(0.02, 8.0, -8.0, 0.01, 1e-5, 1e-3, Levels((-8.0, 0.0, 8.0))), 1)
+    for one in three:
+        for around in ((-8.0, *one.landing, 8.0), (8.0, *one.release, -8.0)):
+            assert all(a != b for a, b in pairwise(around))
+    assert ((0.0,), (0.0,)) in [(one.landing, one.release) for one in three]
+
+
+@pytest.mark.parametrize("step", [TWO, FREE])
+def test_every_point_is_a_signal_of_the_period_that_holds_half_of_each_half(step):
+    choices, rng = families(step, 2), np.random.default_rng(1)
+    numbers = rng.integers(0, len(choices), 300)
+    levels, durations = step.place(choices, numbers, rng.random((300, step.unknowns(2))) * 1.2 - 0.1)
+    assert np.allclose(durations.sum(axis=1), 0.02) and (durations > 0.0).all()
+    for number, row, volts in zip(numbers, durations, levels, strict=True):
+        a, _ = choices[number].sizes
+        assert volts[a] == 8.0 and volts[-1] == -8.0 and row[: a + 1].sum() == pytest.approx(0.01)
+        assert row[a] >= 0.005 - 1e-12 and row[-1] >= 0.005 - 1e-12
+
+
+@pytest.mark.parametrize("step", [TWO, FREE])
+def test_a_child_differs_from_its_parent_by_the_shortest_plateaus_only(step):
+    one, two = families(step, 1), families(step, 2)
+    parent, point = one[-1], np.full(step.unknowns(1), 0.6)
+    numbers, points = step.children(parent, point, two)
+    assert len(numbers)
+    before = step.signal(*(part[0] for part in step.place([parent], np.zeros(1, dtype=int), point[None])))
+    times = np.linspace(0.0, 0.02, 4001, endpoint=False)
+    for number, child in zip(numbers, points, strict=True):
+        placed = step.place(two, np.array([number]), child[None])
+        after = step.signal(*(part[0] for part in placed))
+        assert np.mean(after.volts(times) != before.volts(times)) <= 4.0 * step.shortest / 0.02 + 1e-3
+
+
+def _bowls(numbers, points):
+    return np.where(numbers == 1, 0.0, 0.3) + ((points - 0.7) ** 2).sum(axis=1) * (
+        1.0 + 30.0 * (points[:, 0] > 0.9)
+    )
+
+
+def test_the_search_finds_the_better_of_two_families():
+    archive = search(_bowls, 2, 4, Budget(200, 6, 40, 8), np.random.default_rng(0))
+    best = archive.best(3)
+    assert archive.numbers[best[0]] == 1 and archive.costs[best[0]] < 1e-6
+    assert np.allclose(archive.points[best[0]], 0.7, atol=1e-3)
+    assert (
+        len(
+            {
+                (int(n), *np.round(x, 1))
+                for n, x in zip(archive.numbers[best], archive.points[best], strict=True)
+            }
+        )
+        == 3
+    )
+
+
+def test_polishing_reaches_a_kink_and_uses_slopes_where_there_are_any():
+    def kink(_, points):
+        return np.maximum(np.abs(points - 0.4).max(axis=1), 0.1 * np.abs(points.sum(axis=1) - 1.2))
+
+    rng = np.random.default_rng(0)
+    point, cost = polish(kink, 0, np.array([0.43, 0.38, 0.41]), rng)
+    assert cost < 1e-4 and np.allclose(point, 0.4, atol=1e-3)
+    asked = []
+
+    def slopes(number, point):
+        asked.append(number)
+        return 2.0 * (point - 0.25)
+
+    point, cost = polish(lambda _, x: ((x - 0.25) ** 2).sum(axis=1), 3, np.array([0.9, 0.1]), rng, slopes)
+    assert asked and set(asked) == {3} and np.allclose(point, 0.25, atol=1e-4)
+
+
+def test_the_worst_ground_of_a_peak_is_found_and_an_archive_keeps_valleys_apart():
+    box = Box(("a", "b"), np.array([0.0, 10.0]), np.array([1.0, 20.0]))
+    top = np.array([0.3137, 17.77])
+
+    def hurt(grounds):
+        off = (grounds - top) / (box.high - box.low)
+        return np.exp(-40.0 * (off**2).sum(axis=1))
+
+    found = attack(box, hurt, 64, np.random.default_rng(0))
+    assert found.score == pytest.approx(1.0, abs=1e-4) and np.allclose(found.ground, top, rtol=5e-3)
+    archive = Archive.empty(1)
+    archive.add(
+        np.zeros(4, dtype=int), np.array([[0.1], [0.11], [0.5], [0.9]]), np.array([1.0, 0.9, 3.0, 2.0])
+    )
+    assert archive.best(3).tolist() == [1, 3, 2]
+
+
+def test_cutting_planes_close_the_gap_of_a_minimax_problem():
+    """min over x of max over g in [0, 1] of (x - g)^2 + g: x = 3/4 - ..., by a fine grid."""
+    box = Box(("g",), np.zeros(1), np.ones(1))
+    xs, gs = np.linspace(0.0, 1.5, 3001), np.linspace(0.0, 1.0, 2001)
+    table = (xs[:, None] - gs) ** 2 + gs
+    wanted = table.max(axis=1).min()
+
+    def improve(grounds):
+        scores = ((xs[:, None] - grounds[:, 0]) ** 2 + grounds[:, 0]).max(axis=1)
+        order = np.argsort(scores)[:3]
+        return scores[order], [float(xs[i]) for i in order]
+
+    def strike(x):
+        return attack(box, lambda g: (x - g[:, 0]) ** 2 + g[:, 0], 32, np.random.default_rng(0))
+
+    best, worst, rounds = close_gap(improve, strike, np.array([[0.2]]), 8)
+    assert isinstance(worst, Attack) and worst.score == pytest.approx(wanted, rel=0.02)
+    assert (
+        rounds[0].gap > 0.02
+        and rounds[-1].gap <= 0.02
+        and table[np.argmin(np.abs(xs - best))].max() <= 1.02 * wanted
+    )
+
+
+def test_ticks_fill_the_period_and_begin_with_plain_rounding():
+    durations = np.array([311.4e-6, 396.6e-6, 9292e-6, 10000e-6])
+    total = in_ticks(0.02, 1e-6)
+    rows = neighbours(durations, total, np.random.default_rng(0))
+    assert (
+        (rows.sum(axis=1) == 20000).all() and rows[0].tolist() == [311, 397, 9292, 10000] and len(rows) == 27
+    )
+    many = neighbours(np.full(10, 2e-3), total, np.random.default_rng(0))
+    assert (
+        many[0].tolist() == [2000] * 10 and (np.abs(np.cumsum(many, axis=1) - np.cumsum(many[0])) <= 1).all()
+    )
+    for tick in (0.0, 1e-3):
+        with pytest.raises(InputError, match="tick"):
+            in_ticks(0.02, tick)

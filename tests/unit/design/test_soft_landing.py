@@ -1,0 +1,243 @@
+"""Soft touchdown: what a design says of itself, again by other means; and how good it is."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.base.events import IMPACTS
+from tarsus.design.landing_files import header_text, landing_table, signal_text, write_landing
+from tarsus.design.over import Grounds, over_of
+from tarsus.design.request import Sensor
+from tarsus.design.settling import regime_of, settled_periods
+from tarsus.design.target import Objective
+from tarsus.design.trials import Trials
+from tarsus.files.toml import parse_scene, read_scene, scene_text
+
+GAP = "robot.feet.tip.gap"
+BOX = {GAP: ("66 um", "74 um"), "ground.restitution.coefficient": (0.15, 0.5)}
+CAPACITANCE = {"robot.drives.pzt.capacitance": 664e-12}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return ts.with_values(ts.load_scene("cantilever"), CAPACITANCE)
+
+
+@pytest.fixture(scope="module")
+def quick(scene):
+    """A design of little effort: of its numbers everything must hold but that they are the best."""
+    return ts.design.landing(scene, "tip", pairs=1, levels="free=-8V:8V", effort=0.03, seed=1)
+
+
+def test_the_square_wave_is_what_the_plain_step_is(scene, quick):
+    run = ts.simulate_batch(scene, {GAP: [70e-6]}, 0.4)
+    assert quick.before.speed[0, 0] == pytest.approx(run.measure("hardest_impact")[0], rel=1e-6)
+    assert quick.before.touchdowns[0, 0] == run.measure("impacts")[0]
+    assert quick.before.contact[0, 0] == pytest.approx(run.measure("contact_duration")[0], rel=1e-6)
+
+
+def test_the_speed_is_that_of_a_single_run_of_the_designed_scene(quick):
+    run = ts.simulate(quick.scene, 0.32)
+    events = run.events
+    last = events[np.isin(events["kind"], IMPACTS) & (events["time"] > 0.30)]
+    assert quick.speed == pytest.approx(last["speed_before"].max(), rel=1e-4)
+    assert quick.touchdowns == len(last)
+    lost = last["speed_before"] - last["speed_after"]
+    assert quick.after.impulse[0, 0] == pytest.approx((2.0 * last["energy"] / lost).max(), rel=1e-4)
+    assert quick.speed < 0.5 * quick.before.speed[0, 0] and quick.regime.words == "periodic"
+
+
+def test_the_step_is_kept(quick):
+    assert quick.after.contact[0, 0] >= 0.8 * quick.before.contact[0, 0]
+    assert quick.after.lifted[0, 0] >= 0.8 * quick.before.lifted[0, 0]
+    assert sum(quick.signal.durations) == pytest.approx(0.02, rel=1e-12)
+    assert max(quick.signal.levels) == 8.0 and min(quick.signal.levels) == -8.0
+
+
+def test_the_table_has_what_is_promised(quick):
+    table = landing_table(quick)
+    assert table["speed"] == quick.speed and table["touchdowns"] == quick.touchdowns
+    assert len(table["switching_times"]) == len(table["levels"]) and table["switching_times"][0] == 0.0
+    ticks = np.array(table["switching_times"]) / table["tick"]
+    assert np.allclose(ticks, np.rint(ticks), atol=1e-6)
+    assert table["energy"] > 0.0 and table["energy_recovered"] == pytest.approx(table["energy"] / 3.0)
+    assert table["scenarios"][0]["speed"] == pytest.approx(table["speed"]) and np.isnan(table["worst"])
+    assert [one["energy"] for one in table["front"]] == sorted(one["energy"] for one in table["front"])
+    speeds = [one["speed"] for one in table["front"]]
+    assert speeds == sorted(speeds, reverse=True)
+
+
+def test_the_signal_goes_into_any_scene_and_the_header_compiles(quick, scene, tmp_path):
+    folder = write_landing(quick, tmp_path / "design")
+    again = read_scene(folder / "scene.toml")
+    assert again.signals["pzt"] == quick.signal
+    bare = ts.with_values(scene, {"provenance": {}})
+    own = re.sub(r"\[signals\.pzt\][^\[]*", signal_text(quick) + "\n", scene_text(bare), count=1)
+    signal = parse_scene(own).signals["pzt"]
+    assert (
+        np.allclose(signal.durations, quick.signal.durations, rtol=1e-9)
+        and signal.levels == quick.signal.levels
+    )
+    header = header_text(quick)
+    assert (folder / "landing.h").read_text() == header and header.count("static const") == 4
+    ticks = [
+        int(t)
+        for t in re.search(r"landing_ticks\[LANDING_COUNT\] = \{([^}]*)\}", header)[1]
+        .replace("u", "")
+        .split(",")
+    ]
+    assert ticks == [round(time / 1e-6) for time in quick.switching_times]
+    program = '#include "landing.h"\n#include <stdio.h>\nint main(void) {\n'
+    program += "  for (unsigned i = 0; i < LANDING_COUNT; ++i)\n"
+    program += '    printf("%u %d ", landing_ticks[i], landing_millivolts[i]);\n  return 0;\n}\n'
+    (folder / "main.c").write_text(program)
+    built = subprocess.run(
+        ["cc", "-std=c99", "-Wall", "-Werror", "-Wno-unused", "main.c", "-o", "main"], cwd=folder
+    )
+    assert built.returncode == 0
+    said = subprocess.run([folder / "main"], capture_output=True, text=True).stdout.split()
+    assert [int(word) for word in said[::2]] == ticks
+    assert json.loads((folder / "landing.json").read_text())["worst"] is None
+
+
+def test_the_page_draws_before_and_after(quick):
+    from tarsus.report.landing_page import landing_html
+
+    page = landing_html(quick)
+    assert page.count("<svg") == 3 and "before: plain step" in page and "after: designed" in page
+    assert f"{quick.speed:.3g} m/s" in page and "LANDING_DIGEST" in page
+
+
+def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
+    over = ts.design.Ensemble({GAP: np.array([68e-6, 72e-6])})
+    design = ts.design.landing(scene, "tip", pairs=1, over=over, risk="mean", effort=0.012)
+    assert len(design.grounds) == 3 and design.worst == design.on_grounds.speed.max()
+    again = ts.simulate_batch(design.scene, {GAP: [70e-6, 68e-6, 72e-6]}, 0.4).measure("hardest_impact")
+    assert np.allclose(design.on_grounds.speed[0], again, rtol=1e-4)
+
+
+def test_a_pair_more_is_never_worse(scene):
+    designs = [ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3) for n in (0, 1, 2)]
+    assert (
+        designs[0].speed == pytest.approx(designs[0].before.speed[0, 0], rel=1e-2) and designs[0].pairs == 0
+    )
+    exact = []
+    for one in designs:
+        run = ts.simulate_batch(ts.with_values(one.scene, {"signals.pzt": one.exact}), {GAP: [70e-6]}, 0.4)
+        exact.append(run.measure("hardest_impact")[0])
+    assert exact[2] <= exact[1] * 1.001 <= exact[0] * 1.002
+
+
+def test_settling_is_measured_and_said(scene):
+    trials = Trials(scene, "pzt", "tip", 0.02)
+    levels, durations = np.array([[8.0, -8.0]]), np.array([[0.01, 0.01]])
+    nominal = Grounds.nominal(scene)
+    assert settled_periods(trials, levels, durations, nominal) == 2
+    light = ts.with_values(scene, {"robot.structure.damping_ratios": (1e-4, 1e-4)})
+    # a tip that is never held remembers: it hops at its own frequency
+    free = ts.with_values(light, {"ground.adhesion": None, "ground.landing": ts.CaptureUnlessPulled()})
+    shallow = Trials(free, "pzt", "tip", 1.0 / 400.0)
+    slow = settled_periods(shallow, np.array([[8.0, -8.0]]), np.array([[1.25e-3, 1.25e-3]]), nominal)
+    assert slow > 2
+    assert regime_of(trials, levels, durations, nominal).repeats == 1
+
+
+@pytest.mark.parametrize("sensor", list(Sensor))
+def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, sensor):
+    design = ts.design.landing(
+        scene, "tip", pairs=1, levels="free=-8V:8V", over={GAP: ("67 um", "73 um")}, risk="nominal", learn=12,
+        sensor=sensor, effort=0.03, seed=1,
+    )  # fmt: skip
+    found = design.learning
+    assert found.speeds.shape == (40, 13) and found.regret.shape == (40, 12)
+    assert (np.diff(found.regret, axis=1) >= -1e-12).all() and (found.regret >= 0.0).all()
+    assert found.halved >= 0.9
+    inside = found.grounds.values[GAP]
+    assert inside.min() >= 67e-6 and inside.max() <= 73e-6
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"foot": "toe"}, "no foot 'toe'"),
+        ({"levels": "-80 V, 80 V"}, "beyond the drive's law"),
+        ({"levels": "8 V"}, "at least two"),
+        ({"levels": "free=1V"}, "free=low:high"),
+        ({"levels": "-0.2 V, 0.2 V"}, "never lands"),
+        ({"over": {GAP: ("74 um", "66 um")}}, "the box is empty"),
+        ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"),
+        ({"risk": "worst"}, "needs grounds"),
+        ({"pairs": 99}, "pairs"),
+        ({"drive": "motor"}, "no drive 'motor'"),
+        ({"tick": 1.0}, "tick"),
+        ({"free": ("signals.pzt.duty",)}, "no switching time"),
+    ],
+)
+def test_a_bad_request_gets_one_sentence(scene, changes, told):
+    asked = {"foot": "tip", **changes}
+    with pytest.raises(InputError, match=told) as refused:
+        ts.design.landing(scene, **asked)
+    assert len(refused.value.problems) == 1
+
+
+def test_an_amplifier_bounds_the_levels(scene):
+    clipped = ts.with_values(scene, {"robot.drives.pzt.amplifier": ts.Amplifier(clip=(-7.0, 7.0))})
+    with pytest.raises(InputError, match="beyond the amplifier"):
+        ts.design.landing(clipped, "tip")
+
+
+def test_of_a_given_signal_only_the_free_switching_times_move(scene):
+    own = ts.OnOff(levels=(8.0, -8.0, 8.0, -8.0), durations=(2e-4, 4e-4, 9.4e-3, 1e-2), repeat=True)
+    given = ts.with_values(scene, {"signals.pzt": own})
+    design = ts.design.landing(given, "tip", free=("signals.pzt.durations.1",), effort=0.012)
+    assert design.signal.levels == own.levels and sum(design.signal.durations) == pytest.approx(
+        0.02, rel=1e-12
+    )
+    first, moved, held, last = design.signal.durations
+    assert abs(first - 2e-4) < 3e-6 and abs(held - 9.4e-3) < 3e-6 and abs(moved + last - 1.04e-2) < 3e-6
+    assert moved != pytest.approx(4e-4, rel=1e-3) and design.speed < design.before.speed[0, 0]
+
+
+@pytest.mark.slow
+def test_the_wanted_speeds_of_the_cantilever(scene):
+    two = ts.design.landing(scene, "tip", pairs=2)
+    assert two.speed <= 0.10
+    free = ts.design.landing(scene, "tip", pairs=2, levels="free=-8V:8V")
+    assert free.speed <= 0.03 and free.touchdowns == 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("levels", "most"), [("-8 V, 8 V", 0.11), ("free=-8V:8V", 0.05)])
+def test_no_ground_of_a_hundred_thousand_is_two_percent_worse(scene, levels, most):
+    design = ts.design.landing(scene, "tip", pairs=2, levels=levels, over=BOX)
+    assert design.worst <= most and design.nominal_worst >= 2.5 * design.worst
+    box = over_of(scene, BOX)
+    points = box.spread(100_000, seed=77)
+    batch = ts.simulate_batch(
+        design.scene, {path: points[:, i] for i, path in enumerate(box.paths)}, 0.02 * (design.settle + 1)
+    )
+    assert batch.measure("hardest_impact", skip=design.settle).max() <= 1.02 * design.worst
+
+
+@pytest.mark.slow
+def test_learners_halve_the_plain_speed_on_hidden_grounds(scene):
+    from tarsus.design.learning import learn_on_hidden_grounds
+    from tarsus.design.target import Target
+
+    design = ts.design.landing(
+        scene, "tip", pairs=1, levels="free=-8V:8V", over=BOX, risk="nominal", effort=0.2
+    )
+    trials = Trials(scene, "pzt", "tip", 0.02, design.settle)
+    signal = design.signal
+    start = np.array([signal.levels]), np.array([signal.durations])
+    found = learn_on_hidden_grounds(
+        trials, design.request, Target(Objective.SPEED, design.before), start, 10, 200
+    )
+    assert found.halved >= 0.95
