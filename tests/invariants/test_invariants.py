@@ -250,7 +250,7 @@ def test_a_film_that_a_foot_hardly_moves_in_is_no_open_account(signal, ratio, ga
 
 def test_a_film_leaves_the_account_of_small_motion_as_strict():
     film = ts.Film(coefficient=7.751589404059684e-21, thickness=6.449820320703989e-05)
-    small = mass(frequency=30.0, ratio=1.0, signal=ts.Sine(amplitude=3e-3, frequency=20.0), film=film)
+    small = mass(frequency=30.0, ratio=1.0, signal=ts.Sine(amplitude=1e-3, frequency=20.0), film=film)
     ledger = check(ts.simulate(small)).ledger
     terms = (ledger.work_in, ledger.kinetic, ledger.elastic, ledger.damping, ledger.impacts)
     assert abs(ledger.residual) == pytest.approx(ledger.closure * max(abs(x) for x in terms))

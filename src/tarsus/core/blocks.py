@@ -1,7 +1,8 @@
 """Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode (numpy only).
 
 A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
-(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form.
+(a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form
+(native/matrix2.hpp).
 """
 
 from __future__ import annotations
@@ -79,10 +80,11 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
     scale = np.concatenate([np.ones(n), np.full(n, w)])
     state = state * scale[None, :] / scale[:, None]
     planes: list[tuple[Floats, Floats]] = []
-    rest, lift = state, np.eye(2 * n)
     rest, lift = _split_rigid(state, mass, stiffness, damping, w, planes)
     if rest.size:
-        planes += _planes(rest, lift)
+        half = lift[:n, : lift.shape[1] // 2]
+        pencil = tuple(half.T @ part @ half for part in (mass, damping, stiffness))
+        planes += [(lift @ pair, block) for pair, block in _planes(rest, pencil, w)]
     basis = np.zeros((2 * n, 2 * n))
     blocks = np.zeros((n, 2, 2))
     for r, (pair, block) in enumerate(planes):
@@ -120,23 +122,60 @@ def _split_rigid(state, mass, stiffness, damping, w, planes):
     return np.linalg.lstsq(lift, state @ lift, rcond=None)[0], lift
 
 
-def _planes(state: Floats, lift: Floats) -> list[tuple[Floats, Floats]]:
-    values, vectors = np.linalg.eig(state)
+SLOW = 1e-3
+"""Eigenvalues below this part of the largest are found again one by one: the state matrix knows them to 1e-16 of the
+largest only, and the slow rates of a structure damped by ratios of 1e4 lie 1e9 below its fast ones."""
+
+
+def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[Floats, Floats]]:
+    """Invariant planes (2n, 2) of a state matrix and its block on each; pencil: M, C, K, and w its unit of velocity."""
+    values, vectors = (part.astype(complex) for part in np.linalg.eig(state))
     scale = np.abs(values).max()
-    real = np.abs(values.imag) <= 1e-7 * scale
+    known = np.full(len(values), scale)  # what the rounding of each goes by
+    for r in np.flatnonzero(np.abs(values) < SLOW * scale):
+        value, vector = _refined(values[r], pencil, w)
+        if abs(value - values[r]) > 1e-10 * scale:
+            continue  # two that coincide: the state matrix knows these to the root of its rounding only
+        values[r], vectors[:, r], known[r] = value, vector, max(abs(value), 1e-16 * scale)
+    real = np.abs(values.imag) <= 1e-7 * known
     planes = []
-    for r in np.flatnonzero(values.imag > 1e-7 * scale):
+    for r in np.flatnonzero(values.imag > 1e-7 * known):
         a, b = values[r].real, values[r].imag
         pair = np.stack([vectors[:, r].real, vectors[:, r].imag], axis=1)
-        planes.append((lift @ pair, np.array([[a, b], [-b, a]])))
+        planes.append((pair, np.array([[a, b], [-b, a]])))
     order = np.flatnonzero(real)[np.argsort(values[real].real)]
     if len(order) % 2:
         raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
     for first, second in zip(order[::2], order[1::2], strict=True):
+        close = values[[second, first]].real  # the slower one first: its vector is the first of the plane
+        pair, own = np.linalg.qr(vectors[:, [second, first]].real)
+        if abs(own[1, 1]) > 1e-4:
+            block = [[close[0], (close[1] - close[0]) * own[0, 1] / own[1, 1]], [0.0, close[1]]]
+            planes.append((pair, np.array(block)))
+            continue
         # An orthonormal basis of the plane is well conditioned even where the two nearly coincide.
-        close = values[[first, second]].real
         shifted = (state - close[0] * np.eye(len(state))) @ (state - close[1] * np.eye(len(state)))
         _, _, vt = np.linalg.svd(shifted)
         pair = vt[-2:].T
-        planes.append((lift @ pair, pair.T @ state @ pair))
+        planes.append((pair, pair.T @ state @ pair))
     return planes
+
+
+def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[complex, NDArray[np.complex128]]:
+    """An eigenvalue of M q'' + C q' + K q = 0 by Newton's method on the pencil itself, and its vector [q; q' / w].
+
+    There nothing fast hides a slow rate: s^2 M + s C + K has terms of the size of K.
+    """
+    mass, damping, stiffness = pencil
+    for _ in range(4):
+        u, _, vh = np.linalg.svd(value * value * mass + value * damping + stiffness)
+        left, right = u[:, -1].conj(), vh[-1].conj()
+        slope = left @ (2.0 * value * mass + damping) @ right
+        if slope == 0.0:
+            break
+        change = left @ (value * value * mass + value * damping + stiffness) @ right / slope
+        value = complex(value - change)
+        if abs(change) <= 1e-15 * abs(value):
+            break
+    vector = np.concatenate([right, value / w * right])
+    return value, vector / np.linalg.norm(vector)

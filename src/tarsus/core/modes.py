@@ -30,6 +30,9 @@ from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
 
+REDUNDANT = 1e-13
+"""A foot whose mobility falls below this part by others that are held is held by them: rounding leaves 1e-16 of it."""
+
 
 @dataclass(frozen=True)
 class LinearSystem:
@@ -159,14 +162,14 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
     u, s, vt = np.linalg.svd(normals)
-    rank = int(np.sum(s > 1e-10 * s[0])) if s.size else 0
+    rank = int(np.sum(s * s > REDUNDANT * s[0] * s[0])) if s.size else 0
     z = u[:, rank:]
     placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
     onto = z.T @ system.mass
     projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = normals.T @ minv_n
-    share = np.linalg.pinv(met, hermitian=True) if len(held) > 1 else 1.0 / met
+    share = np.linalg.pinv(met, rcond=REDUNDANT, hermitian=True) if len(held) > 1 else 1.0 / met
     return z, placed, projector, share @ minv_n.T
 
 
@@ -235,16 +238,17 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
             feed[m + i, k] = outputs[m + i] @ beta[k]
         for k in held_feet:
             feed[k, i] += outputs[k] @ beta[i]
-        mobility[i] = outputs[m + i] @ beta[i]
-        if mobility[i] <= 0.0:
-            continue
-        jump[i] = beta[i] / mobility[i]
         together = sorted([*held_feet, i])
         z2, _, projector2, rows2 = _holding(system, together)
         row = rows2[together.index(i)]
         held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
         held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
         bias.held_feed[:, i] = row @ constant
+        mobility[i] = outputs[m + i] @ beta[i]
+        if mobility[i] <= REDUNDANT * (system.normals[:, i] @ system.per_impulse[:, i]):
+            mobility[i] = 0.0  # held feet hold this one as well
+            continue
+        jump[i] = beta[i] / mobility[i]
         reaction[i, held_feet] = -rows @ system.normals[:, i]
         if system.directions is not None:
             across, skew[i] = _across(mz, z.T @ system.normals[:, i], projector @ system.directions[:, i])

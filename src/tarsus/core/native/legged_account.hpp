@@ -5,6 +5,7 @@
 namespace tarsus::legged {
 
 constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which closes to 1e-8, may pass over
+constexpr double UNSEEN_SHARE = 1e-3;  // and the share of one of several films, whose sum is as exact as ever
 
 // A stretch of the step, in scaled time: rows on it from rows on the step.
 struct Stretch {
@@ -41,10 +42,11 @@ struct Account {
   //
   // A film much thinner than the way of the foot changes P where the nodes do not see it. Then by parts, with
   // p = P - high: p^2/2m - rate p at the start, and - int p dw, for w hardly changes in so short a time.
-  double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high) const {
+  double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high,
+                 double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
-    if (missed <= UNSEEN * highest(magnitude(film - high))) return integral(combine(slope, film) * rate);
+    if (missed <= unseen * highest(magnitude(film - high))) return integral(combine(slope, film) * rate);
     const double first = low - high;
     return first * (0.5 * first / mass - w[0] - low / mass) - integral((film - high) * combine(slope, w));
   }
@@ -60,7 +62,8 @@ struct Account {
       const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
       const double low = s.laws.momentum_of(resistive[n], leg.foot, path.low + leg.gap);
       const double high = s.laws.momentum_of(resistive[n], leg.foot, path.high + leg.gap);
-      s.shares[share++] += by_film(path.w, film, rate, leg.mass, low, high);
+      const Row without = rate - film * (1.0 / leg.mass);  // what the other films put into the rate is in it
+      s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
     }
     const Row now = s.nodes.times() * h + s.clock.time;
     for (size_t n = 0; n + 1 < smooth.size(); n++) {
@@ -83,7 +86,7 @@ struct Account {
       const double high = s.laws.momentum(leg.foot, path.high + leg.gap);
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
-    if (d == UP && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
+    if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
     const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
     s.energy.damping += leg.damping[d] * integral(across * across) * span;
     s.energy.work += integral(over.of(r.load[d]) * rate) * span;

@@ -175,6 +175,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
   m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
+  m.feet[foot].left = t;
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   leave_mode(m, foot);
@@ -192,19 +193,24 @@ inline void reconsider_departures(Modal& m) {
   remove_film_momenta(m);
 }
 
-// A foot at the ground that does not approach it: held where nothing pulls it off. Returns whether it is.
-inline bool rest_on_ground(Modal& m, int foot) {
+// A foot at the ground that does not approach it: held where nothing pulls it off, or where it has just been seen to be
+// ``pressed`` down from rest. Returns whether it is.
+inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   add_film_momenta(m);
   int& departure = m.feet[foot].departure;
   departure = RISING;
   if (m.rate_of(foot) <= m.settings.speed_zero) {
     const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
-    if (pull <= strength) {
+    // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
+    // lets no other go
+    const bool let_go = t - m.feet[foot].left <= m.settings.least_progress;
+    if (pressed || pull <= strength + (let_go ? -m.settings.force_zero : m.settings.force_zero)) {
       m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
       hold(m, foot, t);
       return true;
     }
-    departure = FROM_REST;
+    // one that others hold as well, and that would be pulled off with its share of what they carry, just lies there
+    departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
   }
   remove_film_momenta(m);
   return false;

@@ -281,10 +281,10 @@ inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, cons
                                                    const Nodes& nodes, const Quadrature& q) {
   auto step = std::make_unique<StepClass>(mode.sizes, k, lengths[k], mode.terms[k]);
   const int ns = mode.sizes.stride;
-  int base = k;  // a step that resolves every mode
-  while (base + 1 < int(lengths.size()) && mode.rate * lengths[base] > 1.0) base++;
-  Duhamel phi = by_series(mode, nodes, q, lengths[base]);
-  for (int n = base; n > k; n--) phi = doubled(phi, mode, nodes, q, lengths[n]);
+  int halved = 0;  // times, to a step that resolves every mode, be it shorter than any that a run may take
+  while (mode.rate * std::ldexp(lengths[k], -halved) > 1.0) halved++;
+  Duhamel phi = by_series(mode, nodes, q, std::ldexp(lengths[k], -halved));
+  for (; halved > 0; halved--) phi = doubled(phi, mode, nodes, q, std::ldexp(lengths[k], -halved));
   for (int b = 0; b < mode.blocks_used; b++) {
     for (int j = 0; j < N; j++) {
       const Matrix2 flow = exponential_of(block_of(mode, b), nodes.tau[j] * step->length);

@@ -15,6 +15,7 @@ enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
 struct Foot {
   double since = 0.0;  // [s] begin of its contact
+  double left = -INF;  // [s] when its pull last outgrew one
   int departure = UNDER_WAY;
   Apex apex;
 };

@@ -153,8 +153,8 @@ struct ModalSystem : Modal {
     if (taken.foot < 0) return taken.code;
     if (mode->is_held[taken.foot]) {
       release(*this, taken.foot);
-    } else {
-      impact(*this, taken.foot, -1.0);
+    } else if (!impact(*this, taken.foot, settings.speed_zero)) {
+      rest_on_ground(*this, taken.foot, true);
     }
     check = sizes.feet > 1;
     return GOING_ON;

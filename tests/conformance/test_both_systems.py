@@ -1,0 +1,182 @@
+"""One set of grounds under contact modes and legs: the same laws, rules, events, codes and accounts."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from example_laws import OWN
+from tarsus.base.events import CONTACT_BEGINS, SLIDING, EventKind
+from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
+from walking_scenes import sticky, trotter
+
+FILM = {"coefficient": 1e-23, "thickness": 1e-6}
+PULL = {"coefficient": 1e-19, "offset": 1e-6}
+HOLD = {"initial": 2e-7, "rate": 1e-5}
+REBOUND = {"coefficient": 0.4}
+MAGNET = OWN["magnet"](strength=1e-30, depth=1e-6)
+DRAG = OWN["drag"](coefficient=1e-6, height=1e-6)
+NONE = {"adhesion": None}
+GROUNDS: dict[str, dict] = {
+    "bare": NONE,
+    "adhesion": {},
+    "own latch": {"adhesion": None, "laws": {"latch": OWN["own_latch"](**HOLD)}},
+    "no rebound": {"restitution": ts.Restitution(coefficient=0.0)},
+    "own rebound": {"restitution": None, "laws": {"rebound": OWN["own_rebound"](**REBOUND)}},
+    "film": {"film": ts.Film(**FILM)},
+    "own film": {"laws": {"own": OWN["own_film"](**FILM)}},
+    "two films": {
+        "film": ts.Film(**FILM),
+        "laws": {"own": OWN["own_film"](coefficient=5e-24, thickness=2e-6)},
+    },
+    "electrostatic": {"electrostatic": ts.Electrostatic(**PULL)},
+    "own electrostatic": {"laws": {"own": OWN["own_electrostatic"](**PULL)}},
+    "along the leg": {"leg_electrostatic": ts.LegElectrostatic(**PULL, rest=1e-6)},
+    "magnet": {"laws": {"magnet": MAGNET}},
+    "drag": {"laws": {"drag": DRAG}},
+    "magnet and drag": NONE | {"laws": {"magnet": MAGNET, "drag": DRAG}},
+    "electrostatic, magnet": {"electrostatic": ts.Electrostatic(**PULL), "laws": {"magnet": MAGNET}},
+    "film, electrostatic": NONE | {"film": ts.Film(**FILM), "electrostatic": ts.Electrostatic(**PULL)},
+    "all": {
+        "film": ts.Film(**FILM),
+        "electrostatic": ts.Electrostatic(**PULL),
+        "laws": {"magnet": MAGNET, "drag": DRAG},
+    },
+    "restitute first": {"landing": ts.RestituteFirst(speed=2e-3)},
+    "pull as printed": {"landing": ts.PullAsPrinted()},
+    "weightless": {"gravity": None, "film": ts.Film(**FILM)},
+}
+TWINS = {"own latch": "adhesion", "own film": "film", "own electrostatic": "electrostatic"}
+
+
+def pair(ground: Ground) -> Scene:
+    """Two masses on springs that know of each other, each with a foot and a drive: what `trotter` is by legs."""
+    names = ("a", "b")
+    return Scene(
+        name="pair",
+        robot=Robot(
+            structure=ts.Lumped(
+                coordinates=names, mass=(2e-9, 3e-9), stiffness=((2.0, -0.3), (-0.3, 1.6)),
+                damping=((4e-6, -1e-6), (-1e-6, 3e-6)),
+            ),
+            drives={
+                n: Drive(load=PointLoad(weights={n: -1.0}), law=ts.LinearForce(gain=5e-7)) for n in names
+            },
+            feet={n: Foot(point=n, gap=1e-6, electrode=n) for n in names},
+        ),
+        ground=ground,
+        signals={
+            n: ts.Sine(amplitude=7.0, offset=2.0, frequency=200.0, phase=math.pi * i) for i, n in enumerate(names)
+        },
+        duration=0.02,
+    )  # fmt: skip
+
+
+def scene(system: str, ground: str) -> Scene:
+    laws = GROUNDS[ground]
+    return (
+        trotter(ground=sticky(**laws)) if system == "legged" else pair(sticky(**({"friction": None} | laws)))
+    )
+
+
+@cache
+def run_of(system: str, ground: str) -> ts.Run:
+    return ts.simulate(scene(system, ground), 0.01)
+
+
+@pytest.fixture(params=["modal", "legged"])
+def system(request: pytest.FixtureRequest) -> str:
+    return request.param
+
+
+@pytest.fixture(params=GROUNDS)
+def run(request: pytest.FixtureRequest, system: str) -> ts.Run:
+    return run_of(system, request.param)
+
+
+def test_the_account_closes_and_has_a_line_for_every_law(run: ts.Run) -> None:
+    assert run.ok, run.code
+    assert run.ledger.closure < 1e-8
+    acting = {name for name, law in run.scene.ground.acting_laws.items() if law.hook in ("momentum", "force")}
+    assert set(run.ledger.laws) == acting
+
+
+def between_events(run: ts.Run) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points and weights of short stretches of a run, shorter behind its events: a leg settles in 0.2 us."""
+    x, weights = np.polynomial.legendre.leggauss(16)
+    behind = run.events["time"][:, None] + np.array([0.0, 1e-8, 1e-7, 3e-7, 1e-6, 3e-6, 1e-5])
+    ends = np.unique(
+        np.concatenate([np.linspace(0.0, run.duration, 401), behind.ravel()]).clip(0.0, run.duration)
+    )
+    half = 0.5 * np.diff(ends)
+    return (ends[:-1, None] + half[:, None] * (x + 1.0)).ravel(), (half[:, None] * weights).ravel()
+
+
+def test_the_work_of_a_law_is_its_force_along_the_way(run: ts.Run) -> None:
+    times, weights = between_events(run)
+    series = run.at(times)
+    for name, work in run.ledger.laws.items():
+        power = (series.laws[name] * series.state.rate).sum(axis=0)
+        size = np.abs(power) @ weights
+        assert size > 0.0
+        assert power @ weights == pytest.approx(work, abs=1e-5 * size)
+
+
+def test_the_ground_pushes_back_what_structure_and_laws_leave(run: ts.Run) -> None:
+    """Users' laws among them; and no contact is pulled harder than it holds."""
+    series = run.at(np.linspace(0.0, run.duration, 2001))
+    held, state = series.state.held, series.state
+    assert held.any()
+    smooth = sum(
+        (force for name, force in series.laws.items() if run.scene.ground.acting_laws[name].hook == "force"),
+        np.zeros_like(series.contact),
+    )
+    np.testing.assert_allclose(
+        series.contact, np.where(held, -(state.pull + smooth), 0.0), rtol=1e-12, atol=1e-20
+    )
+    largest = np.abs(series.contact).max()
+    assert np.all((series.contact + series.strength)[held] > -1e-6 * largest)
+    assert state.gap.min() > -1e-10 * run.plan.length
+
+
+def test_events_follow_from_one_another(run: ts.Run) -> None:
+    """A foot that is held leaves before it lands again; none departs faster than it came, or gains by a blow."""
+    events = run.events
+    assert len(events) > 3 and np.all(np.diff(events["time"]) >= 0.0)
+    assert np.all(events["speed_after"] <= events["speed_before"])
+    assert np.all(events["energy"] >= 0.0)
+    for foot in range(len(run.foot_names)):
+        on_ground = False
+        for kind in events["kind"][events["foot"] == foot]:
+            if kind in (*SLIDING, EventKind.RELEASE):
+                assert on_ground, kind
+            else:
+                assert not on_ground, kind
+            on_ground = kind in CONTACT_BEGINS or (on_ground and kind != EventKind.RELEASE)
+
+
+@pytest.mark.parametrize("own", TWINS)
+def test_a_users_law_is_the_built_in_one(system: str, own: str) -> None:
+    mine, built_in = run_of(system, own), run_of(system, TWINS[own])
+    assert len(mine.events) > 3
+    for field in ("foot", "kind"):
+        np.testing.assert_array_equal(mine.events[field], built_in.events[field])
+    np.testing.assert_allclose(mine.events["time"], built_in.events["time"], rtol=1e-9)
+    if own != "own latch":
+        assert mine.ledger.laws["own"] == pytest.approx(built_in.ledger.laws[TWINS[own]], rel=1e-7)
+
+
+def test_both_end_with_the_same_codes(system: str) -> None:
+    """A law without a value at any gap, and one step too few."""
+    made = scene(system, "bare")
+    short = ts.simulate(made, 0.01, ts.Accuracy(steps=30))
+    assert short.code.name == "STEP_LIMIT" and not short.ok and 0.0 < short.end_time < 0.01
+    broken = OWN["magnet"](strength=1e300, depth=1e-300)
+    undefined = made.model_copy(
+        update={"ground": made.ground.model_copy(update={"laws": {"broken": broken}})}
+    )
+    assert ts.simulate(undefined, 0.01).code.name in ("NOT_FINITE", "TOO_STIFF")

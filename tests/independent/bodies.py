@@ -1,0 +1,132 @@
+"""Equations of motion of a scene's robot: M x'' + C x' + K x = forces, its feet and what drives push."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Robot:
+    """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground;
+    loads (n, nd); up (n,): a unit upward translation; directions (n, m) of impacts, None for impulses at the foot;
+    points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    normals: Array
+    tangents: Array | None
+    loads: Array
+    up: Array
+    directions: Array | None
+    points: Array
+    own_point: list[tuple[int, int]]
+
+
+def robot_of(scene: Any) -> Robot:
+    structure = scene.robot.structure
+    made = {"lumped": lumped, "modal": modal, "walker": walker}[structure.kind](structure)
+    mass, damping, stiffness, rows, up = made
+    feet = list(scene.robot.feet.items())
+    normals = np.stack([foot.normal * rows[foot.point] for _, foot in feet], axis=1)
+    tangents = None
+    if structure.kind == "walker":
+        tangents = np.stack([rows[f"{foot.point}_x"] for _, foot in feet], axis=1)
+    loads = []
+    for drive in scene.robot.drives.values():
+        if drive.load.kind == "modal":
+            loads.append(np.array(drive.load.participation))
+        else:
+            loads.append(sum(weight * rows[point] for point, weight in drive.load.weights.items()))
+    found = None
+    impact = scene.ground.impact
+    if impact is not None and impact.kind != "mass_weighted":
+        found = np.stack(
+            [
+                direction(impact, name, normals[:, i], mass, stiffness, rows)
+                for i, (name, _) in enumerate(feet)
+            ],
+            axis=1,
+        )
+    # displacements that (2.13) goes by: coordinates, of which a foot is one, or those of as many points as modes
+    points = np.array(list(rows.values())) if structure.kind == "modal" else np.eye(len(mass))
+    own = [int(np.argmin(np.abs(points - rows[foot.point]).sum(axis=1))) for _, foot in feet]
+    return Robot(
+        mass, damping, stiffness, normals, tangents, np.array(loads).reshape(len(loads), len(mass)).T, up, found,
+        points, [(place, foot.normal) for place, (_, foot) in zip(own, feet, strict=True)],
+    )  # fmt: skip
+
+
+def lumped(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
+    n = len(s.coordinates)
+    mass, stiffness = np.array(s.mass), np.array(s.stiffness)
+    if s.damping is not None:
+        damping = np.array(s.damping)
+    elif s.damping_ratios is not None:  # by the undamped modes: phi' M phi = 1, phi' C phi = 2 zeta omega
+        squares, shapes = eigh(stiffness, mass)
+        onto = shapes.T @ mass
+        damping = (
+            onto.T @ np.diag(2.0 * np.array(s.damping_ratios) * np.sqrt(np.maximum(squares, 0.0))) @ onto
+        )
+    else:
+        damping = np.zeros((n, n))
+    rows = dict(zip(s.coordinates, np.eye(n), strict=True)) | {p: np.array(w) for p, w in s.weights.items()}
+    return mass, damping, stiffness, rows, np.ones(n) if s.upward is None else np.array(s.upward)
+
+
+def modal(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
+    w, mass = 2.0 * np.pi * np.array(s.frequencies), np.array(s.modal_masses)
+    damping = 2.0 * np.array(s.damping_ratios) * w * mass
+    rows = {point: np.array(shape) for point, shape in s.shapes.items()}
+    up = np.zeros(len(w)) if s.upward is None else np.array(s.upward)
+    return np.diag(mass), np.diag(damping), np.diag(mass * w * w), rows, up
+
+
+def walker(s: Any) -> tuple[Array, Array, Array, dict[str, Array], Array]:
+    """Coordinates: surge, heave, roll and pitch where the body turns, then x and z of every foot."""
+    turns = [one for one in ("roll", "pitch") if getattr(s.body, f"{one}_inertia") is not None]
+    names = ["surge", "heave", *turns]
+    n = len(names) + 2 * len(s.legs)
+    basis = np.eye(n)
+    body = dict(zip(names, basis, strict=False))
+    nothing = np.zeros(n)
+    roll, pitch = body.get("roll", nothing), body.get("pitch", nothing)
+    masses = [s.body.mass, s.body.mass, *(getattr(s.body, f"{one}_inertia") for one in turns)]
+    rows = {"body": body["heave"], "body_x": body["surge"]}
+    up = body["heave"].copy()
+    damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    for i, (name, leg) in enumerate(s.legs.items()):
+        x, z = basis[len(names) + 2 * i], basis[len(names) + 2 * i + 1]
+        hip_z, hip_x = body["heave"] + leg.y * roll - leg.x * pitch, body["surge"] + leg.z * pitch
+        rows |= {name: z, f"{name}_x": x, f"{name}_hip": hip_z, f"{name}_hip_x": hip_x}
+        for stretch, k, c in (
+            (hip_z - z, leg.stiffness_v, leg.damping_v),
+            (hip_x - x, leg.stiffness_l, leg.damping_l),
+        ):
+            stiffness += k * np.outer(stretch, stretch)
+            damping += c * np.outer(stretch, stretch)
+        masses += [leg.mass, leg.mass]
+        up += z
+    return np.diag(masses), damping, stiffness, rows, up
+
+
+def direction(
+    impact: Any, foot: str, normal: Array, mass: Array, stiffness: Array, rows: dict[str, Array]
+) -> Array:
+    """Change of the velocities per unit change of the foot's rate."""
+    if impact.kind == "dominant_mode":
+        _, shapes = eigh(stiffness, mass)
+        shares = (normal @ shapes) ** 2
+        shape = shapes[:, np.argmax(shares) if impact.mode is None else impact.mode - 1]
+    else:
+        column = impact.columns[foot]
+        shape = np.linalg.lstsq(
+            np.array([rows[p] for p in column]), np.array(list(column.values())), rcond=None
+        )[0]
+    return shape / (normal @ shape)

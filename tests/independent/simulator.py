@@ -1,0 +1,450 @@
+"""From event to event: a Runge-Kutta method of order 8 between them, each event by root finding on the motion itself.
+
+A foot is in the air, stuck, or held and slipping along the ground. While feet are held, their constraints make reaction
+forces; everything else is M x'' + C x' + K x = forces. Rules at the ground: docs/conventions.md, docs/engine.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+from scipy.optimize import brentq
+
+from independent import drives
+from independent.bodies import robot_of
+from independent.ground import Laws, passive_angle
+
+AIR, STUCK, SLIPPING = range(3)
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, _, BEGIN_SLIP, BEGIN_STICK = range(1, 9)
+TOLERANCE = 1e-12
+MOST_EVENTS = 2000
+# where a step is looked at for events; close to its start too, where a foot that has just left the ground may come back
+LOOKS = np.unique(np.concatenate([np.geomspace(1e-6, 1e-1, 12), np.linspace(0.1, 1.0, 10)]))
+
+
+@dataclass
+class Found:
+    """Events (time, foot, kind) in order of time, and the state at the end."""
+
+    events: list[tuple[float, int, int]] = field(default_factory=list)
+    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+def simulate(scene: Any, length: float) -> Found:
+    """Simulate a scene over its duration; length [m]: flights below 1e-11 of it are none (the rule of a rest)."""
+    return Simulator(scene, length).run()
+
+
+class Simulator:
+    def __init__(self, scene: Any, length: float) -> None:
+        self.robot, self.laws = robot_of(scene), Laws(scene.ground)
+        self.end, self.length = scene.duration, length
+        self.least = 1e-14 * length  # a gap of rounding is none
+        robot = self.robot
+        self.n, self.m = robot.normals.shape
+        self.inverse = np.linalg.inv(robot.mass)
+        feet = list(scene.robot.feet.values())
+        self.rest_gap = np.array([foot.gap for foot in feet])
+        self.weight = -self.laws.gravity * (robot.mass @ robot.up)
+        self.forces, volts = [], {}
+        for name, drive in scene.robot.drives.items():
+            wave = scene.signals.get(name)
+            start = drive.history[-1] if drive.history else 0.0
+            told = drives.command(wave, self.end) if wave is not None else drives.Signal(
+                [drives.line(0.0, math.inf, 0.0, 0.0)], self.end
+            )  # fmt: skip
+            volts[name] = drives.amplified(told, drive.amplifier, start, self.end)
+            self.forces.append(drives.force(volts[name], drive.law, drive.history, self.end))
+        names = list(volts)
+        wired = [foot.electrode for foot in feet]
+        if not any(wired) and names:
+            wired = [names[0]] * self.m
+        self.volts = [volts.get(name) if name is not None else None for name in wired]
+        signals = [*self.forces, *volts.values()]
+        self.kinks = sorted(
+            {p.start for s in signals for p in s.pieces if 0.0 < p.start < self.end} | {self.end}
+        )
+        stiff = np.abs(np.linalg.eigvals(self.inverse @ robot.stiffness)).max(initial=0.0)
+        self.rate = max(math.sqrt(stiff), 2.0 * math.pi / self.end)
+        self.contact, self.since = [AIR] * self.m, [0.0] * self.m
+        self.sense, self.fresh = [0.0] * self.m, [False] * self.m
+        self.landing = (
+            scene.ground.landing.kind if scene.ground.landing is not None else "capture_unless_pulled"
+        )
+        self.restitutes_first = getattr(scene.ground.landing, "speed", 0.0)
+        self.passive = scene.ground.impact is None or scene.ground.impact.passive
+        self.out = Found()
+        initial = scene.initial
+        x = np.zeros(self.n) if initial.displacement is None else np.array(initial.displacement)
+        v = np.zeros(self.n) if initial.velocity is None else np.array(initial.velocity)
+        self.time, self.z = 0.0, np.concatenate([x, v])
+        self.now = [None] * len(self.forces), [None] * self.m
+
+    # --- forces and constraints ---------------------------------------------------------------------------------
+
+    def stretch(self, time: float) -> None:
+        """Fix the pieces of all signals from a time on, so that an integrator never looks beyond a kink."""
+        ahead = time + 1e-9 * max(min(k for k in self.kinks if k > time) - time, 0.0)
+        self.now = (
+            [s.at(ahead) for s in self.forces],
+            [None if s is None else s.at(ahead) for s in self.volts],
+        )
+
+    def foot_volts(self, i: int, t: float) -> float:
+        piece = self.now[1][i]
+        return 0.0 if piece is None else piece.value(t)
+
+    def applied(self, t: float, z: np.ndarray) -> np.ndarray:
+        """Forces (n,) on the structure but for those of the ground on held feet."""
+        x, v = z[: self.n], z[self.n :]
+        robot = self.robot
+        out = self.weight - robot.stiffness @ x - robot.damping @ v
+        for d, piece in enumerate(self.now[0]):
+            out = out + robot.loads[:, d] * piece.value(t)
+        for i in range(self.m):
+            if self.contact[i] == AIR:
+                gap, rate = max(self.gap(i, z), 0.0), robot.normals[:, i] @ v
+                force = self.laws.resisting(gap, rate) + self.laws.smooth(gap, rate, self.foot_volts(i, t))
+                out = out + robot.normals[:, i] * force
+        return out
+
+    def gap(self, i: int, z: np.ndarray) -> float:
+        return float(self.rest_gap[i] + self.robot.normals[:, i] @ z[: self.n])
+
+    def held(self) -> tuple[np.ndarray, list[tuple[int, bool]]]:
+        """Rows (n, k) of what is held, and of which foot it is, along the ground or not."""
+        rows, which = [], []
+        for i in range(self.m):
+            if self.contact[i] != AIR:
+                rows.append(self.robot.normals[:, i])
+                which.append((i, False))
+                if self.contact[i] == STUCK and self.rubs():
+                    assert self.robot.tangents is not None
+                    rows.append(self.robot.tangents[:, i])
+                    which.append((i, True))
+        return np.array(rows).reshape(len(rows), self.n).T, which
+
+    def rubs(self) -> bool:
+        return self.robot.tangents is not None and self.laws.bound(1.0, 1.0) != 0.0
+
+    def pulls(self, t: float, z: np.ndarray, push: np.ndarray) -> dict[tuple[int, bool], float]:
+        """Force [N] of the structure on each held foot, along its normal and along the ground."""
+        rows, which = self.held()
+        if not which:
+            return {}
+        reaction = np.linalg.lstsq(rows.T @ self.inverse @ rows, rows.T @ self.inverse @ push, rcond=1e-11)[0]
+        return dict(zip(which, reaction.tolist(), strict=True))
+
+    def margin(self, i: int, t: float, pull: float) -> float:
+        """N + f_a of a held foot."""
+        return (
+            self.laws.strength(t - self.since[i]) - pull - self.laws.smooth(0.0, 0.0, self.foot_volts(i, t))
+        )
+
+    def rates(self, t: float, z: np.ndarray) -> np.ndarray:
+        push = self.applied(t, z)
+        _rows, which = self.held()
+        if which:
+            pulls = self.pulls(t, z, push)
+            for i in range(self.m):
+                if self.contact[i] == SLIPPING and self.sense[i] != 0.0:
+                    bound = self.laws.bound(
+                        self.margin(i, t, pulls[i, False]), self.laws.strength(t - self.since[i])
+                    )
+                    push = push - self.robot.tangents[:, i] * self.sense[i] * bound
+            for key, force in self.pulls(t, z, push).items():
+                row = self.robot.tangents if key[1] else self.robot.normals
+                push = push - row[:, key[0]] * force
+        return np.concatenate([z[self.n :], self.inverse @ push])
+
+    # --- events -------------------------------------------------------------------------------------------------
+
+    def watches(self) -> dict[tuple[int, str], Callable[[float, np.ndarray], float]]:
+        """Functions that are positive while nothing happens."""
+        out: dict[tuple[int, str], Callable[[float, np.ndarray], float]] = {}
+        for i in range(self.m):
+            if self.contact[i] == AIR:
+                out[i, "touch"] = lambda t, z, i=i: self.gap(i, z)
+                continue
+            out[i, "leave"] = lambda t, z, i=i: self.margin(
+                i, t, self.pulls(t, z, self.applied(t, z))[i, False]
+            )
+            if self.contact[i] == STUCK and self.rubs():
+                out[i, "slip"] = lambda t, z, i=i: self.spare(i, t, z)
+            elif self.contact[i] == SLIPPING and self.sense[i] != 0.0:
+                row = self.robot.tangents[:, i]
+                out[i, "stop"] = lambda t, z, i=i, row=row: self.sense[i] * float(row @ z[self.n :])
+        return out
+
+    def spare(self, i: int, t: float, z: np.ndarray) -> float:
+        """What friction could carry beyond what it must."""
+        pulls = self.pulls(t, z, self.applied(t, z))
+        margin, strength = self.margin(i, t, pulls[i, False]), self.laws.strength(t - self.since[i])
+        return self.laws.bound(margin, strength) - abs(pulls[i, True])
+
+    def run(self) -> Found:
+        self.stretch(0.0)
+        self.due()
+        while self.time < self.end:
+            self.stretch(self.time)
+            stop = min(k for k in self.kinks if k > self.time)
+            happened = self.march(stop)
+            if happened is not None:
+                self.happen(*happened)
+                self.due(happened[0])
+                if len(self.out.events) > MOST_EVENTS:
+                    break
+        self.out.state = self.z
+        later = [math.inf] * self.m  # a rest comes with the next event of its foot at the latest
+        for k in reversed(range(len(self.out.events))):
+            time, foot, kind = self.out.events[k]
+            later[foot] = min(time, later[foot])
+            self.out.events[k] = later[foot], foot, kind
+        self.out.events.sort(key=lambda event: event[0])
+        return self.out
+
+    def march(self, stop: float) -> tuple[int, str] | None:
+        """Integrate to ``stop`` or to the first event; says which it was."""
+        scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
+        watches = self.watches()
+        solver = DOP853(
+            self.rates, self.time, self.z, stop, rtol=TOLERANCE, atol=0.1 * TOLERANCE * scale,
+            max_step=min(0.3 / self.rate, self.end / 20.0),
+        )  # fmt: skip
+        begun = dict.fromkeys(watches, False)  # whether it has been seen above zero
+        for key, watch in watches.items():
+            starts_at_zero = self.fresh[key[0]] and key[1] in ("touch", "stop")
+            begun[key] = not starts_at_zero and watch(self.time, self.z) > 0.0
+            if not begun[key] and key[1] in ("leave", "slip"):
+                return key  # a force has jumped
+        while solver.status == "running":
+            before = solver.t, solver.y.copy()
+            solver.step()
+            assert solver.status != "failed"
+            dense = solver.dense_output()
+            first: tuple[float, tuple[int, str]] | None = None
+            for key, watch in watches.items():
+                low = before[0]
+                for share in LOOKS:
+                    t = before[0] + share * (solver.t - before[0])
+                    value = watch(t, dense(t))
+                    if value > (self.least if key[1] == "touch" else 0.0):
+                        begun[key] = True
+                    elif begun[key]:
+                        root = brentq(lambda s: watch(s, dense(s)), low, t, xtol=1e-300, rtol=1e-15)  # noqa: B023
+                        if first is None or root < first[0]:
+                            first = root, key
+                        break
+                    low = t
+            if first is not None:
+                self.polish(before, first, watches[first[1]])
+                return first[1]
+        self.time, self.z, self.fresh = stop, solver.y, [False] * self.m
+        return None
+
+    def polish(
+        self, before: tuple[float, np.ndarray], first: tuple[float, tuple[int, str]], watch: Callable
+    ) -> None:
+        """Integrate straight to where the event was seen, and correct it by the motion there."""
+        self.time, self.z = before
+        target = first[0]
+        for _ in range(3):
+            self.jump(target)
+            span = 1e-6 * max(target - before[0], 1e-6 / self.rate)
+            ahead = self.z + span * self.rates(self.time, self.z)
+            slope = (watch(self.time + span, ahead) - watch(self.time, self.z)) / span
+            value = watch(self.time, self.z)
+            if slope >= 0.0 or abs(value / slope) > 1e-6 / self.rate:
+                return
+            target -= value / slope
+        self.jump(target)
+
+    def jump(self, target: float) -> None:
+        """Move the state to a time close by, forward or back, with the forces as they go on."""
+        if target == self.time:
+            return
+        scale = np.concatenate([np.full(self.n, self.length), np.full(self.n, self.length * self.rate)])
+        solver = DOP853(self.rates, self.time, self.z, target, rtol=TOLERANCE, atol=0.1 * TOLERANCE * scale)
+        while solver.status == "running":
+            solver.step()
+        self.time, self.z = target, solver.y
+
+    def note(self, foot: int, kind: int, time: float | None = None) -> None:
+        self.out.events.append((self.time if time is None else time, foot, kind))
+
+    def happen(self, i: int, what: str) -> None:
+        self.fresh = [False] * self.m
+        if what == "touch":
+            return self.touch(i)
+        pulls = self.pulls(self.time, self.z, self.applied(self.time, self.z))
+        if what == "leave":
+            self.note(i, RELEASE)
+            self.contact[i], self.fresh[i] = AIR, True
+            return None
+        margin = self.margin(i, self.time, pulls[i, False])
+        bound = self.laws.bound(margin, self.laws.strength(self.time - self.since[i]))
+        if what == "stop":
+            self.contact[i] = STUCK
+            along = self.pulls(self.time, self.z, self.applied(self.time, self.z))[i, True]
+            row = self.robot.tangents[:, i]
+            self.z[self.n :] -= self.inverse @ row * (row @ self.z[self.n :]) / (row @ self.inverse @ row)
+            if abs(along) <= bound:
+                return self.note(i, BEGIN_STICK)
+        else:
+            along = pulls[i, True]
+        self.note(i, BEGIN_SLIP)
+        self.contact[i], self.sense[i], self.fresh[i] = SLIPPING, math.copysign(1.0, along), True
+        return None
+
+    def due(self, but: int | None = None) -> None:
+        """Feet that are at the ground at this very moment and do not rise from it."""
+        small = 1e-14 * self.length
+        for i in range(self.m):
+            if self.contact[i] != AIR or self.gap(i, self.z) > small or (i == but):
+                continue
+            rate = float(self.robot.normals[:, i] @ self.z[self.n :])
+            if rate < -1e-13 * self.length * self.rate:
+                self.touch(i)
+            elif rate <= 1e-13 * self.length * self.rate:
+                if self.pull_if_held(i) <= self.laws.strength(0.0):
+                    self.note(i, CONTACT_AT_START)
+                    self.hold(i)
+                else:
+                    self.fresh[i] = True
+
+    def touch(self, i: int) -> None:
+        """A foot is at the ground and approaches it."""
+        normal = self.robot.normals[:, i]
+        v = self.z[self.n :]
+        speed = -float(normal @ v)
+        rows, which = self.held()
+        rows, which = rows[:, [k for k, w in enumerate(which) if not w[1]]], [w for w in which if not w[1]]
+        impulse, response = self.struck(normal, rows)
+        mobility = float(normal @ response)
+        pull = self.pull_if_held(i)
+        small = 1e-11 * self.length
+        if pull >= 0.0 or speed * speed >= -2.0 * pull * mobility * small:
+            for k, (foot, _) in enumerate(which):
+                if impulse[k] < -1e-12:  # no adhesion carries an impulse: that foot is let go first
+                    self.note(foot, RELEASE)
+                    self.contact[foot], self.fresh[foot] = AIR, True
+                    return self.touch(i)
+        after = self.laws.rebound(speed)
+        kind = self.decide(i, speed, after, pull, mobility, small)
+        if kind == BOUNCE:
+            self.note(i, BOUNCE)
+            self.z[self.n :] = v + self.answer(i, speed, after, rows, response, mobility)
+            self.brake(i, speed + after)
+            self.fresh[i] = True
+            return None
+        ratio = min(after / speed, 0.999999)
+        over = self.time - 2.0 * after / (pull * mobility) / (1.0 - ratio) if kind == REST else self.time
+        self.note(i, kind, over)
+        self.z[self.n :] = v + response / mobility * speed
+        self.hold(i, self.brake(i, speed))
+        return None
+
+    def decide(self, i: int, speed: float, after: float, pull: float, mobility: float, small: float) -> int:
+        """BOUNCE, CAPTURE or REST by the landing rule."""
+        strength = self.laws.strength(0.0)
+        low = pull < 0.0 and after * after < -2.0 * pull * mobility * small
+        if self.landing == "restitute_first":
+            held = pull <= strength and after <= self.restitutes_first
+        elif self.landing == "pull_as_printed":
+            held = self.printed(i, after) <= max(strength, 0.0)
+        else:
+            held = self.laws.adhesion is not None and pull <= strength
+            low = low and self.laws.adhesion is None
+        if held or (low and after == 0.0):
+            return CAPTURE
+        return REST if low else BOUNCE
+
+    def printed(self, i: int, after: float) -> float:
+        """(2.13), in the displacements of the structure's points: what the others and the drives do to foot i, and its
+        own spring and damper with the sign as printed."""
+        robot, normal = self.robot, self.robot.normals[:, i]
+        load = self.weight + sum(
+            robot.loads[:, d] * piece.value(self.time) for d, piece in enumerate(self.now[0])
+        )
+        p, up = robot.own_point[i]
+        back = np.linalg.inv(robot.points)  # coordinates by the points' displacements
+        x, v = robot.points @ self.z[: self.n], robot.points @ self.z[self.n :]
+        stiffness, damping = (back.T @ matrix @ back for matrix in (robot.stiffness, robot.damping))
+        others = np.arange(self.n) != p
+        force = (back.T @ load)[p] - stiffness[p, others] @ x[others] - damping[p, others] @ v[others]
+        assert np.allclose(robot.points[p] * up, normal)
+        return up * force - stiffness[p, p] * self.rest_gap[i] + damping[p, p] * after
+
+    def struck(self, normal: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Impulses (k,) on what is held per unit impulse on a foot, and the velocities (n,) that follow."""
+        alone = self.inverse @ normal
+        if not rows.shape[1]:
+            return np.zeros(0), alone
+        impulse = -np.linalg.lstsq(rows.T @ self.inverse @ rows, rows.T @ alone, rcond=1e-11)[0]
+        return impulse, alone + self.inverse @ rows @ impulse
+
+    def answer(
+        self, i: int, speed: float, after: float, rows: np.ndarray, response: np.ndarray, mobility: float
+    ) -> np.ndarray:
+        """Change of all velocities (n,) by a bounce."""
+        change = response / mobility * (speed + after)
+        if self.robot.directions is None:
+            return change
+        mass, d = self.robot.mass, self.robot.directions[:, i]
+        if rows.shape[1]:  # what the held feet leave of the direction
+            share = np.linalg.lstsq(rows.T @ self.inverse @ rows, rows.T @ d, rcond=1e-11)[0]
+            d = d - self.inverse @ rows @ share
+        normal = self.robot.normals[:, i]
+        if normal @ d <= 1e-9 * math.sqrt(d @ mass @ d * mobility):
+            return change
+        side = d / (normal @ d) - response / mobility
+        size = math.sqrt(side @ mass @ side)
+        skew, e = size * math.sqrt(mobility), after / speed
+        if skew <= 1e-9:
+            return change
+        across = side / size
+        angle = passive_angle(e, skew) if self.passive else 0.0
+        alpha = math.cos(angle) if self.passive else 1.0
+        beta = math.sqrt(1.0 - e * e) * math.sin(angle) if self.passive else (1.0 + e) * skew
+        before = across @ mass @ self.z[self.n :]
+        return change + across * ((alpha - 1.0) * before + beta * speed / math.sqrt(mobility))
+
+    def brake(self, i: int, change: float) -> float:
+        """Friction of a blow along the ground; returns the speed that is left there."""
+        if self.robot.tangents is None:
+            return 0.0
+        row = self.robot.tangents[:, i]
+        along = float(row @ self.z[self.n :])
+        left = math.copysign(max(abs(along) - self.laws.brakes(change), 0.0), along)
+        self.z[self.n :] += self.inverse @ row * (left - along) / (row @ self.inverse @ row)
+        return left
+
+    def hold(self, i: int, along: float | None = None) -> None:
+        self.since[i], self.fresh[i] = self.time, False
+        normal = self.robot.normals[:, i]
+        self.z[: self.n] -= self.inverse @ normal * self.gap(i, self.z) / (normal @ self.inverse @ normal)
+        self.contact[i], self.sense[i] = STUCK, 0.0
+        if self.robot.tangents is not None:
+            if along is None:
+                along = float(self.robot.tangents[:, i] @ self.z[self.n :])
+            if along != 0.0 or not self.rubs():
+                self.contact[i] = SLIPPING
+                self.sense[i] = math.copysign(1.0, along) if self.rubs() else 0.0
+
+    def pull_if_held(self, i: int) -> float:
+        """Pull on a foot if it were stopped on the ground now, its smooth force there included."""
+        normal = self.robot.normals[:, i]
+        rows, _which = self.held()
+        _, response = self.struck(normal, rows)
+        z = self.z.copy()
+        z[self.n :] -= response * (normal @ z[self.n :]) / (normal @ response)
+        kept = self.contact[i]
+        self.contact[i] = SLIPPING
+        pull = self.pulls(self.time, z, self.applied(self.time, z))[i, False]
+        self.contact[i] = kept
+        return pull + self.laws.smooth(0.0, 0.0, self.foot_volts(i, self.time))

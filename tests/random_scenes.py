@@ -1,0 +1,410 @@
+"""Scenes nobody chose: robots, drives and grounds drawn from a seed, within ranges that may go to the edges.
+
+`scene_of(seed)` draws from ``EDGE`` and `plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow.
+A seed makes the same scene on every machine. Sizes are drawn relative to a mass, a frequency and a length, so that what
+is drawn matters: a drive moves a foot to the ground, a film is felt.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import tarsus as ts
+from scene_files import SCENES
+from tarsus.base.spec import validate
+from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.scene import Scene
+
+OWN = ts.load_laws(SCENES / "squeeze.py")
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """From where to where numbers are drawn, most of them by their logarithm; chances are probabilities."""
+
+    feet: tuple[int, ...]  # numbers of feet, drawn alike
+    legs: tuple[int, ...]
+    modes: tuple[int, int]
+    length: Pair  # [m] of gaps
+    damping: Pair  # damping ratio
+    spread: float  # of frequencies, as a factor
+    film: Pair  # C / g0^3 relative to what damps a mass critically
+    thickness: Pair  # [m] of a film; relative to the length where `relative`
+    attraction: Pair  # electrostatic force at contact, relative to the drive's
+    adhesion: Pair  # strength relative to the drive's force
+    friction: Pair
+    cycles: Pair  # of the structure that a run lasts
+    odd: float  # chance of each thing that is no number: no gap, no damping, feet at one place, feet that face down
+    abrupt: float  # shortest of a drive's stretches, relative to its period
+    relative: bool = False
+    long: float = 0.0  # chance of a run of 20 s
+
+
+PLAIN = Ranges(
+    feet=(1, 1, 2, 3), legs=(2, 3), modes=(1, 3), length=(1e-6, 1e-5), damping=(0.02, 2.0), spread=3.0,
+    film=(1e-2, 3.0), thickness=(0.3, 3.0), attraction=(1e-2, 0.3), adhesion=(1e-2, 1.0), friction=(0.1, 1.0),
+    cycles=(3.0, 6.0), odd=0.1, abrupt=0.05, relative=True,
+)  # fmt: skip
+FEET = (*(1, 2) * 12, 1, 1, 1, *(3, 4, 5) * 3, 6, 9, 12, 24, 64)
+LEGS = (*(2, 3, 4) * 8, 6, 6, 8, 12, 24, 64)
+EDGE = Ranges(
+    feet=FEET, legs=LEGS, modes=(1, 8), length=(1e-9, 1e-4),
+    damping=(1e-6, 1e4), spread=100.0, film=(1e-4, 1e6), thickness=(1e-9, 1e-4), attraction=(1e-3, 10.0),
+    adhesion=(1e-6, 1e3), friction=(1e-6, 1e3), cycles=(0.5, 5.0), odd=0.25, abrupt=1e-12, long=0.02,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What a scene is measured by: mass [kg], frequency [Hz], length [m], force [N] of its drives."""
+
+    mass: float
+    frequency: float
+    length: float
+    force: float
+
+    @property
+    def rate(self) -> float:
+        return 2.0 * math.pi * self.frequency
+
+
+class Dice:
+    """Random numbers of one scene."""
+
+    def __init__(self, seed: int | Sequence[int], ranges: Ranges) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.ranges = ranges
+
+    def log(self, low: float, high: float) -> float:
+        return float(np.exp(self.rng.uniform(math.log(low), math.log(high))))
+
+    def between(self, low: float, high: float) -> float:
+        return float(self.rng.uniform(low, high))
+
+    def chance(self, share: float) -> bool:
+        return bool(self.rng.random() < share)
+
+    def odd(self) -> bool:
+        return self.chance(self.ranges.odd)
+
+    def one_of(self, options: Sequence[Any]) -> Any:
+        return options[int(self.rng.integers(len(options)))]
+
+
+def scene_of(seed: int) -> Scene:
+    """The scene of a seed at the edges: two of five have legs."""
+    dice = Dice(seed, EDGE)
+    return _legged(dice, f"edge {seed}") if dice.chance(0.4) else _modal(dice, f"edge {seed}")
+
+
+def plain_scene(seed: int, legged: bool) -> Scene:
+    """The scene of a seed within what another simulator can follow."""
+    dice = Dice([seed, int(legged)], PLAIN)
+    return (_legged if legged else _modal)(dice, f"{'legged' if legged else 'modal'} {seed}")
+
+
+def _scale(dice: Dice) -> Scale:
+    mass, frequency = dice.log(1e-9, 1e-5), dice.log(20.0, 2e4)
+    length = dice.log(*dice.ranges.length)
+    return Scale(
+        mass, frequency, length, mass * (2.0 * math.pi * frequency) ** 2 * length * dice.log(0.5, 5.0)
+    )
+
+
+def _modal(dice: Dice, name: str) -> Scene:
+    """A structure by modes or by matrices, its feet at any places of it."""
+    ranges, scale = dice.ranges, _scale(dice)
+    n = int(dice.rng.integers(ranges.modes[0], ranges.modes[1] + 1))
+    m = dice.one_of(ranges.feet)
+    rows = dice.rng.uniform(-1.0, 1.0, (m, n))
+    rows[:, 0] = dice.rng.uniform(0.5, 1.5, m)
+    if dice.odd():  # feet at one place
+        rows[:] = rows[dice.rng.integers(0, m, m)]
+    places = {f"p{i}": tuple(row.tolist()) for i, row in enumerate(rows)}
+    if dice.chance(0.5):
+        structure = _by_modes(dice, scale, n) | {
+            "shapes": places,
+            "upward": (rows[0] / (rows[0] @ rows[0])).tolist(),
+        }
+    else:
+        structure = _by_matrices(dice, scale, n) | {"weights": places}
+    gaps = _gaps(dice, scale, m)
+    drives = {}
+    for d in range(int(dice.rng.integers(1, 3))):
+        point = dice.one_of(list(places))
+        load = {"kind": "point", "weights": {point: dice.between(0.5, 1.5)}}
+        if dice.chance(0.3):
+            load = {"kind": "modal", "participation": dice.rng.uniform(-1.0, 1.0, n).tolist()}
+        drives[f"d{d}"] = _drive(dice, scale, load)
+    feet = {
+        f"f{i}": {"point": point, "gap": gaps[i], "normal": -1 if dice.chance(0.3 * ranges.odd) else 1}
+        for i, point in enumerate(places)
+    }
+    ground = _ground(dice, scale)
+    if ground.get("electrostatic"):
+        for foot in feet.values():
+            foot["electrode"] = "d0"
+    initial: dict[str, Any] = {}
+    if dice.chance(0.3):
+        initial["velocity"] = (dice.rng.normal(size=n) * scale.length * scale.rate).tolist()
+    signals = {drive: _signal(dice, scale) for drive in drives if not dice.chance(0.1)}
+    made = {
+        "name": name, "duration": _duration(dice, scale),
+        "robot": {"structure": structure, "drives": drives, "feet": feet},
+        "ground": ground, "signals": signals, "initial": initial,
+    }  # fmt: skip
+    if dice.chance(0.2):
+        made["ground"]["impact"] = _impact_map(dice, structure, feet, rows)
+    return _valid(made)
+
+
+def _valid(made: dict[str, Any]) -> Scene:
+    """A drawn scene; without what its structure cannot have (a landing rule or a map that it does not tell)."""
+    made["ground"]["laws"] = made["ground"].pop("own", {})
+    try:
+        return validate(Scene, made)
+    except ts.InputError:
+        made["ground"] = {
+            slot: law for slot, law in made["ground"].items() if slot not in ("landing", "impact")
+        }
+        return validate(Scene, made)
+
+
+def _by_modes(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
+    frequencies = [scale.frequency * dice.log(1.0, dice.ranges.spread) for _ in range(n)]
+    frequencies[0] = 0.0 if dice.odd() else scale.frequency
+    return {
+        "kind": "modal", "frequencies": frequencies, "damping_ratios": [_ratio(dice) for _ in range(n)],
+        "modal_masses": [scale.mass * dice.log(0.3, 3.0) for _ in range(n)],
+    }  # fmt: skip
+
+
+def _ratio(dice: Dice) -> float:
+    return 0.0 if dice.odd() else dice.log(*dice.ranges.damping)
+
+
+def _by_matrices(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
+    """A chain of masses on springs, with damping of the modes or in dashpots of its own."""
+    mass = [scale.mass * dice.log(0.3, 3.0) for _ in range(n)]
+    stiff = scale.mass * scale.rate**2
+    springs = [stiff * dice.log(0.3, 0.3 * dice.ranges.spread) for _ in range(n)]
+    if n > 1 and dice.odd():
+        springs[0] = 0.0
+    ties = np.eye(n) - np.eye(n, k=-1)  # stretch of spring i: from mass i - 1 to mass i
+    out: dict[str, Any] = {
+        "kind": "lumped", "coordinates": [f"x{i}" for i in range(n)], "mass": np.diag(mass).tolist(),
+        "stiffness": (ties.T @ np.diag(springs) @ ties).tolist(),
+    }  # fmt: skip
+    if dice.chance(0.5):
+        return out | {"damping_ratios": [_ratio(dice) for _ in range(n)]}
+    dashpots = [2.0 * scale.mass * scale.rate * _ratio(dice) for _ in range(n)]
+    return out | {"damping": (ties.T @ np.diag(dashpots) @ ties).tolist()}
+
+
+def _gaps(dice: Dice, scale: Scale, m: int) -> list[float]:
+    """Rest gaps: apart, all the same, or some that are zero or hardly different."""
+    gaps = scale.length * dice.rng.uniform(0.3, 1.0, m)
+    if dice.odd():
+        gaps[:] = gaps[0]
+    for i in range(m):
+        if dice.odd():
+            gaps[i] = dice.one_of([0.0, gaps[0], gaps[0] * (1.0 + 1e-9), gaps[i] * 1e3])
+    return gaps.tolist()
+
+
+def _drive(dice: Dice, scale: Scale, load: dict[str, Any]) -> dict[str, Any]:
+    gain = -scale.force / 8.0
+    law: Any = {"kind": "linear", "gain": gain}
+    if dice.chance(0.3):
+        law = PrandtlIshlinskii(
+            linear=0.6 * gain, quadratic=0.02 * gain, thresholds=(0.7, 2.3), weights=(0.2 * gain, 0.2 * gain)
+        )
+    out: dict[str, Any] = {"load": load, "law": law}
+    if dice.chance(0.3):
+        out["history"] = dice.rng.uniform(-8.0, 8.0, 2).tolist()
+    if dice.chance(0.3):
+        chosen = {
+            "slew_rate": 8.0 * scale.frequency * dice.log(3.0, 100.0),
+            "bandwidth": scale.frequency * dice.log(1.0, 30.0),
+            "clip": [-dice.between(3.0, 8.0), dice.between(3.0, 8.0)],
+        }
+        out["amplifier"] = {key: value for key, value in chosen.items() if dice.chance(0.6)}
+    return out
+
+
+def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
+    """A waveform of any kind, of some 8 V, at about the frequency of the structure."""
+    f = scale.frequency * dice.log(0.2, 2.0)
+    short = dice.log(dice.ranges.abrupt, 0.5) / f
+    volts = dice.rng.uniform(-8.0, 8.0, 4).tolist()
+    cycle = {
+        "amplitude": 8.0,
+        "frequency": f,
+        "phase": dice.between(0.0, 6.0),
+        "offset": dice.one_of([0.0, 4.0, 8.0]),
+    }
+    sweep = {"amplitude": 8.0, "start_frequency": 0.5 * f, "stop_frequency": 2.0 * f, "duration": 4.0 / f}
+    cubic = dice.chance(0.5)  # a spline through steps would swing far beyond them
+    times = np.cumsum([0.1 / f, 0.6 / f if cubic else short, 1.3 / f, 0.7 / f]).tolist()
+    return dice.one_of(
+        [
+            {"kind": "constant", "level": 8.0},
+            {"kind": "sine", **cycle},
+            {"kind": "square", **cycle, "duty": dice.between(0.05, 0.95)},
+            {"kind": "ramped_square", **cycle, "duty": min(short * f, 1.0)},
+            {"kind": "ramp", "start": volts[0], "stop": 8.0, "duration": dice.one_of([short, 2.0 / f])},
+            {"kind": "on_off", "levels": volts, "durations": [0.5 / f, short, 0.3 / f, 1.1 / f]},
+            {"kind": "poling", "level": 8.0, "hold": 1.0 / f, "fall": dice.one_of([0.0, short])},
+            {"kind": "swept_sine", **sweep},
+            {
+                "kind": "sampled",
+                "times": times,
+                "levels": volts,
+                "interpolation": "cubic" if cubic else "linear",
+            },
+        ]
+    )
+
+
+def _ground(dice: Dice, scale: Scale, legged: bool = False) -> dict[str, Any]:
+    """The laws of the ground, each there or not; sometimes a user's in place of a built-in one."""
+    ranges = dice.ranges
+    out: dict[str, Any] = {}
+    own: dict[str, Any] = {}
+
+    def law(share: float, slot: str, own_kind: str, **values: float) -> None:
+        if not dice.chance(share):
+            return
+        if own_kind and dice.chance(0.2):
+            own[own_kind] = OWN[own_kind](**values)
+        else:
+            out[slot] = values
+
+    damper = 2.0 * scale.mass * scale.rate
+    thickness = dice.log(*ranges.thickness) * (scale.length if ranges.relative else 1.0)
+    offset = scale.length * dice.log(0.3, 3.0)
+    law(
+        0.9,
+        "restitution",
+        "own_rebound",
+        coefficient=dice.one_of([0.0, 1.0, 0.5]) if dice.odd() else dice.between(0.1, 0.9),
+    )
+    law(
+        0.4,
+        "film",
+        "own_film",
+        coefficient=damper * thickness**3 * dice.log(*ranges.film),
+        thickness=thickness,
+    )
+    attraction = dice.log(*ranges.attraction) * scale.force * offset**2 / 64.0
+    law(0.3, "electrostatic", "own_electrostatic", coefficient=attraction, offset=offset)
+    strength = 0.0 if dice.odd() else dice.log(*ranges.adhesion) * scale.force
+    law(
+        0.5,
+        "adhesion",
+        "own_latch",
+        initial=strength,
+        rate=dice.log(*ranges.adhesion) * scale.force * scale.frequency,
+    )
+    if dice.chance(0.1):
+        own["magnet"] = OWN["magnet"](strength=attraction * 64.0 * offset**2, depth=offset)
+    if dice.chance(0.1):
+        own["drag"] = OWN["drag"](coefficient=damper * dice.log(1e-2, 1.0), height=scale.length)
+    if dice.chance(0.2) and "electrostatic" in out:
+        out["leg_electrostatic"] = {"coefficient": 0.3 * attraction, "offset": offset, "rest": scale.length}
+    if dice.chance(0.4) or legged:
+        out["gravity"] = {
+            "acceleration": 9.81 if ranges.long else scale.rate**2 * scale.length * dice.log(0.05, 0.5)
+        }
+    if dice.chance(0.3):
+        first = {"kind": "restitute_first", "speed": scale.length * scale.rate * dice.log(1e-2, 1.0)}
+        out["landing"] = dice.one_of([first, {"kind": "pull_as_printed"}])
+    if legged and dice.chance(0.8):
+        adhesive = dice.chance(0.3) and ("adhesion" in out or "own_latch" in own)
+        bound = 0.0 if dice.odd() else dice.log(*ranges.friction)
+        out["friction"] = {"kind": "adhesive" if adhesive else "coulomb", "coefficient": bound}
+    return out | ({"own": own} if own else {})
+
+
+def _impact_map(
+    dice: Dice, structure: dict[str, Any], feet: dict[str, Any], rows: np.ndarray
+) -> dict[str, Any]:
+    """A map that is not mass-weighted: of one mode, or where coordinates are points any."""
+    if structure["kind"] == "modal" or dice.chance(0.5):
+        return {"kind": "dominant_mode"}
+    columns = {}
+    for (name, foot), row in zip(feet.items(), rows, strict=True):
+        way = row + 0.3 * dice.rng.normal(size=len(row))
+        columns[name] = dict(
+            zip(structure["coordinates"], (foot["normal"] * way / (row @ way)).tolist(), strict=True)
+        )
+    return {"kind": "given", "columns": columns}
+
+
+def _duration(dice: Dice, scale: Scale) -> float:
+    return 20.0 if dice.chance(dice.ranges.long) else dice.log(*dice.ranges.cycles) / scale.frequency
+
+
+def _legged(dice: Dice, name: str) -> Scene:
+    """A body on legs, each with its own foot, most of them driven."""
+    ranges, scale = dice.ranges, _scale(dice)
+    legs, drives, feet, signals = {}, {}, {}, {}
+    count = dice.one_of(ranges.legs)
+    stiff = scale.mass * scale.rate**2
+    reach = dice.log(10.0, 1e3) * max(scale.length, 1e-7)
+
+    def spring(size: float) -> dict[str, float]:
+        k = stiff * dice.log(0.5, 2.0)
+        vertical = {"stiffness_v": k, "damping_v": 2.0 * math.sqrt(k * scale.mass) * _ratio(dice)}
+        k *= size
+        loose = dice.chance(0.3 * ranges.odd)
+        lateral = {
+            "stiffness_l": 0.0 if loose else k,
+            "damping_l": 2.0 * math.sqrt(k * scale.mass) * _ratio(dice),
+        }
+        return vertical | lateral
+
+    gaps = _gaps(dice, scale, count)
+    alike = spring(1.0) if dice.odd() else None
+    for i in range(count):
+        leg = f"l{i}"
+        legs[leg] = {
+            "x": reach * (i // 2 - (count - 1) / 4), "y": 0.4 * reach * (-1) ** i, "z": -0.1 * reach,
+            "mass": scale.mass * dice.log(0.5, 2.0), **(alike or spring(dice.log(0.3, 3.0))),
+        }  # fmt: skip
+        if dice.chance(0.1):
+            continue  # a leg that just swings, or stands
+        weights = {leg: 1.0, f"{leg}_hip": -1.0}
+        if dice.chance(0.6):
+            weights |= {f"{leg}_x": 0.7, f"{leg}_hip_x": -0.7}
+        drives[leg] = _drive(dice, scale, {"kind": "point", "weights": weights})
+        if not dice.chance(0.1):
+            signals[leg] = _signal(dice, scale)
+    for i, leg in enumerate(legs):
+        if i < 1 or not dice.chance(0.1):
+            feet[leg] = {"point": leg, "gap": gaps[i]}
+    heavy = scale.mass * count * dice.log(0.5, 20.0)
+    body: dict[str, float] = {"mass": heavy}
+    if dice.chance(0.6):
+        body |= {
+            "roll_inertia": 0.1 * heavy * reach**2,
+            "pitch_inertia": 0.2 * heavy * (reach * count / 4) ** 2,
+        }
+    ground = _ground(dice, scale, legged=True)
+    if ground.get("electrostatic") and drives:
+        for leg, foot in feet.items():
+            foot["electrode"] = leg if leg in drives else next(iter(drives))
+    else:
+        ground.pop("electrostatic", None)
+        ground.pop("leg_electrostatic", None)
+    made = {
+        "name": name, "duration": _duration(dice, scale), "ground": ground, "signals": signals,
+        "robot": {"structure": {"kind": "walker", "body": body, "legs": legs}, "drives": drives, "feet": feet},
+    }  # fmt: skip
+    return _valid(made)

@@ -1,0 +1,140 @@
+"""Thousands of random scenes: does each run end in time, in numbers, above the ground, with its account closed?
+
+    python tests/survey.py FILE --count 10000 --workers 2
+
+writes a line a scene to FILE, goes on where it was stopped, and says what was found. A worker that a scene kills or
+that it holds for longer than `LIMIT` is started again behind that scene.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+import tarsus as ts
+from random_scenes import scene_of
+from tarsus.model.scene import Scene
+from tarsus.solve.codes import CLOSED
+
+LIMIT = 20
+"""[s] of wall time that a run may take; a worker is stopped at three times that."""
+DEPTH = 1e-9
+"""Deepest a foot may be seen below the ground, relative to the length that the run's tolerances refer to: ten times the
+error of a gap that a step may leave (1e-10)."""
+SAMPLES = 301
+
+
+def look_at(scene: Scene) -> dict[str, Any]:
+    """What became of a scene: code, wall [s], closure, depth below the ground, whether all numbers are finite."""
+    start = time.perf_counter()
+    run = ts.simulate(scene)
+    code = run.code.name
+    wall = time.perf_counter() - start
+    out: dict[str, Any] = {"code": code, "wall": round(wall, 3), "steps": int(run.raw.finish[0, 1])}
+    out["events"], out["reached"] = len(run.events), run.end_time / scene.duration
+    out["closure"] = float(run.ledger.closure)
+    state = run.at(np.linspace(0.0, run.end_time, SAMPLES)).state
+    out["depth"] = float(-state.gap.min(initial=0.0) / run.plan.length)
+    numbers = (state.x, state.v, state.gap, state.pull)
+    columns = [run.events[field] for field in run.events.dtype.names or ()]
+    out["finite"] = all(bool(np.isfinite(values).all()) for values in (*numbers, *columns))
+    return out
+
+
+def faults(found: dict[str, Any]) -> list[str]:
+    """What is wrong with what became of a scene, in words; a code or a sentence that says what failed is not."""
+    if "code" not in found:
+        error = found.get("error", "the process died or did not end")
+        return [] if error.startswith("InputError") else [error]
+    said = []
+    if found["wall"] > LIMIT:
+        said.append("slow")
+    if found["code"] == "DONE":
+        if not found["finite"]:
+            said.append("not finite")
+        if not found["depth"] <= DEPTH:
+            said.append("below the ground")
+        if not found["closure"] <= CLOSED:
+            said.append("open account")
+    return said
+
+
+def work(file: Path, first: int, count: int, step: int) -> None:
+    """Run the seeds first, first + step, ... below ``count`` that the file has not."""
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    known = read(file)
+    with file.open("a", encoding="utf-8") as out:
+        for seed in range(first, count, step):
+            if seed in known:
+                continue
+            print(json.dumps({"seed": seed}), file=out, flush=True)
+            signal.alarm(3 * LIMIT)
+            try:
+                found = look_at(scene_of(seed))
+            except Exception as error:
+                found = {"error": f"{type(error).__name__}: {error}"[:300]}
+            signal.alarm(0)
+            print(json.dumps({"seed": seed, **found}), file=out, flush=True)
+
+
+def read(file: Path) -> dict[int, dict[str, Any]]:
+    """What a file says of each seed; one that was begun and not ended says nothing but its number."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    return {found["seed"]: found for found in map(json.loads, lines)}
+
+
+def survey(file: Path, count: int, workers: int) -> dict[int, dict[str, Any]]:
+    """Run the seeds below ``count`` in processes of their own and collect what became of them."""
+    parts = [file.with_suffix(f".{w}.jsonl") for w in range(workers)]
+    command = [sys.executable, __file__, "--part"]
+    begun = {
+        w: subprocess.Popen([*command, str(parts[w]), str(w), str(count), str(workers)])
+        for w in range(workers)
+    }
+    while begun:
+        time.sleep(0.5)
+        for w, process in list(begun.items()):
+            if process.poll() is None:
+                continue
+            del begun[w]
+            if process.returncode != 0:  # stopped by a scene: go on behind it
+                begun[w] = subprocess.Popen([*command, str(parts[w]), str(w), str(count), str(workers)])
+    found = {seed: one for part in parts for seed, one in read(part).items()}
+    return dict(sorted(found.items()))
+
+
+def main() -> int:
+    if sys.argv[1:2] == ["--part"]:
+        work(Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))
+        return 0
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--count", type=int, default=10000)
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    found = survey(asked.file, asked.count, asked.workers)
+    said = Counter(text.split(":")[0] for one in found.values() for text in faults(one) or ["right"])
+    for text, times in said.most_common():
+        seeds = [seed for seed, one in found.items() if text in [s.split(":")[0] for s in faults(one)]]
+        print(f"{times:6d}  {text}  {seeds[:12] if text != 'right' else ''}")
+    codes = Counter(one.get("code", "refused" if "error" in one else "died") for one in found.values())
+    print(", ".join(f"{times} {code}" for code, times in codes.most_common()))
+    walls = sorted(one["wall"] for one in found.values() if "wall" in one)
+    print(f"{len(found)} scenes, {sum(walls):.0f} s of runs, the longest {walls[-1]:.1f} s")
+    return 0 if set(said) == {"right"} else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
