@@ -7,15 +7,11 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-<<<<<<< HEAD
 from tarsus.cli import design_gait
 
-app = App(name="design", help="Design what a description or a signal should be, given what it should do.")
-app.command(design_gait.gait)
-app.command(design_gait.adapt)
-=======
 design = App(name="design", help="Design what a description or a signal should be, given what it should do.")
->>>>>>> landing
+design.command(design_gait.gait)
+design.command(design_gait.adapt)
 
 
 @design.command

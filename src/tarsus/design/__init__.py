@@ -1,21 +1,15 @@
 """Design: what a description or a signal should be, given what it should do."""
 
-<<<<<<< HEAD
 from tarsus.design.adaptive import AdaptiveGait, Sense, adapt
 from tarsus.design.gait_fronts import GaitFront, GaitPoint, gait
-=======
 from tarsus.design.landing_files import header_text, landing_table, write_landing
->>>>>>> landing
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
 from tarsus.design.over import Box, Ensemble
 from tarsus.design.request import Options, Sensor
 from tarsus.design.soft_landing import LandingDesign, landing
 from tarsus.design.step_lift import StepLift, step_lift
-<<<<<<< HEAD
-from tarsus.design.unknowns import Symmetry
-=======
 from tarsus.design.target import Objective
->>>>>>> landing
+from tarsus.design.unknowns import Symmetry
 from tarsus.model.standing import standing
 
 __all__ = [
@@ -27,22 +21,16 @@ __all__ = [
     "LandingDesign",
     "Landscape",
     "LinkDesign",
-<<<<<<< HEAD
-    "Sense",
-=======
     "Objective",
     "Options",
+    "Sense",
     "Sensor",
->>>>>>> landing
     "StepLift",
     "Symmetry",
     "adapt",
     "design_links",
-<<<<<<< HEAD
     "gait",
-=======
     "header_text",
->>>>>>> landing
     "landing",
     "landing_table",
     "landscape",
