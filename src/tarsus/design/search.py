@@ -21,6 +21,9 @@ Cost = Callable[[Ints, Floats], Floats]
 NEAR = 0.08
 """Points nearer than this to a better one (root mean square over the unknowns) are in its valley: a plateau of a
 natural period's length is then within a twelfth of it."""
+POOL, FEWEST = 60, 1000
+"""Valleys are looked for among so many points for each that is wanted, and at least so many: what costs more than these
+is no good valley, however far from the others."""
 FIRST_STEP = 0.08
 """First standard deviation of an evolution strategy: the size of such a valley."""
 LAST_STEP = 3e-5
@@ -57,7 +60,7 @@ class Archive:
     def best(self, count: int, near: float = NEAR) -> Ints:
         """Rows of the ``count`` best points, each in a valley of its own; fewer if there are not so many."""
         chosen: list[int] = []
-        left = np.argsort(self.costs, kind="stable")
+        left = np.argsort(self.costs, kind="stable")[: max(POOL * count, FEWEST)]
         while len(left) and len(chosen) < count:
             row = int(left[0])
             chosen.append(row)

@@ -220,7 +220,7 @@ class _Designer:
         """A search's length: the more unknowns the longer."""
         effort = self.request.options.effort * share
         return Budget(
-            max(int(6000 * effort), 64), max(int(40 * effort), 2), max(int(72 * min(effort, 1.5)), 6)
+            max(int(8000 * effort), 64), max(int(60 * effort), 2), max(int(72 * min(effort, 1.5)), 6)
         )
 
     def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
