@@ -75,11 +75,13 @@ def ranks(costs: Floats) -> Ints:
     """Number (n,) of the front that each of costs (n, no) is on, 0 the best; costs that are not finite are on the
     last."""
     found = np.full(len(costs), -1)
-    finite = np.isfinite(costs).all(axis=1)
-    beats = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
+    finite = np.asarray(np.isfinite(costs).all(axis=1))
+    beats = np.asarray(
+        (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
+    )
     left, rank = finite.copy(), 0
     while left.any():
-        best = left & ~beats[left].any(axis=0)
+        best = left & ~np.asarray(beats[left].any(axis=0))
         found[best], rank = rank, rank + 1
         left &= ~best
     found[found < 0] = rank

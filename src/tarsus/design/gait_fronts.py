@@ -35,10 +35,10 @@ FLOOR = 0.1
 moves moves even less on some ground is no news."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
-SHARES = (0.35, 0.3, 0.2)
-"""Shares of the candidates that go to the nominal front, to the first search under the risk, and to the robust
-gait."""
-MORE_SHARE = 0.03
+SHARES: tuple[float, ...] = (0.6, 0.2, 0.12)
+"""Shares of the candidates that go to the nominal front, each of which costs one walk, to the first search under the
+risk, each of which costs one on every ground, and to the robust gait."""
+MORE_SHARE = 0.02
 """Share of the candidates in every further round."""
 STARTS = 48
 """Gaits of one search that the next one begins with."""
@@ -46,6 +46,9 @@ MEAN_GROUNDS = 24
 """Grounds that stand for a box where a risk averages over it."""
 MORE = 3
 """Grounds added in a round at most: every one of them costs a run of each later candidate."""
+LAST_LOOKS = 3
+"""Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
+elsewhere."""
 CLIMB = 4
 """Steps uphill of an attack between rounds; the last attack climbs twice as long."""
 
@@ -272,14 +275,15 @@ class _Designer:
         seed = 1000 * self.request.options.seed + self.asked
         unknowns = self.request.unknowns
         points, values = search_front(costs, len(unknowns), unknowns.around, search, seed, starts)
-        return _Found(points, values, *(np.concatenate(own) for own in zip(*every, strict=True)))
+        risked, own = (np.concatenate(part) for part in zip(*every, strict=True))
+        return _Found(points, values, risked, own)
 
     def design(self) -> GaitFront:
         """The whole design."""
         request, risk, over = self.request, self.request.risk, self.request.over
         robust_too = over is not None and not isinstance(risk, Nominal)
         none = np.zeros((0, len(request.unknowns)))
-        share = SHARES if robust_too else (1.0,)
+        share = SHARES if robust_too else (1.0, 0.0, 0.0)
         nominal = self._search(_FRONT, self.own, Nominal(), share[0], none)
         best = nominal.points[_best(nominal.costs)]
         found, robust, grounds, rounds = nominal, best, self.own, []
@@ -292,9 +296,16 @@ class _Designer:
             rounds += more
             robust = compared.points[goal.pick(compared.costs, 1)[0]]
             found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
-        chosen = along(found.costs)
-        made, gap = self._shown(np.concatenate([found.points[chosen], robust[None], best[None]]), grounds)
-        plain, _ = self._shown(nominal.points[along(nominal.costs)], grounds, attacked=False)
+        made, gap = [], np.nan
+        for number in range(LAST_LOOKS):
+            chosen = np.concatenate([found.points[along(found.costs)], robust[None], best[None]])
+            made, gap, hurt = self._shown(chosen, grounds, number)
+            if not gap > CLOSED or number == LAST_LOOKS - 1:
+                break
+            grounds = grounds.with_more(hurt)
+            rounds.append(FrontRound("last look", len(grounds), gap))
+            found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
+        plain, _, _ = self._shown(nominal.points[along(nominal.costs)], grounds, None)
         return GaitFront(
             request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
             found.points, found.costs, self.tried, self.kept.walks.runs, self.kept.reused,
@@ -361,25 +372,26 @@ class _Designer:
         return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
 
     def _shown(
-        self, points: Floats, grounds: Grounds, *, attacked: bool = True
-    ) -> tuple[list[GaitPoint], float]:
-        """Points (k, nu) as gaits, and the gap of all but the last, which is of no front; without an attack the
-        worst is that of the grounds."""
+        self, points: Floats, grounds: Grounds, look: int | None
+    ) -> tuple[list[GaitPoint], float, Floats]:
+        """Points (k, nu) as gaits; the gap of all but the last, which is of no front, and the grounds (n, np) that
+        open it. look: number of the attack on them; None for none, and then the worst is that of the grounds."""
         request, objectives = self.request, self.request.objectives
         each = self.kept(points, grounds)
         risked = _risked(request.risk, each, grounds)
-        gap, worst = np.nan, np.full(risked.shape, np.nan)
+        gap, worst, hurt = np.nan, np.full(risked.shape, np.nan), np.zeros((0, 0))
         where: list[dict[str, float]] = [{} for _ in points]
         first = next((j for j, one in enumerate(objectives) if one.grounded), 0)
         if request.over is not None:
             worst, at = each.max(axis=1), each[:, :, first].argmax(axis=1)
             where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
-        if attacked and isinstance(request.over, Box):
+        if look is not None and isinstance(request.over, Box):
             self.progress(self.tried, request.options.candidates, "the last look at the box")
-            count, seed = 4 * request.options.look, 100 * request.options.seed + 99
+            count, seed = 4 * request.options.look, 100 * request.options.seed + 5 + look
             struck = strike(self.kept, points, request.over, count, 2 * CLIMB, seed)
             if isinstance(request.risk, Worst):
-                gap = float(self._gaps(each, struck.costs)[:-1].max())
+                gaps = self._gaps(each, struck.costs)[:-1]
+                gap, hurt = float(gaps.max()), _worst(struck.grounds[:-1], gaps, request.over)
             for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
                 where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
             worst = np.maximum(worst, struck.costs)
@@ -397,7 +409,7 @@ class _Designer:
             )
             for i, point in enumerate(points)
         ]  # fmt: skip
-        return made, gap
+        return made, gap, hurt
 
 
 def search_of(candidates: int) -> Search:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +101,8 @@ class Walks:
         if self._switched(values):
             gait, layout = self.scene.gait, self.scene.robot.layout()
             assert gait is not None and layout is not None
-            low, high = (values.get(f"gait.{end}", getattr(gait, end)) for end in ("low", "high"))
+            low: Any = values.get("gait.low", gait.low)  # pyright: ignore[reportArgumentType]
+            high: Any = values.get("gait.high", gait.high)  # pyright: ignore[reportArgumentType]
             drives = [
                 self.scene.robot.drives[name]
                 for name in gait.waveforms(layout)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -42,7 +43,7 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
     if play:
         (folder / "gaits").mkdir(exist_ok=True)
         for name, point in gait_scene_names(design):
-            run = simulate(design.scene_of(point, worst=True), design.request.duration)
+            run: Any = simulate(design.scene_of(point, worst=True), design.request.duration)
             target = folder / "gaits" / f"{name}.html"
             write_text(target, report_html(run))
             pages.append(target)
@@ -166,7 +167,7 @@ def _believed(design: GaitFront) -> str:
     best, own = design.optimum, design.robust
     said = (
         f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the "
-        f"worst that was found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
+        f"worst found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
         f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and "
         f"{amount(own.worst[0], one.unit)}."
     )
