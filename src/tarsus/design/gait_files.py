@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,8 @@ from typing import Any
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive import AdaptiveGait
 from tarsus.design.gait_fronts import GaitFront, GaitPoint
-from tarsus.files.store import finite, package_version, write_text
+from tarsus.files.jsontext import json_text
+from tarsus.files.store import package_version, write_text
 from tarsus.files.toml import scene_text
 
 __all__ = [
@@ -67,7 +67,7 @@ def gait_scene_names(design: GaitFront) -> list[tuple[str, GaitPoint]]:
 def write_front(design: GaitFront, folder: Path) -> list[Path]:
     """Write a front into a folder; the paths of the files."""
     written = [folder / "gaits.json", folder / "front.csv"]
-    write_text(written[0], json.dumps(finite(gait_table(design)), indent=2, ensure_ascii=False) + "\n")
+    write_text(written[0], json_text(gait_table(design)) + "\n")
     write_text(written[1], _csv(design))
     (folder / "gaits").mkdir(exist_ok=True)
     for name, point in gait_scene_names(design):
@@ -115,7 +115,7 @@ def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
 def write_adapt(design: AdaptiveGait, folder: Path) -> list[Path]:
     """Write an adaptive gait into a folder; the paths of the files."""
     written = [folder / "adapt.json", folder / "hidden.csv"]
-    write_text(written[0], json.dumps(finite(adapt_table(design)), indent=2, ensure_ascii=False) + "\n")
+    write_text(written[0], json_text(adapt_table(design)) + "\n")
     objective = design.request.objectives[0]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
