@@ -220,11 +220,14 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
 // one has changed.
 TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   if (m.sizes.feet > 1) reconsider_departures(m);
-  for (int i : m.mode->free) {
-    int& departure = m.feet[i].departure;
-    if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.settings.gap_zero)) continue;
-    departure = UNDER_WAY;
-    if (impact(m, i, m.settings.speed_zero) || rest_on_ground(m, i)) return true;
+  for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
+    for (int i : m.mode->free) {
+      int& departure = m.feet[i].departure;
+      if ((departure == DUE) != first) continue;
+      if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.settings.gap_zero)) continue;
+      departure = UNDER_WAY;
+      if (impact(m, i, m.settings.speed_zero) || rest_on_ground(m, i)) return true;
+    }
   }
   return false;
 }
