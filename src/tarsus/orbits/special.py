@@ -7,6 +7,7 @@ Between two neighbouring points a test function of the orbit changes its sign, o
     neimark-sacker  a complex pair of multipliers has magnitude 1
     grazing         an impact appears or goes: its approach speed is 0
     sticking        a contact is held that was not, or bounces that accumulate to rest begin to
+    capture         a landing is captured that bounced before, or the reverse
     simultaneous    events of different feet change their order
 """
 
@@ -111,6 +112,8 @@ def _difference(before: Point, after: Point) -> tuple[str, str]:
     held = [sum(n for (_, kind), n in counts.items() if kind in CONTACT_BEGINS) for counts in (gone, new)]
     if held[0] != held[1]:
         return "sticking", "a contact begins to be held" if held[1] > held[0] else "a held contact ends"
+    if hits[0] != hits[1]:
+        return "capture", f"a foot is captured one impact {'later' if hits[1] > hits[0] else 'earlier'}"
     return "events", "a contact ends or slides otherwise than before"
 
 

@@ -23,6 +23,7 @@ from tarsus.report.style import (
     ORANGE,
     PURPLE,
     RULE,
+    SKY,
     VERMILION,
     WIDTH_IN,
     few_ticks,
@@ -35,7 +36,7 @@ __all__ = ["branch_html", "write_branch_report"]
 
 _MARKS = {
     "fold": ("s", VERMILION), "flip": ("D", PURPLE), "neimark-sacker": ("^", GREEN), "grazing": ("o", ORANGE),
-    "sticking": ("v", INK), "simultaneous": ("P", MUTED), "events": ("X", MUTED),
+    "sticking": ("v", INK), "capture": ("<", SKY), "simultaneous": ("P", MUTED), "events": ("X", MUTED),
 }  # fmt: skip
 
 
