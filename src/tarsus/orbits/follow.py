@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import CONTACT_BEGINS, EventKind
+from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
-from tarsus.orbits.returns import Returned, ReturnMap, return_map
+from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight, return_map
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
 from tarsus.solve.window import Contacts
 
-__all__ = ["Follower", "Point", "middle_of_flight", "sequence"]
+__all__ = ["Follower", "Point", "sequence"]
 
 Floats = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ class Follower:
         are the same."""
         for part in (DIFFERENCE, -DIFFERENCE):
             beside = self.map(at + part * self.span)(state, self.multiple)
-            if _kinds(beside) == _kinds(back):
+            if beside.kinds == back.kinds:
                 break
         return (beside.state - back.state) / part
 
@@ -141,7 +141,8 @@ class Follower:
     def moved(self, point: Point) -> tuple[Follower, Point]:
         """The same with its section in the middle of the longest time in which no foot is on the ground."""
         orbit = point.orbit
-        later = middle_of_flight(orbit)
+        held = dict.fromkeys(orbit.map.contacts.held, 0.0)
+        later = middle_of_flight(held, orbit.events, 0.0, orbit.period) or 0.0
         shift = later / orbit.map.period
         found = orbit.map.window(orbit.state, [orbit.start + later]).states
         state = np.concatenate([found.x[:, 0], found.v[:, 0]])
@@ -151,24 +152,6 @@ class Follower:
         upward[-1] = np.sign(point.tangent[-1]) or 1.0
         again = follower.solve(place, upward, float(upward @ place))
         return (follower, again) if again is not None else (self, point)
-
-
-def middle_of_flight(orbit: Orbit) -> float:
-    """Time [s] after the section in the middle of the longest time in which no foot is on the ground; 0 without one."""
-    held: set[int] = set(orbit.map.contacts.held)
-    best, since, where = 0.0, 0.0, 0.0
-    for event in orbit.events:
-        foot, kind, time = int(event["foot"]), event["kind"], float(event["time"])
-        if not held and time - since > best:
-            best, where = time - since, 0.5 * (time + since)
-        if kind in CONTACT_BEGINS:
-            held.add(foot)
-        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
-            held.discard(foot)
-        since = time
-    if not held and orbit.period - since > best:
-        where = 0.5 * (orbit.period + since)
-    return where
 
 
 def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
@@ -187,10 +170,6 @@ def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
                 del out[last]
         out.append((foot, kind))
     return tuple(out)
-
-
-def _kinds(back: Returned) -> list[tuple[int, int]]:
-    return list(zip(back.events["foot"].tolist(), back.events["kind"].tolist(), strict=True))
 
 
 def _null(jacobian: Floats, like: Floats) -> Floats:

@@ -15,10 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS, EventKind
+from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
+from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
-from tarsus.orbits.returns import FINE, Returned, ReturnMap, drive_period, return_map
+from tarsus.orbits.returns import (
+    FINE,
+    Returned,
+    ReturnMap,
+    contacts_of,
+    drive_period,
+    follow_contact,
+    middle_of_flight,
+    return_map,
+)
 from tarsus.solve import ResultCode, Run, simulate
 from tarsus.solve.window import Contacts
 
@@ -99,12 +109,6 @@ class Orbit:
         return int(np.isin(self.returned.events["kind"], IMPACTS).sum())
 
     @property
-    def sequence(self) -> tuple[tuple[int, int], ...]:
-        """(foot, kind) of the events of a period, in order."""
-        events = self.returned.events
-        return tuple(zip(events["foot"].tolist(), events["kind"].tolist(), strict=True))
-
-    @property
     def kind(self) -> str:
         """Stability, period and events in words, as "stable, period 2, 3 impacts"."""
         if self.stable:
@@ -164,8 +168,6 @@ def periodic(
         For drives without a common period, for a robot with legs of its own (`Walker`), and where the motion after
         `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
-    from tarsus.base.spec import with_values
-
     scene = with_values(scene, dict(values)) if values else scene
     if isinstance(scene.robot.structure, Walker):
         raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])
@@ -259,12 +261,9 @@ def converge(scene: Scene, returns: ReturnMap, start: Floats, multiple: int) -> 
 
 def _smallest(found: Orbit) -> Orbit:
     """The same motion by its smallest period."""
-    scale = found.map.scales(found.state)
     for k in range(1, found.multiple):
-        if found.multiple % k == 0:
-            miss = np.abs((found.map(found.state, k).state - found.state) / scale).max()
-            if miss <= 1e3 * CLOSED:
-                return converge(found.scene, found.map, found.state, k) or found
+        if found.multiple % k == 0 and _miss(found.map, found.state, k) <= 1e3 * CLOSED:
+            return converge(found.scene, found.map, found.state, k) or found
     return found
 
 
@@ -274,35 +273,16 @@ def _section(run: Run, period: float, count: int) -> tuple[float, Contacts]:
     begin, end = count * period, (count + 1) * period
     events = run.events[run.events["time"] < end]
     held: dict[int, float] = {}
-    free, moments = [], [begin]
-    state_before: dict[int, float] = {}
-    for event in events:
-        foot, kind, time = int(event["foot"]), event["kind"], float(event["time"])
-        if time >= begin:
-            if not held:
-                free.append((moments[-1], time))
-            moments.append(time)
-        if kind in CONTACT_BEGINS:
-            held[foot] = time
-        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
-            held.pop(foot, None)
-        if time < begin:
-            state_before = dict(held)
-    if not held:
-        free.append((moments[-1], end))
-    if free:
-        first, last = max(free, key=lambda one: one[1] - one[0])
-        return 0.5 * (first + last), Contacts()
-    feet = sorted(state_before)
-    return begin, Contacts(feet, [state_before[foot] for foot in feet])
+    for event in events[events["time"] < begin]:
+        follow_contact(held, event)
+    middle = middle_of_flight(held, events[events["time"] >= begin], begin, end)
+    return (begin, contacts_of(held)) if middle is None else (middle, Contacts())
 
 
 def _mismatches(run: Run, returns: ReturnMap, wanted: tuple[int, ...]) -> tuple[Floats, dict[int, float]]:
     """State at the section, and by multiple by how much the run's own return misses it."""
-    times = returns.start + returns.period * np.array([0, *wanted])
-    order = np.argsort(times)
-    found = run.states(times[order])
-    states = np.concatenate([found.x, found.v])[:, np.argsort(order)].T
+    found = run.states(returns.start + returns.period * np.array([0, *wanted]))
+    states = np.concatenate([found.x, found.v]).T
     scale = returns.scales(states[0])
     miss = np.abs((states[1:] - states[0]) / scale).max(axis=1)
     return states[0], dict(zip(wanted, miss.tolist(), strict=True))

@@ -8,7 +8,6 @@ their contacts is none of it. Else s lies in the subspace in which held feet sta
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,7 +28,15 @@ from tarsus.solve.engines import Shared
 from tarsus.solve.tangents import DataTangents, Entering, tangents
 from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
 
-__all__ = ["ReturnMap", "Returned", "drive_period", "return_map"]
+__all__ = [
+    "ReturnMap",
+    "Returned",
+    "contacts_of",
+    "drive_period",
+    "follow_contact",
+    "middle_of_flight",
+    "return_map",
+]
 
 Floats = NDArray[np.float64]
 
@@ -81,6 +88,11 @@ class Returned:
     contacts: Contacts
     code: ResultCode
     events: NDArray[np.void]
+
+    @property
+    def kinds(self) -> list[tuple[int, int]]:
+        """(foot, kind) of the events, in order."""
+        return list(zip(self.events["foot"].tolist(), self.events["kind"].tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -192,16 +204,36 @@ def _contacts_at_end(first: Contacts, start: float, window: Window) -> Contacts:
     since = first.since if first.since is not None else [start] * len(first.held)
     held = dict(zip(first.held, since, strict=True))
     for event in window.events:
-        foot, kind = int(event["foot"]), event["kind"]
-        if kind in CONTACT_BEGINS:
-            if not (kind == EventKind.CONTACT_AT_START and foot in held):
-                held[foot] = float(event["time"])
-        elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
-            held.pop(foot, None)
+        follow_contact(held, event)
+    return contacts_of(held)
+
+
+def follow_contact(held: dict[int, float], event: np.void) -> None:
+    """Take an event into account in the feet on the ground and since when they are there [s]."""
+    foot, kind = int(event["foot"]), event["kind"]
+    if kind in CONTACT_BEGINS:
+        if not (kind == EventKind.CONTACT_AT_START and foot in held):
+            held[foot] = float(event["time"])
+    elif kind in (EventKind.RELEASE, EventKind.BOUNCE):
+        held.pop(foot, None)
+
+
+def contacts_of(held: Mapping[int, float]) -> Contacts:
+    """Feet on the ground and since when, as a window takes them."""
     feet = sorted(held)
     return Contacts(feet, [held[foot] for foot in feet])
 
 
-def phase_of(time: float, period: float) -> float:
-    """Part of a period, 0 to below 1, at a time."""
-    return math.fmod(time / period, 1.0)
+def middle_of_flight(
+    held: Mapping[int, float], events: NDArray[np.void], begin: float, end: float
+) -> float | None:
+    """Time [s] in the middle of the longest time from ``begin`` to ``end`` in which no foot is on the ground; None
+    without one. held: the feet on the ground at first; events: those in between, in order."""
+    now, since, best, where = dict(held), begin, 0.0, None
+    for time, event in [*zip(events["time"].tolist(), events, strict=True), (end, None)]:
+        if not now and time - since > best:
+            best, where = time - since, 0.5 * (since + time)
+        if event is not None:
+            follow_contact(now, event)
+        since = time
+    return where
