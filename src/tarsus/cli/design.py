@@ -100,7 +100,7 @@ def landing(
     from tarsus.files.output import OutputFolder
 
     options = _options(objective, sensor, tick, shortest, ringing)
-    grounds = _grounds(over or ())
+    grounds = requests.grounds_of(over or ())
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
     target.check()
@@ -147,15 +147,6 @@ def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str
     if problems:
         raise InputError(problems)
     return found
-
-
-def _grounds(words: Any) -> Any:
-    """A file of draws, or a box."""
-    from tarsus.design.over import read_box
-
-    if len(words) == 1 and words[0].endswith(".npz"):
-        return words[0]
-    return read_box(words)
 
 
 def _show(table: dict[str, Any], folder: Path) -> None:

@@ -93,7 +93,7 @@ def gait(
     if resume and overwrite:
         raise InputError("--resume continues a design and --overwrite begins it again: give one of them")
     options = _options(loss=(loss, "1"), duration=(duration, "s"))
-    given = {"free": _free(free), "over": _grounds(over or ())}
+    given = {"free": _free(free), "over": requests.grounds_of(over or ())}
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design gait", (*FRONT_FILES, *KEPT_FILES), overwrite, resumable=True)
     target.check(resume=resume)
@@ -205,7 +205,7 @@ def adapt(
     from tarsus.files.output import OutputFolder
 
     options = _options(noise=(noise, "1"), duration=(duration, "s"))
-    the_free, grounds = _free(free), _grounds(over)
+    the_free, grounds = _free(free), requests.grounds_of(over)
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design adapt", ADAPT_FILES, overwrite)
     target.check()
@@ -266,15 +266,6 @@ def _free(words: list[str]) -> dict[str, tuple[str, str] | None]:
     if problems:
         raise InputError(problems)
     return found
-
-
-def _grounds(words: Any) -> Any:
-    """A file of draws, or a box; None for nothing."""
-    from tarsus.design.over import read_box
-
-    if len(words) == 1 and words[0].endswith(".npz"):
-        return words[0]
-    return read_box(words) or None
 
 
 def _checked(

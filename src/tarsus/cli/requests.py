@@ -154,3 +154,12 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
     if found[0] == found[1]:
         raise InputError(f"{option}: the range from {start} to {end} is empty")
     return found[0], found[1]
+
+
+def grounds_of(words: Sequence[str]) -> Any:
+    """What `--over` asks a design to bear: a file of draws, or a box by path; nothing for no words."""
+    from tarsus.design.over import read_box
+
+    if len(words) == 1 and words[0].endswith(".npz"):
+        return words[0]
+    return read_box(words) or None
