@@ -17,8 +17,8 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "check", "simulate", "sweep", "branch", "synthesize", "identify", "calibrate", "next", "design",
-    "bench",
+    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "sweep", "branch", "synthesize",
+    "identify", "calibrate", "next", "design", "bench", "doctor", "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
 name."""

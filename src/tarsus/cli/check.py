@@ -1,33 +1,129 @@
-"""`tarsus check`: is this file a scene?"""
+"""`tarsus check`: is this a device, a scene, a study, a calibration or a campaign that can be used?"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+if TYPE_CHECKING:
+    from tarsus.model.laws import Law
+    from tarsus.model.scene import Scene
 
-def check(file: Path, /, *, law: Annotated[list[Path] | None, Parameter(negative=())] = None) -> int:
-    """Check a scene file and name all its errors at once.
+
+def check(
+    name: str,
+    /,
+    *,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Check a device, a scene, a study, a calibration or a campaign with all its records; name all errors at once.
 
     Parameters
     ----------
-    file
-        a scene file (TOML).
+    name
+        a device or packaged study by name, a file (TOML), or the folder of a campaign.
     law
         a Python file with laws that the scene uses; may be repeated.
+    json
+        print one JSON object instead of sentences.
     """
-    from tarsus.base.spec import float_paths
+    from tarsus.cli import console
     from tarsus.cli.requests import laws_of
+
+    what, contents, remarks = _checked(name, laws_of(law or ()))
+    if json:
+        console.print_json({"name": name, "is": what, "contents": contents, "remarks": remarks})
+        return 0
+    print(f"{name} is a good {what}: {contents}.")
+    console.complain([f"note: {remark}" for remark in remarks])
+    return 0
+
+
+def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[str]]:
+    """What a name or file is, what it holds, and remarks on it; `InputError` with all that is wrong."""
+    from tarsus.files.library import device_names, load_scene
+    from tarsus.study.studyfile import calibration_names, read_table, study_names
+
+    path = Path(name)
+    if path.is_dir():
+        return _campaign(path)
+    if not name.endswith(".toml") and name not in device_names() and not path.exists():
+        if name in study_names():
+            return _sweep(name, laws)
+        if name in calibration_names():
+            return _calibration(name, laws)
+    if not path.is_file():
+        return _scene("device", load_scene(name, laws=laws))
+    table = read_table(path)
+    if "records" in table:
+        return _campaign(path)
+    if "table" in table:
+        return _calibration(name, laws)
+    if "vary" in table or isinstance(table.get("scene"), str):
+        return _sweep(name, laws)
     from tarsus.files.toml import read_scene
 
-    scene = read_scene(file, laws_of(law or ()))
+    return _scene("scene", read_scene(path, laws))
+
+
+def _scene(what: str, scene: Scene) -> tuple[str, str, list[str]]:
+    from tarsus.base.plausible import remarks
+    from tarsus.base.spec import float_paths
+
     counts = (
-        (len(scene.robot.drives), "drive", "drives"),
-        (len(scene.robot.feet), "foot", "feet"),
-        (len(float_paths(scene)), "value", "values"),
+        _count(len(scene.robot.drives), "drive"),
+        _count(len(scene.robot.feet), "foot", "feet"),
+        _count(len(float_paths(scene)), "value"),
     )
-    contents = ", ".join(f"{count} {one if count == 1 else many}" for count, one, many in counts)
-    print(f"{file} is a good scene: {scene.name} ({contents}).")
-    return 0
+    return what, f"{scene.name} ({', '.join(counts)})", remarks(scene)
+
+
+def _sweep(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[str]]:
+    from tarsus.base.plausible import remarks
+    from tarsus.study.studyfile import load_sweep
+
+    study = load_sweep(name, laws)
+    return "study", f"{study.name} ({_count(study.runs, 'run')} of {study.seconds:g} s)", remarks(study.scene)
+
+
+def _calibration(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[str]]:
+    from tarsus.calibrate.studyfile import load_study
+
+    described = load_study(name, laws)
+    study: Any = described.study
+    return "calibration", f"{_count(len(study.unknowns), 'unknown')}", []
+
+
+def _campaign(path: Path) -> tuple[str, str, list[str]]:
+    """A campaign is good when its file is and every record can be read."""
+    from tarsus.base.errors import InputError
+    from tarsus.identify.campaign import read_campaign, read_records
+
+    opened = read_campaign(path)
+    sets = opened.campaign.records
+    read = [reading for one in sets for reading in read_records(opened, one)]
+    problems = [said for reading in read for said in reading.problems]
+    if problems:
+        raise InputError(problems)
+    notes = [note for reading in read if reading.record is not None for note in reading.record.notes]
+    counts = (_count(len(sets), "set") + " of records", _count(len(read), "file"))
+    return "campaign", f"{opened.campaign.name} ({', '.join(counts)})", together(notes)
+
+
+def together(sentences: Sequence[str]) -> list[str]:
+    """Sentences `file: what`, with one for all files of which the same is said."""
+    files: dict[str, list[str]] = {}
+    for sentence in sentences:
+        file, _, said = sentence.partition(": ")
+        files.setdefault(said, []).append(file)
+    return [
+        f"{of[0]}{f' and {len(of) - 1} more' if len(of) > 1 else ''}: {said}" for said, of in files.items()
+    ]
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or one + 's'}"

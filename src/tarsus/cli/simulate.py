@@ -48,6 +48,7 @@ def simulate(
         print one JSON object instead of the summary.
     """
     import tarsus
+    from tarsus.base.plausible import remarks
     from tarsus.cli import console, requests, summary
     from tarsus.files.output import OutputFolder
     from tarsus.files.store import RUN_FILES
@@ -67,6 +68,7 @@ def simulate(
         console.print_json(summary.run_object(run, written))
     else:
         summary.print_run(run, written)
+    console.complain([f"note: {remark}" for remark in remarks(the_scene)])
     if not run.ok:
         console.complain([str(run.code.value)])
     return 0 if run.ok else 1

@@ -18,6 +18,9 @@ from tarsus.plan.slots import Rows, rows_of
 from tarsus.plan.walker import without_native
 from tarsus.solve.codes import EventLog
 
+BUILT: dict[str, str] = _native.built
+"""How the engine was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
+
 
 @dataclass(frozen=True)
 class Accuracy:

@@ -1,0 +1,68 @@
+"""`tarsus open`: the page of a folder that a verb wrote, made again from what is stored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+PAGES = ("report.html", "reproduction.html", "index.html")
+"""The page of a folder, by the verbs that write one."""
+
+
+def open(
+    folder: Path,
+    /,
+    *,
+    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    browser: bool = True,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Open the page of a folder in the browser; that of a run is made again from its files, without simulating.
+
+    Parameters
+    ----------
+    folder
+        what `simulate`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
+    law
+        a Python file with laws that the stored scene uses; may be repeated.
+    browser
+        open the page; without it its path is printed only.
+    json
+        print one JSON object: page, and whether it was made again.
+    """
+    from tarsus.cli import console
+
+    page, again = _page(folder, law or ())
+    if json:
+        console.print_json({"page": str(page), "made_again": again})
+    else:
+        print(page)
+    if browser:
+        import webbrowser
+
+        if not webbrowser.open(page.resolve().as_uri()):
+            console.complain([f"no browser could be started; open {page} yourself"])
+    return 0
+
+
+def _page(folder: Path, law_files: Sequence[Path]) -> tuple[Path, bool]:
+    """The page, and whether it was made just now."""
+    from tarsus.base.errors import InputError
+    from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
+
+    if not folder.is_dir():
+        raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
+    if (folder / SUMMARY_FILE).is_file():
+        from tarsus.cli.console import spinner
+        from tarsus.cli.requests import laws_of
+        from tarsus.report import write_report
+
+        with spinner("writing the report"):
+            return write_report(read_run(folder, laws_of(law_files)), folder / REPORT_FILE), True
+    for name in PAGES:
+        if (folder / name).is_file():
+            return folder / name, False
+    raise InputError(f"{folder}: holds no run and no page of tarsus ({', '.join(PAGES)})")

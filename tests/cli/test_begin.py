@@ -1,0 +1,132 @@
+"""Where work begins: new files, what records hold, whether things can be used, whether the installation is sound."""
+
+import re
+
+import numpy as np
+import pytest
+
+
+def test_a_new_device_is_a_good_scene_that_runs(tarsus, tmp_path):
+    file = tmp_path / "mine.toml"
+    assert tarsus("new", "device", file).code == 0
+    assert "is a good scene: my robot (1 drive, 1 foot" in tarsus("check", file).out
+    run = tarsus("simulate", file, "--json").json()
+    assert run["ok"] and run["measures"]["impacts"]["value"] >= 1
+
+
+def test_a_new_device_may_be_a_copy(tarsus, tmp_path):
+    file = tmp_path / "mine.toml"
+    assert tarsus("new", "device", file, "--device", "cantilever-1").code == 0
+    found = tarsus("compare", "cantilever-1", file, "--json").json()
+    assert found["values"] == [] and found["same"] > 20
+
+
+def test_a_new_law_acts(tarsus, tmp_path):
+    file = tmp_path / "magnet.py"
+    assert tarsus("new", "law", file).code == 0
+    words = ("simulate", "cantilever", "--duration", "5 ms", "--json")
+    free = tarsus(*words).json()
+    pulled = tarsus(*words, "--law", file, "--set", "ground.laws.magnet.strength=3e-22 N m^4").json()
+    assert pulled["ledger_J"]["laws"]["magnet"] != 0.0 and "magnet" not in free["ledger_J"]["laws"]
+
+
+def test_a_new_study_is_a_good_one(tarsus, tmp_path):
+    file = tmp_path / "mine.toml"
+    assert tarsus("new", "study", file, "--device", "cantilever-1").code == 0
+    assert "is a good study: restitution and film (15 runs of 0.04 s)" in tarsus("check", file).out
+    assert 'scene = "cantilever-1"' in file.read_text()
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """A folder with two repeats whose columns have units and one file whose columns have none."""
+    time = np.arange(400) / 10e3
+    rows = np.column_stack([time, 1e-3 * np.sin(2e3 * time), 8.0 * np.sign(np.sin(300.0 * time + 0.1))])
+    for name in ("steps-1.csv", "steps-2.csv"):
+        text = "time [s],tip velocity [m/s],volts [V]\n"
+        text += "\n".join(",".join(f"{x:.9g}" for x in row) for row in rows)
+        (tmp_path / name).write_text(text)
+        rows[:, 1] *= 1.01
+    (tmp_path / "bare-1.csv").write_text("a,b\n" + "\n".join(f"{x:.6g},{y:.6g}" for x, y, _ in rows))
+    return tmp_path
+
+
+def test_a_new_campaign_lists_the_records_of_a_folder(tarsus, lab):
+    found = tarsus("new", "campaign", lab, "--device", "cantilever", "--json").json()
+    text = (lab / "campaign.toml").read_text()
+    assert 'files = ["steps-1.csv", "steps-2.csv"]' in text and 'channel "tip velocity" [m/s]' in text
+    assert "[records.bare]" in text and any("bare-1.csv" in one for one in found["remarks"])
+    again = tarsus("new", "campaign", lab)
+    assert again.code == 2 and "stays as it is" in again.sentences[0]
+
+
+def test_a_campaign_is_checked_with_its_records(tarsus, lab):
+    tarsus("new", "campaign", lab, "--device", "cantilever")
+    bad = tarsus("check", lab)
+    assert bad.code == 2 and any("bare-1.csv" in one for one in bad.sentences)
+    text = (lab / "campaign.toml").read_text()
+    kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
+    (lab / "campaign.toml").write_text(re.sub("# drive = .*", 'drive = "volts"', kept))
+    assert "is a good campaign" in tarsus("check", lab).out
+
+
+def test_read_tells_what_a_record_holds(tarsus, lab):
+    found = tarsus("read", lab / "steps-1.csv", "--json").json()
+    assert found["samples"] == 400 and found["rate_hz"] == pytest.approx(10e3)
+    tip = next(one for one in found["channels"] if one["name"] == "tip velocity")
+    assert tip["unit"] == "m/s" and tip["largest"] == pytest.approx(1e-3, rel=1e-3)
+    assert "a record of 400 samples at 10 kHz" in tarsus("read", lab / "steps-1.csv").out
+    bad = tarsus("read", lab / "none.csv")
+    assert bad.code == 2 and len(bad.sentences) == 1
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("new", "device", "mine.py"),
+        ("new", "campaign", "nowhere"),
+        ("new", "law", "mine.py", "--device", "cantilever"),
+        ("check", "cantilver"),
+        ("open", "nowhere"),
+        ("compare", "cantilever", "cantilver"),
+    ],
+)
+def test_bad_words_are_refused_in_a_sentence(tarsus, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = tarsus(*words)
+    assert said.code == 2 and len(said.sentences) == 1 and not list(tmp_path.iterdir())
+
+
+def test_a_forgotten_unit_is_remarked(tarsus, tmp_path):
+    far = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70")
+    assert far.code == 0 and [
+        one for one in far.sentences if one.startswith("note: robot.feet.tip.gap: 70 m is far")
+    ]
+    usual = tarsus("simulate", "cantilever", "--duration", "1 ms", "--set", "robot.feet.tip.gap=70 um")
+    assert usual.sentences == []
+
+
+def test_packaged_devices_are_remarked_on_in_nothing(tarsus):
+    import tarsus as ts
+    from tarsus.base.plausible import remarks
+
+    assert {name: remarks(ts.load_scene(name)) for name in ts.device_names()} == {
+        name: [] for name in ts.device_names()
+    }
+
+
+def test_doctor_checks_the_engine(tarsus):
+    found = tarsus("doctor", "--json").json()
+    assert found["engine_error"] < 1e-12 and found["devices"] >= 10
+
+
+def test_doctor_complains_of_a_wrong_engine(tarsus, monkeypatch):
+    from tarsus.cli import doctor
+
+    monkeypatch.setattr(doctor, "IMPACTS", (0.4515236409857308, 1.2642, 1.9957))
+    said = tarsus("doctor")
+    assert said.code == 1 and "build it again" in said.sentences[0]
+
+
+def test_completion_is_a_script(tarsus):
+    assert "_tarsus" in tarsus("completion", "bash").out

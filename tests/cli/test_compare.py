@@ -1,0 +1,54 @@
+"""Two runs, or two descriptions, beside each other; and pages made again."""
+
+import pytest
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Folders of two runs that differ in their restitution."""
+    from tarsus.cli import main
+
+    root = tmp_path_factory.mktemp("runs")
+    for name, coefficient in (("a", "0.378"), ("b", "0.4")):
+        words = ["simulate", "cantilever", "--duration", "40 ms", "--no-report", "-o", str(root / name)]
+        assert main([*words, "--set", f"ground.restitution.coefficient={coefficient}"]) == 0
+    return root
+
+
+def test_runs_are_compared(tarsus, runs):
+    found = tarsus("compare", runs / "a", runs / "b", "--json").json()
+    assert [row["path"] for row in found["values"]] == ["ground.restitution.coefficient"]
+    assert found["values"][0]["difference"] == pytest.approx(0.4 / 0.378 - 1.0)
+    assert found["parting"]["number"] == 2 and found["parting"]["first"]["kind"] == "bounce"
+    speeds = {row["name"]: row for row in found["measures"]}["hardest_impact"]
+    assert speeds["difference"] == pytest.approx(0.0, abs=1e-6)
+    told = tarsus("compare", runs / "a", runs / "b").out
+    assert "they part at event 2: bounce of tip" in told and "+5.82 %" in told
+
+
+def test_a_run_is_the_same_as_itself(tarsus, runs):
+    found = tarsus("compare", runs / "a", runs / "a", "--json").json()
+    assert found["parting"] is None and found["values"] == []
+    assert all(row["difference"] in (0.0, None) for row in found["measures"] + found["energies"])
+    assert "all 43 values that both have are equal" in tarsus("compare", runs / "a", runs / "a").out
+
+
+def test_what_is_told_of_intervals(tarsus, runs):
+    found = tarsus("compare", "cantilever", "cantilever-1", "--json").json()
+    inside = {row["path"]: row["inside"] for row in found["values"]}
+    assert inside["robot.structure.damping_ratios.0"] is True
+    assert inside["ground.adhesion.initial"] is False
+
+
+def test_a_run_is_no_description(tarsus, runs):
+    said = tarsus("compare", runs / "a", "cantilever")
+    assert said.code == 2 and "compare two runs or two descriptions" in said.sentences[0]
+
+
+def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
+    import tarsus as ts
+
+    monkeypatch.setattr(ts, "simulate", lambda *_, **__: pytest.fail("simulated"))
+    found = tarsus("open", runs / "b", "--no-browser", "--json").json()
+    assert found == {"page": str(runs / "b" / "report.html"), "made_again": True}
+    assert "cantilever" in (runs / "b" / "report.html").read_text()
