@@ -74,7 +74,7 @@ def _engine() -> dict[str, Any]:
         name="ball",
         duration=2.2,
         robot=ts.Robot(
-            structure=ts.Lumped(coordinates=("ball",), mass=(1.0,), stiffness=(0.0,)),
+            structure=ts.Lumped(coordinates=("ball",), mass=((1.0,),), stiffness=((0.0,),)),
             drives={},
             feet={"ball": ts.Foot(point="ball", gap=1.0)},
         ),
