@@ -189,7 +189,9 @@ def __getattr__(name: str) -> Any:
     if name == "design":
         return import_module("tarsus.design")
     if name not in _HOME:
-        raise AttributeError(f"module 'tarsus' has no attribute '{name}'")
+        from tarsus.base.messages import nearest
+
+        raise AttributeError(f"module 'tarsus' has no attribute '{name}'{nearest(name, __all__)}")
     value = getattr(import_module(_HOME[name]), name)
     globals()[name] = value
     return value

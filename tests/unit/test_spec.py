@@ -1,6 +1,7 @@
 import copy
 import math
 import pickle
+from dataclasses import FrozenInstanceError
 from typing import Annotated, Literal
 
 import numpy as np
@@ -203,7 +204,7 @@ def test_descriptions_are_frozen_values() -> None:
     assert copy.deepcopy(it) == it
     with pytest.raises(TypeError, match="frozen"):
         it.signals["new"] = Wave(amplitude=1.0)
-    with pytest.raises(ValueError, match="frozen"):
+    with pytest.raises(FrozenInstanceError, match="Whole is frozen: change name in a copy"):
         it.name = "other"  # type: ignore[misc]
 
 

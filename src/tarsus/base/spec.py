@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import FrozenInstanceError, dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, TypeVar
 
@@ -205,6 +205,11 @@ class Description(BaseModel):
 
     # Nested descriptions are built by the validator itself, so that all their errors come at once.
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise FrozenInstanceError(
+            f"a {type(self).__name__} is frozen: change {name} in a copy, by tarsus.with_values"
+        )
 
 
 class FloatInfo(NamedTuple):

@@ -18,7 +18,10 @@ from tarsus.model.drive.waveforms import Waveform
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, override
 
-__all__ = ["changed", "device_names", "load_scene"]
+__all__ = ["SceneLike", "as_scene", "changed", "device_names", "load_scene"]
+
+SceneLike = Scene | str | os.PathLike[str]
+"""A scene, or what `load_scene` takes for one: a device's name, or a scene file's path."""
 
 
 def device_names() -> list[str]:
@@ -33,6 +36,11 @@ def _device(name: str) -> Scene:
 
 def _device_file(name: str) -> Path:
     return named_file(DEVICES, name, "device")
+
+
+def as_scene(scene: SceneLike) -> Scene:
+    """The scene itself, or the device or scene file that is named. Raises InputError as `load_scene` does."""
+    return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def load_scene(

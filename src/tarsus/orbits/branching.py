@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
@@ -71,7 +72,7 @@ class Branch:
 
 
 def branch(
-    scene: Scene,
+    scene: SceneLike,
     path: str,
     start: float,
     end: float,
@@ -84,7 +85,7 @@ def branch(
     Parameters
     ----------
     scene, path
-        The scene, and the path of the number.
+        The scene, or a device's name or a scene file's path; and the path of the number.
     start, end
         Its values [SI] at which the branch begins and leaves the range.
     multiple
@@ -98,6 +99,7 @@ def branch(
         For a path that is none of the scene's numbers, an empty range, values that the scene does not take, and where
         no periodic motion is found at the start.
     """
+    scene = as_scene(scene)
     known = float_paths(scene)
     get_value(scene, path)
     if path not in known:

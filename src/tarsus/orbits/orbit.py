@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
 from tarsus.orbits.returns import (
@@ -149,14 +150,14 @@ class Orbit:
 
 
 def periodic(
-    scene: Scene, *, multiple: int | None = None, values: Mapping[str, float] | None = None
+    scene: SceneLike, *, multiple: int | None = None, values: Mapping[str, float] | None = None
 ) -> Orbit:
     """The periodic motion that a scene settles to.
 
     Parameters
     ----------
     scene
-        A scene whose drives are periodic.
+        A scene whose drives are periodic, or a device's name or a scene file's path.
     multiple
         Period of the motion in drive periods; by default the smallest up to `MOST_MULTIPLE` at which it returns.
     values
@@ -168,7 +169,7 @@ def periodic(
         For drives without a common period, for a robot with legs of its own (`Walker`), and where the motion after
         `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
-    scene = with_values(scene, dict(values)) if values else scene
+    scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
     if isinstance(scene.robot.structure, Walker):
         raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])
     period = drive_period(scene)

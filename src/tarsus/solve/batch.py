@@ -8,8 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, with_values
+from tarsus.base.units import parse_quantity
 from tarsus.base.workers import spread
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
@@ -25,9 +28,9 @@ _CHUNK = 256  # runs handed to the kernel at a time
 
 
 def simulate_batch(
-    scene: Scene,
+    scene: SceneLike,
     vary: Mapping[str, ArrayLike],
-    duration: float | None = None,
+    duration: float | str | None = None,
     *,
     grid: bool = False,
     threads: int | None = None,
@@ -42,14 +45,14 @@ def simulate_batch(
     Parameters
     ----------
     scene
-        The scene; values that do not vary are its own.
+        The scene, or a device's name or a scene file's path; values that do not vary are its own.
     vary
-        Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
-        length, run i having the values number i. Runs that differ in slots only (`tarsus.plan.slots`: laws,
-        gaps, gravity, initial state, drives over time) share one plan and its tables; every other value makes a plan,
-        and as a rule tables, of its own.
+        Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": ["6 V", "8 V"]}``, SI
+        or texts with a unit; all of one length, run i having the values number i. Runs that differ in slots only
+        (`tarsus.plan.slots`: laws, gaps, gravity, initial state, drives over time) share one plan and its tables;
+        every other value makes a plan, and as a rule tables, of its own.
     duration
-        Model time of every run [s].
+        Model time of every run [s], or a text with a unit.
     grid
         Make a run for every combination instead: the values of each path are an axis of any length, and results have
         the shape of the grid, axes in the order of the paths.
@@ -73,8 +76,9 @@ def simulate_batch(
     InputError
         For unknown paths, values out of bounds, or arrays of different lengths.
     """
+    scene = as_scene(scene)
     seconds = seconds_of(scene, duration)
-    given = _columns(vary, grid=grid)
+    given = _columns(scene, vary, grid=grid)
     values = _combined(given) if grid else given
     axes = given if grid else {}
     count = len(next(iter(values.values()))) if values else 1
@@ -173,9 +177,10 @@ def _combined(axes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {path: one.ravel() for path, one in zip(axes, mesh, strict=True)}
 
 
-def _columns(vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarray]:
-    values = {path: np.atleast_1d(np.asarray(v, dtype=float)) for path, v in vary.items()}
-    problems = []
+def _columns(scene: Scene, vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarray]:
+    """Varied values [SI] by path, checked."""
+    problems: list[str] = []
+    values = {path: np.atleast_1d(_in_si(scene, path, v, problems)) for path, v in vary.items()}
     for path, v in values.items():
         if v.ndim != 1:
             problems.append(f"{path}: expected a list of numbers, got an array of {v.ndim} dimensions")
@@ -190,3 +195,20 @@ def _columns(vary: Mapping[str, ArrayLike], *, grid: bool) -> dict[str, np.ndarr
     if problems:
         raise InputError(problems)
     return values
+
+
+def _in_si(scene: Scene, path: str, given: ArrayLike, problems: list[str]) -> np.ndarray:
+    """Numbers as they are; texts with units in the unit of the number at the path."""
+    values = np.asarray(given)
+    if values.dtype.kind not in "UO":
+        return values.astype(float)
+    known = float_paths(scene)
+    if path not in known:
+        raise InputError(f"{path}: unknown path{nearest(path, known)}")
+    try:
+        return np.array([parse_quantity(one, known[path].unit) for one in values.ravel().tolist()]).reshape(
+            values.shape
+        )
+    except InputError as error:
+        problems += [f"{path}: {said}" for said in error.problems]
+        return np.zeros(values.shape)

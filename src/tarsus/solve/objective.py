@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.model.scene import Scene
+from tarsus.files.library import SceneLike
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.gradients import Gradient
 from tarsus.solve.simulate import simulate
@@ -17,9 +17,9 @@ __all__ = ["gradient"]
 
 def gradient(
     objective: str | Callable[[NDArray[np.void]], float],
-    scene: Scene,
+    scene: SceneLike,
     wrt: Sequence[str],
-    duration: float | None = None,
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
 ) -> Gradient:
     """Exact first derivatives of one number of a run by numbers of its scene.

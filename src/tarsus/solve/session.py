@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Place, slots
 from tarsus.solve.batch import Batch, simulate_batch
@@ -26,9 +27,10 @@ class Session:
     one that `simulate` makes of the changed scene, to rounding of its drives. Safe between threads.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self._shared = Shared(scene)
+    def __init__(self, scene: SceneLike) -> None:
+        """scene: a scene, or a device's name or a scene file's path."""
+        self.scene: Scene = as_scene(scene)
+        self._shared = Shared(self.scene)
 
     def __repr__(self) -> str:
         return f"Session({self.scene.name!r})"
@@ -41,7 +43,7 @@ class Session:
     def run(
         self,
         values: Mapping[str, Any] | None = None,
-        duration: float | None = None,
+        duration: float | str | None = None,
         accuracy: Accuracy | None = None,
     ) -> Run:
         """One run with values in place of the scene's own, by path, as `tarsus.with_values` takes them.
@@ -50,6 +52,6 @@ class Session:
         """
         return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
-    def batch(self, vary: Mapping[str, ArrayLike], duration: float | None = None, **options: Any) -> Batch:
+    def batch(self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""
         return simulate_batch(self.scene, vary, duration, shared=self._shared, **options)

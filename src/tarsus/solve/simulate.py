@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 from tarsus.base.errors import InputError
+from tarsus.base.units import parse_quantity
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import RECORDED, Shared, motion_of
@@ -21,8 +23,8 @@ __all__ = ["RECORDED", "changed_run", "seconds_of", "simulate"]
 
 @overload
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: SceneLike,
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
@@ -30,16 +32,16 @@ def simulate(
 ) -> Run: ...
 @overload
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: SceneLike,
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
     gradients: Sequence[str],
 ) -> GradientRun: ...
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: SceneLike,
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
@@ -50,9 +52,10 @@ def simulate(
     Parameters
     ----------
     scene
-        What to simulate; a user's laws are part of its ground (``ground.laws``).
+        What to simulate, or a device's name or a scene file's path; a user's laws are part of its ground
+        (``ground.laws``).
     duration
-        How long [s]; the scene's own duration by default.
+        How long [s], or a text with a unit (``"50 ms"``); the scene's own duration by default.
     accuracy
         Tolerances and the bound on steps; by default `RECORDED`, with as many steps as memory is given for them.
     shared
@@ -69,6 +72,7 @@ def simulate(
 
     The run always ends, with a `ResultCode` that is a sentence.
     """
+    scene = as_scene(scene)
     seconds, shared = seconds_of(scene, duration), shared or Shared()
     if gradients is not None:
         from tarsus.solve.gradients import gradient_run
@@ -88,9 +92,13 @@ def changed_run(
     return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
 
 
-def seconds_of(scene: Scene, duration: float | None) -> float:
+def seconds_of(scene: Scene, duration: float | str | None) -> float:
     """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
-    seconds = scene.duration if duration is None else float(duration)
+    try:
+        given = scene.duration if duration is None else duration
+        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
+    except InputError as error:
+        raise InputError([f"duration: {said}" for said in error.problems]) from None
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
     return seconds
