@@ -128,3 +128,19 @@ def test_the_two_readings_of_the_film_coefficient_differ_a_thousandfold():
     page = (DOCS / "errata.md").read_text(encoding="utf-8")
     (other,) = re.findall(r'--set ground\.film\.coefficient="([^"]+)"', page)
     assert parse_quantity(other, "N m^2 s") == pytest.approx(1.747e-24)
+
+
+def test_the_first_run_on_the_page_of_installation_runs():
+    page = (DOCS / "install.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    assert names["contact"] == pytest.approx(8.68e-3, rel=1e-2) and names["bounces"] == 4
+
+
+def test_verbs_on_the_page_of_installation_are_verbs():
+    from tarsus.cli.app import VERBS
+
+    page = (DOCS / "install.md").read_text(encoding="utf-8")
+    said = {verb for verb in re.findall(r"^tarsus (\w+)", page, re.MULTILINE)}
+    assert {"new", "read", "check", "compare", "open"} <= said <= set(VERBS)
