@@ -1,4 +1,4 @@
-"""Devices by name: those that installed packages announce under the entry point group ``tarsus.devices``."""
+"""Devices by name: the library's own and those of installed packages, announced in the entry point group ``tarsus.devices``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["changed", "device_names", "load_scene"]
 
 
 def device_names() -> list[str]:
-    """Names of all devices of installed packages."""
+    """Names of all devices: the library's own and those of installed packages."""
     return file_names(DEVICES)
 
 
