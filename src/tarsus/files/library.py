@@ -1,4 +1,4 @@
-"""Devices by name: the library's own and those of installed packages, announced in the entry point group ``tarsus.devices``."""
+"""Devices by name: the library's own and those of installed packages (entry point group ``tarsus.devices``)."""
 
 from __future__ import annotations
 
