@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Ground, Initial, Scene
     from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
     from tarsus.orbits import Branch, Orbit, branch, periodic
+    from tarsus.report import plot
     from tarsus.solve import (
         Accuracy,
         Batch,
@@ -145,6 +146,7 @@ __all__ = [
     "load_mixture",
     "load_scene",
     "periodic",
+    "plot",
     "quantity",
     "read_scene",
     "simulate",
@@ -175,6 +177,7 @@ _HOMES = {
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }
+_MODULES = {"design": "tarsus.design", "plot": "tarsus.report.plot"}
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 
@@ -186,8 +189,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("tarsus")
-    if name == "design":
-        return import_module("tarsus.design")
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name not in _HOME:
         from tarsus.base.messages import nearest
 

@@ -19,6 +19,7 @@ from tarsus.calibrate.lowering import Lowered, lower_study
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.search import Found, budget, search_branches
+from tarsus.calibrate.shown import calibration_html
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.store import package_version
 from tarsus.files.sweepstore import SweepStore
@@ -78,6 +79,9 @@ class Calibrated:
     others: tuple[tuple[Prediction, ...], ...]
     folder: Path | None = None
     simulated: int = 0
+
+    def _repr_html_(self) -> str:
+        return calibration_html(self)
 
 
 ENOUGH_ROWS = 4

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.design import shown
 from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
 from tarsus.design.over import Box, Ensemble
 from tarsus.design.risk import Mean
@@ -68,7 +69,7 @@ _SENSED = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AdaptiveGait:
     """A few gaits, a rule that chooses among them, and what that loses.
 
@@ -90,6 +91,12 @@ class AdaptiveGait:
     grounds: Mapping[str, Floats]
     steps: int
     runs: int
+
+    def __repr__(self) -> str:
+        return shown.adapt_line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.adapt_html(self)
 
     def _lost(self, costs: Floats) -> float:
         return float(np.mean(costs - self.known) / np.mean(np.abs(self.known)))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.design import shown
 from tarsus.design.front import Search, hypervolume, search_front, undominated
 from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
 from tarsus.design.kept import Kept, store_of
@@ -85,7 +86,7 @@ class FrontRound:
     gap: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GaitFront:
     """Gaits that no other beats, and why to believe it.
 
@@ -110,6 +111,12 @@ class GaitFront:
     candidates: int
     runs: int
     reused: int
+
+    def __repr__(self) -> str:
+        return shown.front_line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.front_html(self)
 
     @property
     def objectives(self) -> tuple[WalkObjective, ...]:

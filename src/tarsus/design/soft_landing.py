@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.design import shown
 from tarsus.design.energy import Energy, period_rises
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.over import Box, Ensemble, Grounds
@@ -70,7 +71,7 @@ class FrontPoint:
     signal: OnOff
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LandingDesign:
     """A soft landing and why to believe it.
 
@@ -101,6 +102,12 @@ class LandingDesign:
     settle: int
     learning: Learning | None = None
     notes: tuple[str, ...] = field(default=())
+
+    def __repr__(self) -> str:
+        return shown.landing_line(self)
+
+    def _repr_html_(self) -> str:
+        return shown.landing_html(self)
 
     @property
     def speed(self) -> float:

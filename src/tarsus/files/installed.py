@@ -1,4 +1,4 @@
-"""What installed packages add to Tarsus by entry points: TOML files by name.
+"""TOML files by name: the library's own, and what installed packages add to Tarsus by entry points.
 
 An entry point of a group of files is the path of one TOML file, called as the entry point, or of a folder of them, each
 called as its file.
@@ -18,11 +18,16 @@ __all__ = ["DEVICES", "STUDIES", "file_names", "named_file"]
 DEVICES, STUDIES = "tarsus.devices", "tarsus.studies"
 """Entry point groups of files."""
 
+_OWN = {DEVICES: Path(__file__).parents[1] / "data" / "devices"}
+"""Folders of the library's own files, by group: machines of other sources than any package's."""
+
 
 @lru_cache(maxsize=8)
 def _files(group: str) -> dict[str, Path | InputError]:
     """Files of a group by name; what cannot be loaded is there with the reason."""
     found: dict[str, Path | InputError] = {}
+    if group in _OWN:
+        found = {file.stem: file for file in sorted(_OWN[group].glob("*.toml"))}
     for entry in sorted(entry_points(group=group), key=lambda entry: entry.name):
         loaded = _loaded(entry)
         if isinstance(loaded, Path) and loaded.is_dir():

@@ -1,4 +1,4 @@
-"""Devices by name: those that installed packages announce under the entry point group ``tarsus.devices``."""
+"""Devices by name: the library's own and those of installed packages (entry point group ``tarsus.devices``)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SceneLike = Scene | str | os.PathLike[str]
 
 
 def device_names() -> list[str]:
-    """Names of all devices of installed packages."""
+    """Names of all devices: the library's own and those of installed packages."""
     return file_names(DEVICES)
 
 

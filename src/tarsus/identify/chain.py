@@ -27,6 +27,7 @@ from tarsus.identify.landing import LandingVerdict, judge_landing
 from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, told_by_pairs
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
+from tarsus.identify.shown import Shown
 from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
@@ -46,14 +47,14 @@ _STRUCTURE = "robot.structure.frequencies"
 
 
 @dataclass(frozen=True)
-class Identification:
+class Identification(Shown):
     """Everything a campaign has told.
 
     opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
     not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
     resonances: the modal fit; film: the break-offs; landing: what the records say of the landing rule, None where it is
-    assumed; comparisons: held-out records; in_air: records with the drive of
-    the bounces in the air; shifts of the zero; remarks: what does not fit together, though used; seconds taken."""
+    assumed; comparisons: held-out records; in_air: records with the drive of the bounces in the air; shifts of the
+    zero; remarks: what does not fit together, though used; seconds taken."""
 
     opened: Opened
     readings: tuple[Reading, ...]

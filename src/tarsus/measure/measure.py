@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.messages import nearest
+from tarsus.base.tables import html_amount, html_table
 from tarsus.measure.history import Counting
 from tarsus.measure.segments import Floats, Rows, sums
 
@@ -103,6 +104,24 @@ class Measures(Mapping[str, Measure]):
         if name not in values:
             raise AttributeError(no_measure(name, values))
         return values[name]
+
+    def __repr__(self) -> str:
+        return f"<Measures: {', '.join(self)}>"
+
+    def _repr_html_(self) -> str:
+        return self.table("Measures" + "".join(f"; {one}" for one in self.warnings))
+
+    def table(self, title: str) -> str:
+        """An HTML table of all measures under a title."""
+        rows = [
+            (
+                name,
+                html_amount(one.value, one.unit),
+                "" if one.spread != one.spread else html_amount(one.spread, one.unit),
+            )
+            for name, one in self.items()
+        ]
+        return html_table(title, ("measure", "value", "spread"), rows)
 
 
 @dataclass(frozen=True)

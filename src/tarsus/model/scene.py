@@ -28,6 +28,7 @@ from tarsus.base.spec import (
     validate,
     with_values,
 )
+from tarsus.base.tables import html_amount, html_table
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.gait import AnyGait, Gait
 from tarsus.model.drive.signal import Signal
@@ -225,6 +226,28 @@ class Scene(Description):
                 depth = format_quantity(float(f"{-gap:.6g}"), "m")
                 faults.append(("initial.displacement", f"foot '{name}' would start {depth} below the ground"))
         return faults
+
+    def _repr_html_(self) -> str:
+        """What makes this scene, its numbers and where they come from, like legs and drives told by the first one."""
+        rows, skipped = [], 0
+        firsts: dict[str, str] = {}
+        for path, info in float_paths(self).items():
+            keys = path.split(".")
+            several = len(keys) > 3 and (keys[1] in ("drives", "feet") or keys[2] == "legs")
+            if several:
+                depth = 3 if keys[2] == "legs" else 2
+                if firsts.setdefault(".".join(keys[:depth]), keys[depth]) != keys[depth]:
+                    skipped += 1
+                    continue
+            origin = self.origin(path)
+            rows.append(
+                (path, html_amount(info.value, info.unit), "" if origin is None else origin.source.value)
+            )
+        laws = ", ".join(self.ground.acting_laws) or "no law"
+        feet = f"{len(self.robot.feet)} {'foot' if len(self.robot.feet) == 1 else 'feet'}"
+        title = f"{self.name}: {self.robot.structure.kind}, {feet} on {laws}"
+        more = f"; {skipped} numbers of further legs, feet and drives are not shown" if skipped else ""
+        return html_table(title + more, ("number", "value", "source"), rows)
 
     def origin(self, path: str) -> Provenance | None:
         """Provenance of a value: that of its own path, or of the nearest list or table it is in.

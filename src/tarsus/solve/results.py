@@ -86,6 +86,10 @@ class Batch:
     def _repr_html_(self) -> str:
         return shown.batch_table(self)
 
+    def plot(self, measure: str, **options: Any) -> Any:
+        """Matplotlib axes with a measure over what varies: `tarsus.plot.measure`, which takes the options."""
+        return shown.drawn(self, "measure", measure, **options)
+
     def __getstate__(self) -> dict[str, Any]:
         return shown.state_of(self, self.scene)
 

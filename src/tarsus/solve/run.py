@@ -70,6 +70,10 @@ class Run:
     def _repr_html_(self) -> str:
         return shown.run_table(self)
 
+    def plot(self, **options: Any) -> Any:
+        """Matplotlib axes with the motion over time: `tarsus.plot.motion`, which takes the options."""
+        return shown.drawn(self, "motion", **options)
+
     def __getstate__(self) -> dict[str, Any]:
         return shown.state_of(self, self.scene)
 

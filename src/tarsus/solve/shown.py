@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.units import format_quantity
+from tarsus.base.tables import html_amount, html_table
 from tarsus.model.scene import Scene
 
 if TYPE_CHECKING:
     from tarsus.solve.results import Batch
     from tarsus.solve.run import Run
 
-__all__ = ["batch_table", "run_line", "run_table", "runs_of", "state_of"]
+__all__ = ["batch_table", "drawn", "run_line", "run_table", "runs_of", "state_of"]
 
 
 def run_line(run: Run) -> str:
@@ -28,16 +28,13 @@ def run_line(run: Run) -> str:
 def run_table(run: Run) -> str:
     """A run and its measures as an HTML table."""
     code = run.__dict__.get("code", run.ended)
-    rows = [
-        (
-            name,
-            _number(one.value, one.unit),
-            "" if one.spread != one.spread else _number(one.spread, one.unit),
-        )
-        for name, one in run.measures.items()
-    ]
     title = f"{run.scene.name}: {run.duration:g} s, {len(run.events)} events. {code.value}"
-    return _table(title, ("measure", "value", "spread"), rows)
+    return run.measures.table(title)
+
+
+def drawn(result: Run | Batch, how: str, *args: Any, **options: Any) -> Any:
+    """A result drawn by `tarsus.plot`, which stands floors above and is found by its name when it is asked for."""
+    return getattr(import_module("tarsus.report.plot"), how)(result, *args, **options)
 
 
 def runs_of(batch: Batch) -> str:
@@ -54,28 +51,14 @@ def batch_table(batch: Batch) -> str:
         (
             path,
             str(len(np.unique(values))),
-            _number(values.min(), known[path].unit),
-            _number(values.max(), known[path].unit),
+            html_amount(values.min(), known[path].unit),
+            html_amount(values.max(), known[path].unit),
         )
         for path, values in batch.vary.items()
     ]
     ended = ", ".join(f"{count} {code}" for code, count in batch.outcomes.items())
     title = f"{batch.scene.name}: {runs_of(batch)}; {ended}"
-    return _table(title, ("varied", "values", "least", "greatest"), rows)
-
-
-def _number(value: float, unit: str) -> str:
-    return format_quantity(float(f"{value:.4g}"), unit) if np.isfinite(value) else "none"
-
-
-def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    from html import escape
-
-    def line(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
-
-    body = "".join(line(row, "td") for row in rows)
-    return f"<table><caption>{escape(title)}</caption>{line(head, 'th')}{body}</table>"
+    return html_table(title, ("varied", "values", "least", "greatest"), rows)
 
 
 def state_of(result: Any, scene: Scene) -> dict[str, Any]:

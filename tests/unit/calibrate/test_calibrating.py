@@ -51,7 +51,9 @@ def finished(tmp_path_factory):
 @pytest.mark.slow
 def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without_it(tmp_path):
     file = ball_study(tmp_path, rows(tmp_path, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=6)
-    solution = calibrate(file, threads=2).solution
+    found = calibrate(file, threads=2)
+    solution = found.solution
+    assert found._repr_html_().count("<td>determined</td>") == len(TRUTH)
     assert solution.fit.ensembles[solution.best].branch.options == {"height": "average"}
     for one in solution.ranges[solution.best]:
         assert one.best == pytest.approx(TRUTH[one.name], rel=0.03) and one.word == "determined"

@@ -41,6 +41,8 @@ def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
     write_adapt(found, tmp_path)
     assert len((tmp_path / "hidden.csv").read_text().splitlines()) == 7
     assert [row["gait"] for row in table["table"]] == [gait for _, gait in found.table]
+    page = found._repr_html_()
+    assert page.count("<tr>") == 1 + len(found.gaits) and "of 6</td>" in page and len(repr(found)) < 120
 
 
 def test_without_senses_there_is_one_gait():

@@ -122,6 +122,14 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
     assert (
         found.robust.worst[0] >= found.optimum.worst[0] * 0.98
     )  # the optimum is among its rivals, up to the gap
+    page = found._repr_html_()
+    assert (
+        page.count("<tr>") == 1 + len(found.members)
+        and "<th>gait.duty</th>" in page
+        and len(repr(found)) < 120
+    )
+    axes = ts.plot.front(found)
+    assert axes.get_lines()[1].get_ydata()[0] == pytest.approx(found.members[0].risk[0] * 1e3)  # mm/s
     table = gait_table(found)
     write_front(found, tmp_path)
     again = ts.read_scene(tmp_path / "gaits" / "robust.toml")

@@ -39,6 +39,9 @@ def test_every_step_is_done():
     assert not found.not_done and not found.left_out
     assert list(found.steps) == ["resonances", "hysteresis", "film", "restitution", "impact map", "adhesion"]
     assert found.files_used == len(found.readings)
+    page = found._repr_html_()
+    assert page.count("<tr>") == 1 + sum(len(step.paths) for step in found.steps.values())
+    assert f"<td>{next(iter(GOALS))}</td>" in page
 
 
 @pytest.mark.parametrize("path", GOALS)

@@ -1,0 +1,32 @@
+"""A calibration as a table, for notebooks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tarsus.base.tables import html_amount, html_table
+
+if TYPE_CHECKING:
+    from tarsus.calibrate.calibrating import Calibrated
+
+__all__ = ["calibration_html"]
+
+
+def calibration_html(result: Calibrated) -> str:
+    """The unknowns of the best branch, with the middle of the ensemble and what the data say of each."""
+    solution, study = result.solution, result.described.study
+    place = solution.best
+    units = solution.problem.unknowns.units
+    rows = [
+        (
+            one.name,
+            *(html_amount(value, unit) for value in (one.best, one.low, one.high)),
+            one.word,
+        )
+        for one, unit in zip(solution.ranges[place], units, strict=True)
+    ]
+    weight = float(solution.fit.weights[place])
+    title = (
+        f"{study.name}: best of {len(solution.kept)} branches kept, weight {weight:.2g}; {solution.sets} sets"
+    )
+    return html_table(title, ("unknown", "best", "ensemble from", "to", "the data say"), rows)

@@ -1,0 +1,79 @@
+"""Designs where they are printed: a line in a terminal, a table in a notebook."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tarsus.base.spec import float_paths
+from tarsus.base.tables import html_amount, html_table
+
+if TYPE_CHECKING:
+    from tarsus.design.adaptive import AdaptiveGait
+    from tarsus.design.gait_fronts import GaitFront
+    from tarsus.design.soft_landing import LandingDesign
+
+__all__ = ["adapt_html", "adapt_line", "front_html", "front_line", "landing_html", "landing_line"]
+
+
+def landing_line(design: LandingDesign) -> str:
+    """A soft landing in a line."""
+    plain, softer = (html_amount(float(one.speed[0, 0]), "m/s") for one in (design.before, design.after))
+    name, pairs = design.request.scene.name, f"{design.pairs} pair{'s' * (design.pairs != 1)}"
+    return f"<LandingDesign of '{name}': {softer} instead of {plain}, {pairs}>"
+
+
+def landing_html(design: LandingDesign) -> str:
+    """The plateaus of a soft landing under what they are for."""
+    worst = (
+        "" if design.worst != design.worst else f", {html_amount(design.worst, 'm/s')} on the worst ground"
+    )
+    title = f"{landing_line(design)[1:-1]}; {design.touchdowns:g} touchdowns a step{worst}"
+    signal = zip(design.switching_times, design.signal.levels, design.signal.durations, strict=True)
+    rows = [
+        (html_amount(at, "s"), html_amount(volts, "V"), html_amount(long, "s")) for at, volts, long in signal
+    ]
+    return html_table(title, ("from", "voltage", "for"), rows)
+
+
+def front_line(design: GaitFront) -> str:
+    """A front of gaits in a line."""
+    names = " against ".join(one.name for one in design.objectives)
+    return f"<GaitFront of '{design.request.scene.name}': {len(design.members)} gaits, {names}>"
+
+
+def front_html(design: GaitFront) -> str:
+    """The gaits of a front: what they reach, and the numbers that make them."""
+    units = float_paths(design.request.scene)
+    changed = list(design.members[0].values) if design.members else []
+    rows = [
+        (
+            *(html_amount(value, one.unit) for one, value in zip(design.objectives, point.risk, strict=True)),
+            *(
+                html_amount(point.values[path], units[path].unit if path in units else "1")
+                for path in changed
+            ),
+        )
+        for point in design.members
+    ]
+    return html_table(front_line(design)[1:-1], (*(one.name for one in design.objectives), *changed), rows)
+
+
+def adapt_line(design: AdaptiveGait) -> str:
+    """Adaptive gaits in a line."""
+    name = design.request.scene.name
+    return f"<AdaptiveGait of '{name}': {len(design.gaits)} gaits, regret {100.0 * design.regret:.3g} %>"
+
+
+def adapt_html(design: AdaptiveGait) -> str:
+    """The few gaits, and how often the rule takes each on the hidden grounds."""
+    units = float_paths(design.request.scene)
+    changed = list(design.gaits[0])
+    rows = [
+        (
+            f"{number}{' (probe)' * (number == design.probe)}",
+            f"{int((design.chosen == number).sum())} of {len(design.chosen)}",
+            *(html_amount(gait[path], units[path].unit if path in units else "1") for path in changed),
+        )
+        for number, gait in enumerate(design.gaits)
+    ]
+    return html_table(adapt_line(design)[1:-1], ("gait", "taken", *changed), rows)

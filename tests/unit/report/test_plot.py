@@ -1,0 +1,104 @@
+"""Figures for notebooks: what is drawn are the numbers of the result."""
+
+from __future__ import annotations
+
+import matplotlib
+
+matplotlib.use("Agg")
+
+import numpy as np
+import pytest
+from matplotlib import pyplot
+
+import tarsus as ts
+from scene_files import scene
+from tarsus.base.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def run() -> ts.Run:
+    return ts.simulate(ts.load_scene("mems-switch"))
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    settings = dict(matplotlib.rcParams)
+    yield
+    pyplot.close("all")
+    assert dict(matplotlib.rcParams) == settings
+
+
+def test_a_run_draws_its_motion_and_its_contact(run):
+    axes = run.plot()
+    (line,) = axes.get_lines()
+    assert line.get_label() == "beam" and line.get_ydata().min() == pytest.approx(-2.6, abs=1e-9)
+    assert axes.get_ylabel() == "displacement (µm)" and axes.get_xlabel() == "time (ms)"
+    assert len(axes.collections[0].get_paths()) == 2  # closed twice
+    _, own = pyplot.subplots()
+    assert ts.plot.motion(run, ["beam"], axes=own) is own
+    with pytest.raises(InputError, match="there is no point 'baem'; did you mean 'beam'"):
+        run.plot(points=["baem"])
+
+
+def test_impacts_and_account_are_those_of_the_run(run):
+    (dots,) = ts.plot.impacts(run).get_lines()
+    assert dots.get_ydata() == pytest.approx([0.23378, 0.23327], abs=1e-5)
+    axes = ts.plot.ledger(run)
+    words = [word.get_text() for word in axes.get_yticklabels()]
+    bars = dict(zip(words, (bar.get_width() for bar in axes.patches), strict=True))
+    assert bars["electrostatic"] == pytest.approx(run.ledger.laws["electrostatic"] * 1e12)
+    assert sum(bars.values()) == pytest.approx(0.0, abs=1e-9 * bars["electrostatic"])  # what went in is told
+    with pytest.raises(InputError, match="the robot has no foot 'tip'"):
+        ts.plot.impacts(run, "tip")
+
+
+def test_a_batch_draws_a_measure_over_one_number_or_a_grid_of_two():
+    held = ts.load_scene("mems-switch", **{"signals.gate": ts.Constant(level=90.0)})
+    levels = np.array([100.0, 85.0, 90.0])
+    batch = ts.simulate_batch(held, {"signals.gate.level": levels}, 1e-4)
+    axes = batch.plot("hardest_impact")
+    (line,) = axes.get_lines()
+    assert line.get_xdata() == pytest.approx([85.0, 90.0, 100.0])
+    assert line.get_ydata() == pytest.approx(
+        1e3 * np.sort(batch.measure("hardest_impact"))
+    )  # mm/s, more with volts
+    over = {"signals.gate.level": levels, "robot.feet.beam.gap": [2.6e-6, 2.4e-6]}
+    grid = ts.simulate_batch(held, over, 1e-4, grid=True)
+    image = grid.plot("hardest_impact").collections[0].get_array()
+    assert image.shape == (3, 2)
+    assert image[1, 1] == pytest.approx(233.78, abs=0.01)  # 90 V, 2.6 um
+    with pytest.raises(InputError, match="here vary"):
+        ts.simulate_batch(held, over | {"robot.feet.beam.gap": [2.6e-6] * 3}, 1e-4).plot("hardest_impact")
+    with pytest.raises((InputError, KeyError), match="there is no measure 'hardest_impct'"):
+        batch.plot("hardest_impct")
+
+
+def test_multipliers_and_branches_are_drawn():
+    orbit = ts.periodic(scene("impact_oscillator"))
+    dots = ts.plot.multipliers(orbit).get_lines()[1]
+    product = np.prod(dots.get_xdata() + 1j * dots.get_ydata())
+    assert product.real == pytest.approx(orbit.determinant)
+    found = ts.branch(scene("impact_oscillator"), "signals.shaker.amplitude", 1.0, 1.05)
+    axes = ts.plot.branch(found)
+    assert len(axes.get_lines()[0].get_xdata()) == len(found.points)
+    assert axes.get_lines()[0].get_ydata()[0] == pytest.approx(1.6957329376, abs=1e-8)
+
+
+def test_a_landing_is_drawn_beside_the_step():
+    fast = dict(tick=10e-9, shortest=1e-6, effort=0.02)
+    design = ts.design.landing(ts.load_scene("mems-switch"), "beam", pairs=1, levels="0 V, 90 V", **fast)
+    step, softer = ts.plot.landing(design).get_lines()
+    assert step.get_ydata().min() == pytest.approx(0.0, abs=1e-9) and softer.get_ydata()[0] > 2.0  # um
+    assert repr(design).startswith("<LandingDesign of 'mems-switch': ") and len(repr(design)) < 120
+    page = design._repr_html_()
+    assert page.count("<tr>") == 1 + len(design.signal.levels) and "instead of 233.3 mm/s" in page
+
+
+def test_scenes_and_measures_are_tables(run):
+    page = run.scene._repr_html_()
+    assert "<td>robot.structure.frequencies.0</td><td>21 kHz</td><td>printed</td>" in page
+    whole = ts.load_scene("millipede-30")._repr_html_()
+    assert len(whole) < 6000 and "numbers of further legs, feet and drives are not shown" in whole
+    assert "legs.L1.mass" in whole and "legs.R1.mass" not in whole
+    assert "<td>hardest_impact</td><td>233.3 mm/s</td>" in run.measures._repr_html_()
+    assert repr(run.measures).startswith("<Measures: bounces, ")
