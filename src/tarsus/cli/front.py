@@ -40,7 +40,12 @@ def first_sentence(module: str, name: str) -> str:
     if spec is None or spec.origin is None:
         raise ImportError(f"there is no module {module}")
     tree = ast.parse(Path(spec.origin).read_bytes())
-    made = {getattr(target, "id", None) for one in tree.body if isinstance(one, ast.Assign) for target in one.targets}
+    made = {
+        getattr(target, "id", None)
+        for one in tree.body
+        if isinstance(one, ast.Assign)
+        for target in one.targets
+    }
     functions = {one.name: one for one in tree.body if isinstance(one, ast.FunctionDef)}
     if name not in functions and name not in made:
         raise ImportError(f"{module} has no {name}")
