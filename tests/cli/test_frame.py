@@ -7,7 +7,10 @@ import sys
 
 import pytest
 
-VERBS = ["devices", "show", "check", "simulate", "reproduce", "sweep", "next", "bench"]
+VERBS = [
+    "bench", "branch", "calibrate", "check", "devices", "identify", "next", "reproduce", "show", "simulate", "sweep",
+    "synthesize",
+]  # fmt: skip
 
 
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "matplotlib", "xarray", "h5py")
@@ -27,7 +30,7 @@ for words in {[["--help"], ["--version"], *([verb, "--help"] for verb in VERBS)]
 
 
 def test_help_loads_nothing_heavy():
-    """What makes help quick: the time itself (0.14 s on a calm machine) is the benchmark's to measure."""
+    """What makes help quick: the time itself is the benchmark's to measure."""
     done = subprocess.run([sys.executable, "-c", LIGHT], capture_output=True, text=True, check=True)
     loaded = [line for line in done.stdout.splitlines() if line.startswith("loaded by ")]
     assert loaded == [
@@ -41,6 +44,15 @@ def test_help_names_every_verb(tarsus):
     result = tarsus("--help")
     assert result.code == 0
     assert all(verb in result.out for verb in VERBS)
+
+
+def test_the_front_page_says_what_the_pages_of_the_verbs_say(tarsus):
+    """It is read from the files of the verbs, which their own pages are made from by import."""
+    front = " ".join(tarsus("--help").out.split())
+    assert tarsus().out.split() == tarsus("-h").out.split() == front.split()
+    for verb in VERBS:
+        purpose = tarsus(verb, "--help").out.strip().split("\n\n")[1]
+        assert f" {verb} {' '.join(purpose.split())} " in front
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -167,7 +167,9 @@ def test_user_file(tmp_path: Path) -> None:
     assert issubclass(laws["soft_impact"], ImpactLaw)
 
 
-def test_an_edited_file_gives_the_new_law(tmp_path: Path) -> None:
+def test_an_edited_file_gives_the_new_law(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the second in which it was loaded, too, where Python keeps byte code."""
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
     before = load_laws(law_file(tmp_path, GOOD))["soft_impact"].function()
     after = load_laws(law_file(tmp_path, GOOD.replace("1.0 - loss", "0.5 - loss")))["soft_impact"].function()
     assert before is not None and after is not None

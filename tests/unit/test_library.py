@@ -170,6 +170,10 @@ def test_verbs_of_other_packages(their_robots: None, capsys: pytest.CaptureFixtu
     (taken, lost) = sorted(said.err.splitlines(), key=lambda line: "cannot" in line)
     assert "the verb 'show' of their_robots:wave is left out" in taken
     assert "the verb 'lost' of their_robots:NONE cannot be loaded" in lost
+    assert main(["--help"]) == 0
+    page = capsys.readouterr()
+    assert "  wave        Wave.\n" in page.out and "lost" not in page.out
+    assert len(page.err.splitlines()) == 2
     assert main(["show", "cantilever", "--json"]) == 0
     assert capsys.readouterr().out.startswith("{")
 

@@ -6,6 +6,7 @@ Nothing heavy is imported before a verb runs, so `tarsus --help` answers at once
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 
@@ -25,11 +26,25 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the physics or a check failed, 2 bad input, 130 interrupted.
     """
-    if argv is None:  # a process of its own: what it loads stays, and to search that for garbage takes a tenth of a run
-        gc.set_threshold(100_000)
+    own = argv is None
+    if own:
+        _prepare()
     from tarsus.cli.app import run
 
-    return run(list(sys.argv[1:] if argv is None else argv))
+    code = run(list(sys.argv[1:] if argv is None else argv))
+    if own:
+        gc.freeze()  # nor is it searched once more at the end
+    return code
+
+
+def _prepare() -> None:
+    """What is right for a process of its own, before anything is loaded.
+
+    What it loads stays, and to search that for garbage takes a tenth of a run. On matrices as small as ours the threads
+    of BLAS, which numpy would start, only wait for each other.
+    """
+    gc.set_threshold(100_000)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 if __name__ == "__main__":

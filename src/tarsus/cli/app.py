@@ -6,10 +6,16 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from typing import TYPE_CHECKING, TypeVar
 
-from cyclopts import App, CycloptsError
+from tarsus.cli import console, front
 
-from tarsus.cli import console
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+    from cyclopts import App
+
+T = TypeVar("T")
 
 COMMANDS = "tarsus.commands"
 """Entry point group of further verbs: name = a function, as those of `VERBS`."""
@@ -36,9 +42,11 @@ def build(words: list[str]) -> App:
 
     Of a command line that begins with one of `VERBS` that verb alone: nothing else is loaded.
     """
+    from cyclopts import App
+
     app = App(
         name="tarsus",
-        help="Contact dynamics of legged piezoelectric micro-robots, from device file to report.",
+        help=front.PURPOSE,
         version=_version,
         help_format="plaintext",
         exit_on_error=False,
@@ -49,28 +57,31 @@ def build(words: list[str]) -> App:
     own = words[:1] if words and words[0] in VERBS else VERBS
     for verb in own:
         app.command(getattr(import_module(f"tarsus.cli.{verb}"), verb))
-    for command in _installed() if own is VERBS else ():
+    for command in _installed(lambda entry: entry.load()).values() if own is VERBS else ():
         app.command(command)
     return app
 
 
-def _installed() -> list[Callable[..., int]]:
-    """Verbs that installed packages add under the entry point group ``tarsus.commands``."""
+def _installed(found_by: Callable[[EntryPoint], T]) -> dict[str, T]:
+    """What is found of the verbs that installed packages add under the entry point group ``tarsus.commands``."""
     from importlib.metadata import entry_points
 
-    taken: set[str] = set(VERBS)
-    found = []
+    found: dict[str, T] = {}
     for entry in sorted(entry_points(group=COMMANDS), key=lambda entry: entry.name):
-        if entry.name in taken:
+        if entry.name in (*VERBS, *found):
             console.complain([f"the verb '{entry.name}' of {entry.value} is left out: tarsus has it already"])
             continue
         try:
-            found.append(entry.load())
+            found[entry.name] = found_by(entry)
         except Exception as error:
             console.complain([f"the verb '{entry.name}' of {entry.value} cannot be loaded: {error}"])
-            continue
-        taken.add(entry.name)
     return found
+
+
+def _front_page() -> str:
+    """The help of the whole, for which no verb is loaded."""
+    own = {verb: front.first_sentence(f"tarsus.cli.{verb}", verb) for verb in VERBS}
+    return front.front_page(own | _installed(lambda entry: front.first_sentence(entry.module, entry.attr)))
 
 
 def _version() -> str:
@@ -90,12 +101,12 @@ def run(argv: list[str]) -> int:
         console.complain([GONE[argv[0]]])
         return BAD_INPUT
     try:
-        code = build(argv)(argv)
+        if argv in ([], ["--help"], ["-h"]):
+            print(_front_page())
+            code = DONE
+        else:
+            code = _command(argv)
         sys.stdout.flush()
-    except CycloptsError as error:
-        error.verbose = False
-        console.complain([f"{error} See `tarsus {_verb(argv)}--help`."])
-        return BAD_INPUT
     except KeyboardInterrupt:
         console.complain(["interrupted, nothing further was written"])
         return INTERRUPTED
@@ -122,6 +133,18 @@ def run(argv: list[str]) -> int:
         )
         return FAILED
     return code if isinstance(code, int) else DONE
+
+
+def _command(argv: list[str]) -> int:
+    """What the verb of a command line returns; bad input where the line cannot be read."""
+    from cyclopts import CycloptsError
+
+    try:
+        return build(argv)(argv)
+    except CycloptsError as error:
+        error.verbose = False
+        console.complain([f"{error} See `tarsus {_verb(argv)}--help`."])
+        return BAD_INPUT
 
 
 def _verb(argv: list[str]) -> str:

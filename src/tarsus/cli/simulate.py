@@ -51,12 +51,14 @@ def simulate(
     from tarsus.base.plausible import remarks
     from tarsus.cli import console, requests, summary
     from tarsus.files.output import OutputFolder
-    from tarsus.files.store import RUN_FILES
 
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     seconds = requests.duration_for(the_scene, duration)
-    target = None if output is None else OutputFolder(output, "simulate", RUN_FILES, overwrite)
-    if target is not None:
+    target = None
+    if output is not None:
+        from tarsus.files.store import RUN_FILES
+
+        target = OutputFolder(output, "simulate", RUN_FILES, overwrite)
         target.check()
     with console.spinner("simulating"):
         run = tarsus.simulate(the_scene, duration=seconds)

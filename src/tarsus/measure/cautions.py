@@ -81,7 +81,9 @@ def _low(apex: Floats, counted: np.ndarray, peak: float) -> str:
     """A text where the typical bounce is far below the peak, else none."""
     if not counted.any():
         return ""
-    typical = float(np.median(apex[counted]))
+    heights = np.sort(apex[counted])
+    middle = len(heights) // 2
+    typical = float(0.5 * (heights[middle] + heights[-1 - middle]))  # `np.median` loads masked arrays at first use
     if not typical < LOW * peak:
         return ""
     return f"its median bounce is {typical * 1e6:.3g} um high, its peak {peak * 1e6:.3g} um"

@@ -1,12 +1,19 @@
-"""Simulation: one run, or thousands at once."""
+"""Simulation: one run, or thousands at once. What makes derivatives is loaded when first used."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
-from tarsus.solve.gradients import Gradient, GradientBatch, GradientRun
-from tarsus.solve.objective import gradient
 from tarsus.solve.run import Ledger, ResultCode, Run
 from tarsus.solve.session import Session
 from tarsus.solve.simulate import simulate
+
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import Gradient, GradientBatch, GradientRun
+    from tarsus.solve.objective import gradient
 
 __all__ = [
     "Accuracy",
@@ -22,3 +29,11 @@ __all__ = [
     "simulate",
     "simulate_batch",
 ]
+
+_HOME = {"Gradient": "gradients", "GradientBatch": "gradients", "GradientRun": "gradients", "gradient": "objective"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'tarsus.solve' has no attribute '{name}'")
+    return getattr(import_module(f"tarsus.solve.{_HOME[name]}"), name)

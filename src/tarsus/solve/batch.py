@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +19,11 @@ from tarsus.plan.slots import check_bounds, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, prepared
-from tarsus.solve.gradients import GradientBatch, GradientRun, gradient_run
 from tarsus.solve.results import Batch, Part
 from tarsus.solve.simulate import changed_run, seconds_of
+
+if TYPE_CHECKING:
+    from tarsus.solve.gradients import GradientBatch, GradientRun
 
 __all__ = ["Batch", "simulate_batch"]
 
@@ -159,6 +162,7 @@ def _with_gradients(
     paths: tuple[str, ...],
 ) -> GradientBatch:
     """The batch made of single runs, each with its derivatives."""
+    from tarsus.solve.gradients import GradientBatch, gradient_run
 
     def work(i: int) -> GradientRun:
         variant = with_values(scene, {path: float(v[i]) for path, v in values.items()})

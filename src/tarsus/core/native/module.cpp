@@ -11,6 +11,8 @@ void bind_window(nanobind::module_&);
 }  // namespace tarsus
 
 NB_MODULE(_native, m) {
+  // The command line ends without searching for garbage: what is alive then goes with the process, and is no leak.
+  nanobind::set_leak_warnings(false);
   m.attr("built") = tarsus::built();
   tarsus::bind_plan(m);
   tarsus::bind_program(m);

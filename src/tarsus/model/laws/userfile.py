@@ -58,7 +58,10 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
 
 
 def _execute(file: Path) -> ModuleType:
-    digest = hashlib.sha256(file.read_bytes()).hexdigest()[:12]
+    """The file as a module, from its text: byte code beside it is taken for it by size and second, and a law that was
+    edited since may differ in neither."""
+    source = file.read_bytes()
+    digest = hashlib.sha256(source).hexdigest()[:12]
     stem = "".join(c if c.isalnum() else "_" for c in file.stem)
     name = f"tarsus_law_{stem}_{digest}"
     spec = importlib.util.spec_from_file_location(name, file)
@@ -67,7 +70,7 @@ def _execute(file: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        spec.loader.exec_module(module)
+        exec(compile(source, str(file), "exec", dont_inherit=True), module.__dict__)
     except (Exception, SystemExit) as error:
         del sys.modules[name]
         raise InputError(f"{file}{_line(error, file)}: {_said(error)}") from error

@@ -1,0 +1,54 @@
+"""The front page of the help. It is read from the verbs' files, none of which is loaded for it: it comes at once."""
+
+from __future__ import annotations
+
+import ast
+import shutil
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from textwrap import fill
+
+PURPOSE = "Contact dynamics of legged piezoelectric micro-robots, from device file to report."
+
+OPTIONS = {"--help, -h": "Display this message and exit.", "--version": "Display application version."}
+
+WIDEST = 100
+"""Characters a line, on a wider terminal too: longer ones are hard to follow."""
+
+
+def front_page(verbs: Mapping[str, str]) -> str:
+    """Usage, purpose, and a sentence for each verb."""
+    width = min(shutil.get_terminal_size().columns, WIDEST)
+    blocks = [f"Usage: tarsus COMMAND\n\n{fill(PURPOSE, width)}"]
+    indent = 4 + max(map(len, (*verbs, *OPTIONS)))
+    for title, lines in (("Commands", dict(sorted(verbs.items()))), ("Options", OPTIONS)):
+        rows = [f"  {name:{indent - 2}}{said}" for name, said in lines.items()]
+        blocks.append("\n".join([title, *(fill(row, width, subsequent_indent=" " * indent) for row in rows)]))
+    return "\n\n".join([*blocks, "tarsus COMMAND --help says what a command takes."])
+
+
+def first_sentence(module: str, name: str) -> str:
+    """First line of the docstring of a function of a module; of the module where it is no function.
+
+    Raises
+    ------
+    ImportError
+        When there is no such module, or nothing of that name in it.
+    """
+    spec = find_spec(module)
+    if spec is None or spec.origin is None:
+        raise ImportError(f"there is no module {module}")
+    tree = ast.parse(Path(spec.origin).read_bytes())
+    made = {
+        getattr(target, "id", None)
+        for one in tree.body
+        if isinstance(one, ast.Assign)
+        for target in one.targets
+    }
+    functions = {one.name: one for one in tree.body if isinstance(one, ast.FunctionDef)}
+    if name not in functions and name not in made:
+        raise ImportError(f"{module} has no {name}")
+    said = ast.get_docstring(functions.get(name, tree)) or ""
+    said = said.split("\n")[0].removeprefix(f"`tarsus {name}`: ")
+    return said[:1].upper() + said[1:]
