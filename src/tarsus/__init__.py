@@ -13,7 +13,7 @@ TYPE_CHECKING = False  # not imported: `typing` is half of what this module woul
 if TYPE_CHECKING:
     from typing import Any
 
-    from tarsus import design
+    from tarsus import design, fit
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
@@ -138,6 +138,7 @@ __all__ = [
     "calibrate",
     "design",
     "device_names",
+    "fit",
     "float_paths",
     "get_value",
     "gradient",
@@ -186,8 +187,8 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("tarsus")
-    if name == "design":
-        return import_module("tarsus.design")
+    if name in ("design", "fit"):
+        return import_module(f"tarsus.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'tarsus' has no attribute '{name}'")
     value = getattr(import_module(_HOME[name]), name)

@@ -73,7 +73,7 @@ class Archive:
                     f"part {number} of the folder belongs to another search; give another folder with -o"
                 )
             return kept["readings"]
-        values = self.problem.unknowns.values(points)
+        values = self.problem.unknowns.at(points)
         readings = self.problem.simulate(run, values, self.problem.rows)
         self.simulated += len(points)
         if self.store is not None:
