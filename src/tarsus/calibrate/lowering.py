@@ -109,6 +109,7 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
     problem = Problem(
         unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution, channels.index(PEAK), _starts(study, unknowns, faults),
+        lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )  # fmt: skip
     faults.stop()
     return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)

@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from tarsus.calibrate.objective import Branch, Costs, Objective
 from tarsus.fit import Unknowns
 
-__all__ = ["Problem", "Simulate"]
+__all__ = ["Problem", "Simulate", "Slopes"]
 
 Floats = NDArray[np.float64]
 Simulate = Callable[[int, Floats, Sequence[int]], NDArray[np.floating]]
 """Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a run branch, for the rows of these numbers."""
+Slopes = Callable[[int, Floats, Sequence[int]], Floats]
+"""Derivatives (rows, channels, samples, nu) of the readings of one set (nu,) in a run branch by its SI values; zero
+where there is none."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +27,8 @@ class Problem:
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
     search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None; starts (n, nu): points of the unit cube to be visited first.
+    peak: channel of the highest gap, or None; starts (n, nu): points of the unit cube to be visited first; slopes:
+    derivatives of the forward model, or None.
     """
 
     unknowns: Unknowns
@@ -36,6 +40,7 @@ class Problem:
     resolution: float = 0.0
     peak: int | None = None
     starts: Floats | None = None
+    slopes: Slopes | None = None
 
     @property
     def trained(self) -> int:

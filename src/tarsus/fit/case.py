@@ -15,7 +15,7 @@ from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, GradientRun, simulate
 from tarsus.solve.engines import Shared
 
-__all__ = ["Case", "Slopes", "chain"]
+__all__ = ["Case", "directions"]
 
 Floats = NDArray[np.float64]
 Values = Callable[[Floats], Mapping[str, float]]
@@ -27,22 +27,20 @@ stencil of fourth order leaves 1e-16 of what is smooth over the bounds, and 1e-1
 _PLACES, _WEIGHTS = np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
 
 
-@dataclass(frozen=True)
-class Slopes:
-    """Derivatives (k, nu) of what is read of a run by the SI values of the unknowns, NaN where there is none; flags:
-    sentences that say why."""
-
-    by_unknown: Floats
-    flags: tuple[str, ...] = ()
-
-
-def chain(values: Values, at: Floats, span: Floats) -> tuple[tuple[str, ...], Floats]:
-    """Paths (np) of a scene that depend on the unknowns at SI values (nu,), and their derivatives (np, nu); span (nu,):
-    width of the unknowns' bounds. A number that jumps or bends within `STEP` of there has the slope of its secant."""
-    beside = [[values(at + place * STEP * span * unit) for place in _PLACES] for unit in np.eye(len(at))]
-    moving = [path for path in values(at) if any(len({one[path] for one in four}) > 1 for four in beside)]
-    there = np.array([[[one[path] for one in four] for four in beside] for path in moving])
-    return tuple(moving), there.reshape(len(moving), len(at), len(_PLACES)) @ _WEIGHTS / (STEP * span)
+def directions(values: Values, at: Floats, span: Floats) -> dict[str, dict[str, float]]:
+    """How much each number of a scene moves with each of the unknowns at SI values (nu,), by the unknown's number and
+    by path; span (nu,): width of the unknowns' bounds. A number that jumps or bends within `STEP` of there has the
+    slope of its secant."""
+    out = {}
+    for i, unit in enumerate(np.eye(len(at))):
+        four = [values(at + place * STEP * span * unit) for place in _PLACES]
+        moved = {path: np.array([one[path] for one in four]) for path in four[0]}
+        out[str(i)] = {
+            path: float(_WEIGHTS @ column) / (STEP * span[i])
+            for path, column in moved.items()
+            if np.ptp(column) > 0.0
+        }
+    return out
 
 
 @dataclass(frozen=True)
@@ -55,26 +53,17 @@ class Case:
     accuracy: Accuracy | None
     shared: Shared
 
-    def run(self, at: Floats, paths: Sequence[str]) -> GradientRun | None:
-        """The run at SI values (nu,), with derivatives by paths; None where the engine has none of this scene."""
+    def run(self, at: Floats, span: Floats) -> GradientRun | None:
+        """The run at SI values (nu,), with derivatives by all unknowns; None where the engine has none of this
+        scene."""
         scene = with_values(self.scene, dict(self.values(at)))
+        moved = directions(self.values, at, span)
         try:
-            return simulate(scene, self.seconds, self.accuracy, shared=self.shared, gradients=paths)
+            return simulate(scene, self.seconds, self.accuracy, shared=self.shared, gradients=moved)
         except InputError:
             return None
 
-    def slopes(self, at: Floats, span: Floats, readers: Sequence[Reader]) -> list[Slopes] | None:
+    def slopes(self, at: Floats, span: Floats, readers: Sequence[Reader]) -> list[Told] | None:
         """Derivatives of what is read at SI values (nu,); None where the engine has none of this scene."""
-        paths, links = chain(self.values, at, span)
-        run = self.run(at, paths) if paths else None
-        if run is None:
-            return None if paths else [Slopes(np.zeros((one.count, len(at)))) for one in readers]
-        return [_by_unknown(one.slopes(run), paths, links) for one in readers]
-
-
-def _by_unknown(told: Told, paths: Sequence[str], links: Floats) -> Slopes:
-    """Derivatives by the unknowns of those by paths: a missing one takes with it the unknowns that move its path."""
-    missing = np.isnan(told.slopes).astype(float) @ (links != 0.0) > 0.0
-    found = np.where(missing, np.nan, np.nan_to_num(told.slopes) @ links)
-    texts = dict.fromkeys(text for path in paths for text in told.flags.get(path, ()))
-    return Slopes(found, tuple(texts) if missing.any() else ())
+        run = self.run(at, span)
+        return None if run is None else [one.slopes(run) for one in readers]

@@ -191,9 +191,9 @@ class Problem(Residuals):
                 flags.append("the engine has no derivatives of these runs")
             for k, n in enumerate(own):
                 count = self._asked[n].reader.count
-                slopes = np.full((count, len(at)), np.nan) if told is None else told[k].by_unknown
+                slopes = np.full((count, len(at)), np.nan) if told is None else told[k].slopes
                 parts[n] = self._asked[n].slopes(slopes)
-                flags += [] if told is None else told[k].flags
+                flags += [] if told is None else [text for own in told[k].flags.values() for text in own]
         found = np.concatenate([parts[n] for n in range(len(parts))]) * self.unknowns.slopes(x)
         missing = np.isnan(found)
         if missing.any():

@@ -17,7 +17,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Told:
-    """Derivatives (k, P) of k numbers by the P paths of a run, NaN where there is none; flags: sentences by path."""
+    """Derivatives (k, nu) of k numbers of a run by the unknowns, NaN where there is none; flags: sentences that say
+    why, by unknown."""
 
     slopes: Floats
     flags: Mapping[str, tuple[str, ...]]
