@@ -13,7 +13,7 @@ TYPE_CHECKING = False  # not imported: `typing` is half of what this module woul
 if TYPE_CHECKING:
     from typing import Any
 
-    from tarsus import design
+    from tarsus import design, fit
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
@@ -139,6 +139,7 @@ __all__ = [
     "calibrate",
     "design",
     "device_names",
+    "fit",
     "float_paths",
     "get_value",
     "gradient",
@@ -177,7 +178,7 @@ _HOMES = {
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }
-_MODULES = {"design": "tarsus.design", "plot": "tarsus.report.plot"}
+_MODULES = {"design": "tarsus.design", "fit": "tarsus.fit", "plot": "tarsus.report.plot"}
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 

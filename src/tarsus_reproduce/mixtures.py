@@ -97,7 +97,7 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         kept, share = thinned(one.weights, MOST)
         members = []
         for i, part in zip(kept, share, strict=True):
-            values = dict(zip(unknowns.names, unknowns.values(one.points[i]).tolist(), strict=True))
+            values = dict(zip(unknowns.names, unknowns.at(one.points[i]).tolist(), strict=True))
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
             members.append({"weight": float(f"{weight * part:.6g}"), "values": fitted})

@@ -64,18 +64,35 @@ class Archive:
                 kept[run] = [np.concatenate(kept[run])]  # pyright: ignore[reportArgumentType]
         return self._points[run][0], self._readings[run][0]
 
+    def slopes(self, run: int, point: Floats) -> Floats:
+        """Derivatives (rows, channels, samples, nu) of the readings at a point (nu,) by the unknowns' SI values."""
+        points = np.round(point, DIGITS)[None] + 0.0
+        slopes = self.problem.slopes
+        assert slopes is not None
+        return self._kept(
+            run, points, "slopes", lambda: slopes(run, self.problem.unknowns.at(points)[0], self.problem.rows)
+        )
+
     def _answer(self, run: int, points: Floats) -> NDArray[np.floating]:
+        def simulated() -> NDArray[np.floating]:
+            self.simulated += len(points)
+            return self.problem.simulate(run, self.problem.unknowns.at(points), self.problem.rows)
+
+        return self._kept(run, points, "readings", simulated)
+
+    def _kept(
+        self, run: int, points: Floats, what: str, make: Callable[[], NDArray[np.floating]]
+    ) -> NDArray[np.floating]:
+        """The answer to the next question, read back or made."""
         number, self._asked = self._asked, self._asked + 1
         kept = self.store.read(number) if self.store is not None else None
         if kept is not None:
-            if int(kept["run"]) != run or not np.array_equal(kept["points"], points):
+            if int(kept["run"]) != run or what not in kept or not np.array_equal(kept["points"], points):
                 raise InputError(
                     f"part {number} of the folder belongs to another search; give another folder with -o"
                 )
-            return kept["readings"]
-        values = self.problem.unknowns.values(points)
-        readings = self.problem.simulate(run, values, self.problem.rows)
-        self.simulated += len(points)
+            return kept[what]
+        made = make()
         if self.store is not None:
-            self.store.write(number, {"run": np.array(run), "points": points, "readings": readings})
-        return readings
+            self.store.write(number, {"run": np.array(run), "points": points, what: made})
+        return made

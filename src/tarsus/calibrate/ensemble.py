@@ -10,8 +10,9 @@ from scipy.stats import chi2
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.objective import Branch
-from tarsus.calibrate.problem import Problem, Unknowns
+from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.search import LEVEL, Chain, costs_at
+from tarsus.fit import Unknowns
 
 __all__ = ["Ensemble", "Range", "branch_weights", "determined", "ensemble_of", "weighted_quantile"]
 
@@ -123,7 +124,7 @@ def determined(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
         def si(value: float, i: int = i) -> float:
             cube = np.zeros(len(unknowns))
             cube[i] = value
-            return float(unknowns.values(cube)[i])
+            return float(unknowns.at(cube)[i])
 
         q = {at: weighted_quantile(column, ensemble.weights, at) for at in (0.025, 0.05, 0.95, 0.975)}
         ranges.append(
@@ -140,7 +141,7 @@ def _word(unknowns: Unknowns, i: int, column: Floats, weights: Floats, low: floa
     if prior is not None:
         cube = np.zeros((len(column), len(unknowns)))
         cube[:, i] = column
-        values = unknowns.values(cube)[:, i]
+        values = unknowns.at(cube)[:, i]
         x = np.log(values) if prior.factor else values
         spread = np.sqrt(np.average((x - np.average(x, weights=weights)) ** 2, weights=weights))
         if spread > PRIOR_KEPT * (np.log(prior.spread) if prior.factor else prior.spread):

@@ -3,7 +3,7 @@ neighbours change it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,8 +14,9 @@ from tarsus.base.spec import with_values
 from tarsus.base.workers import spread
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
-from tarsus.calibrate.readings import MOTION, readings
+from tarsus.calibrate.readings import MOTION, readings, table_readings
 from tarsus.calibrate.scenes import Row, RunBranch, finite
+from tarsus.fit.case import Case
 from tarsus.measure import scene_period
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
@@ -25,6 +26,10 @@ from tarsus.study.seeds import random_velocities
 __all__ = ["Forward"]
 
 Floats = NDArray[np.float64]
+
+DIFFERENCE = 1e-3
+"""Step of differences of readings, in parts of an unknown's bounds: what a search's accuracy leaves of 1e-5 is a
+hundredth of that."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,75 @@ class Forward:
         for runs in groups.values():
             self._group(runs, out)
         return out
+
+    def slopes(self, branch: int, one: Floats, rows: Sequence[int], span: Floats) -> Floats:
+        """Derivatives (rows, channels, samples, nu) of the readings of a set (nu,) by its SI values; zero where there
+        is none: of counts, at kinks, of what no window has.
+
+        Rows that the engine has no derivatives of, or whose motion is read, are differenced over 2e-3 of the bounds'
+        span (nu,).
+        """
+        chosen = self.branches[branch]
+        names = [name for name in self.channels if name not in MOTION]
+        at = [i for i, name in enumerate(self.channels) if name not in MOTION]
+
+        def of(number: int) -> Floats | None:
+            row = chosen.rows[number]
+
+            def values(x: Floats) -> dict[str, float]:
+                return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row)
+
+            run = self._run(0, row, values(one))
+            if run is None or row.motion:
+                return None
+            found = self._window_slopes(run, values, one, span, names)
+            if found is None:
+                return None
+            out = np.zeros((len(self.channels), self.samples, len(one)))
+            out[at] = found
+            return out
+
+        found = dict(zip(rows, spread(of, list(rows), self.threads), strict=True))
+        other = [number for number in rows if found[number] is None]
+        if other:
+            found |= dict(zip(other, self._differences(branch, one, other, span), strict=True))
+        return np.nan_to_num(np.array([found[number] for number in rows]), posinf=0.0, neginf=0.0)
+
+    def _window_slopes(
+        self,
+        run: _Run,
+        values: Callable[[Floats], dict[str, float]],
+        one: Floats,
+        span: Floats,
+        names: list[str],
+    ) -> Floats | None:
+        """Derivatives (names, samples, nu) of window readings of a row; None where the engine has none, or where the
+        windows move."""
+        s, template = self.sampling, run.row.template
+        foot = s.foot or next(iter(template.robot.feet))
+        index = list(template.robot.feet).index(foot)
+        edges = run.settle + run.window * np.arange(s.windows + 1, dtype=float)
+        starts = _starts(template, foot, s) if s.draws > 1 else {}
+        parts = []
+        for draw in range(s.draws):
+            begun = {path: float(column[draw]) for path, column in starts.items()}
+            case = Case(
+                with_values(template, begun) if begun else template, values, float(edges[-1]),
+                Accuracy(gap=s.accuracy), self._shared,
+            )  # fmt: skip
+            made = case.run(one, span)
+            if made is None or (s.settle is None and made.period_moves):
+                return None
+            slopes = made.slopes_of(lambda table: table_readings(table, index, names, edges, s.resolution))
+            parts.append(np.nan_to_num(slopes))
+        return np.concatenate(parts, axis=1)
+
+    def _differences(self, branch: int, one: Floats, rows: list[int], span: Floats) -> Floats:
+        """Differences (rows, channels, samples, nu) of readings to both sides of a set (nu,)."""
+        steps = DIFFERENCE * span * np.eye(len(one))
+        found = self(branch, np.concatenate([one + steps, one - steps]), rows).astype(float)
+        ahead, behind = np.nan_to_num(found[: len(one)]), np.nan_to_num(found[len(one) :])
+        return np.moveaxis(ahead - behind, 0, -1) / (2.0 * DIFFERENCE * span)
 
     def _run(self, place: int, row: Row, values: Mapping[str, float]) -> _Run | None:
         """None where the values are none that a scene takes."""

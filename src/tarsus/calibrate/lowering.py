@@ -20,10 +20,11 @@ from tarsus.calibrate.expressions import Expression
 from tarsus.calibrate.faults import Faults
 from tarsus.calibrate.forward import Forward
 from tarsus.calibrate.objective import Branch, Objective
-from tarsus.calibrate.problem import Given, Problem, Unknowns
+from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.readings import MOTION, known_measures
 from tarsus.calibrate.scenes import Interpolated, Row, RunBranch, Setting, finite
 from tarsus.calibrate.table import Table, number_of
+from tarsus.fit import Prior, Unknowns
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
 
@@ -100,9 +101,7 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
         rows += tuple(range(len(trained), len(chosen)))
     own = [n for n, row in enumerate(built[0].rows) if n >= len(chosen)]
     rows += tuple(own)
-    middle = dict(
-        zip(unknowns.names, unknowns.values(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True)
-    )
+    middle = dict(zip(unknowns.names, unknowns.at(np.full((1, len(unknowns)), 0.5))[0].tolist(), strict=True))
     cells, other = cells_of(study, table, trained, others, built[0], middle, faults)
     limits = limits_of(study, channels, len(trained), len(chosen) if everywhere else len(trained), faults)
     faults.stop()
@@ -110,6 +109,7 @@ def lower_study(study: Study, table: Table, threads: int | None = None) -> Lower
     problem = Problem(
         unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
         study.sampling.resolution, channels.index(PEAK), _starts(study, unknowns, faults),
+        lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )  # fmt: skip
     faults.stop()
     return Lowered(study, table, forward, problem, trained, others, other.observed, other.absolute)
@@ -331,7 +331,7 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
             if spread <= 0.0 or (factor and (median <= 0.0 or low <= 0.0)):
                 faults.add(f"{where}.prior: expected a positive spread, and positive values for a factor")
             else:
-                given = Given(median, spread, factor)
+                given = Prior(median, spread, factor)
         units.append(unit)
         lows.append(low)
         highs.append(high)
@@ -355,7 +355,7 @@ def _starts(study: Study, unknowns: Unknowns, faults: Faults) -> np.ndarray | No
             if not unknowns.low[i] <= si <= unknowns.high[i]:
                 faults.add(f"{where}: '{name}' lies outside its bounds, got {value}")
                 continue
-            values = unknowns.values(point)
+            values = unknowns.at(point)
             values[i] = si
             point = unknowns.cube(values)
         out.append(point)
@@ -409,7 +409,7 @@ def _check_values(branches: list[RunBranch], unknowns: Unknowns, faults: Faults)
         if faults:
             continue
         for n, place in enumerate(places):
-            names = dict(zip(unknowns.names, unknowns.values(place).tolist(), strict=True))
+            names = dict(zip(unknowns.names, unknowns.at(place).tolist(), strict=True))
             for row in branch.rows if n == 0 else branch.rows[:1]:
                 values = branch.values(names, row)
                 if not finite(values):

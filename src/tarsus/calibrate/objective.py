@@ -148,19 +148,25 @@ class Objective:
         """Cost of squared residuals."""
         return self.robust**2 * np.log1p(square / self.robust**2)
 
+    def scaled(self, table: Floats) -> tuple[Floats, Floats, Floats]:
+        """Values (ns, nr, nk, samples) as ratios to the observed ones, the scale (nr, nk) of their logarithms, and the
+        derivative (ns, nr, nk, samples) of the scaled logarithm by the value; one that is not there counts as zero."""
+        a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
+        tau = tolerance(o, a, self.cells.relative)
+        scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
+        whole = np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
+        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)[:, :, None]
+        values = np.maximum(np.where(np.isfinite(table), table, 0.0), 0.0)
+        held = np.maximum(values + a[:, :, None], floor)
+        moves = (values > 0.0) & (held > floor)
+        return held / whole, scale, np.where(moves, scale[:, :, None] / held, 0.0)
+
     def _residuals(self, table: Floats) -> tuple[Floats, Floats, Floats]:
         """Mean residual, its variance over the windows, and the residual on the model's own scale (ns, nr, nk); a
         measure that is not there counts as zero."""
         a, o = self.cells.absolute, np.nan_to_num(self.cells.observed)
-        tau = tolerance(o, a, self.cells.relative)
-        scale = np.divide(o + a, tau, out=np.ones_like(tau), where=tau > 0.0)
+        ratio, scale, _ = self.scaled(table)
         failed = np.isinf(table).any(axis=-1)
-        values = np.maximum(np.where(np.isfinite(table), table, 0.0), 0.0)
-        floor = np.where(o + a > 0.0, 1e-6 * (o + a), 1.0)
-        ratio = (
-            np.maximum(values + a[:, :, None], floor[:, :, None])
-            / np.where(o + a > 0.0, o + a, 1.0)[:, :, None]
-        )
         u = np.log(ratio) * scale[:, :, None]
         z = np.where(failed, FAILED, u.mean(axis=-1))
         mean = np.log(ratio).mean(axis=-1)  # of log((v + a) / (o + a))

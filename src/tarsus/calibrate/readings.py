@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.measure import PER_WINDOW, Counting, by_window
+from tarsus.measure import PER_WINDOW, Counting, EventHistories, RunTable, by_window
 from tarsus.solve import Batch
 
-__all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "unit_of"]
+__all__ = ["MOTION", "PER_PERIOD", "known_measures", "readings", "table_readings", "unit_of"]
 
 Floats = NDArray[np.float64]
 
@@ -40,10 +40,16 @@ def readings(
     Those of `PER_PERIOD` are scaled from the window to the drive period.
     """
     out = np.full((len(batch), len(names), len(edges) - 1), np.nan)
-    for members, histories in batch.histories([foot]):
-        period = batch.periods[members]
-        found = by_window(histories, edges, Counting.of(period, resolution), names)
-        scale = period[:, None] / np.diff(edges)
-        for i, name in enumerate(names):
-            out[members, i] = found[name] * (scale if name in PER_PERIOD else 1.0)
+    for members, table in batch.tables():
+        out[members] = table_readings(table, foot, names, edges, resolution)
     return out
+
+
+def table_readings(
+    table: RunTable, foot: int, names: Sequence[str], edges: Floats, resolution: float
+) -> Floats:
+    """The same of runs as measures see them."""
+    histories = EventHistories(table.events, table.first, table.ends, [foot], len(table.feet))
+    found = by_window(histories, edges, Counting.of(table.period, resolution), names)
+    scale = table.period[:, None] / np.diff(edges)
+    return np.stack([found[name] * (scale if name in PER_PERIOD else 1.0) for name in names], axis=1)

@@ -10,6 +10,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus import fit
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
@@ -43,30 +44,18 @@ class Symmetry(Enum):
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class Unknowns(fit.Unknowns):
     """nu numbers that a design chooses, and the np numbers of the scene that follow from them.
 
-    names, units, low, high (nu,): of the unknowns [SI]; around (nu,): whose range closes on itself; paths: in the
-    scene; base (np,), share (np, nu): value of path j is base[j] + share[j] @ unknowns; wrapped (np,): those
-    counted modulo 1.
+    around (nu,): whose range closes on itself; paths: in the scene; base (np,), share (np, nu): value of path j is
+    base[j] + share[j] @ unknowns; wrapped (np,): those counted modulo 1.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    low: Floats
-    high: Floats
     around: NDArray[np.bool_]
     paths: tuple[str, ...]
     base: Floats
     share: Floats
     wrapped: NDArray[np.bool_]
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def at(self, cube: Floats) -> Floats:
-        """Unknowns (n, nu) [SI] at points (n, nu) of the unit cube."""
-        return self.low + (self.high - self.low) * np.clip(cube, 0.0, 1.0)
 
     def values(self, cube: Floats) -> dict[str, Floats]:
         """Values (n,) by path of the scene at points (n, nu) of the unit cube."""
@@ -153,6 +142,7 @@ def _joined(parts: Sequence[_Part]) -> Unknowns:
         tuple(name for part in parts for name in part.names), tuple(unit for part in parts for unit in part.units),
         np.array([one for part in parts for one in part.low], dtype=float),
         np.array([one for part in parts for one in part.high], dtype=float),
+        np.zeros(wide, dtype=bool), (None,) * wide,
         np.array([part.around for part in parts for _ in part.names], dtype=bool),
         tuple(path for part in parts for path in part.paths),
         np.concatenate([part.base for part in parts]), share,

@@ -68,7 +68,13 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
             ("foot_x", foot, series.foot_x, "m", "displacement of a foot along the way"),
             ("slipping", foot, series.slipping, "1", "foot in contact that slides"),
             ("friction_force", foot, series.friction, "N", "friction on a foot, positive forward"),
-            ("friction_loss", ("time",), lost, "J", "energy lost to friction along the ground, from the start"),
+            (
+                "friction_loss",
+                ("time",),
+                lost,
+                "J",
+                "energy lost to friction along the ground, from the start",
+            ),
         ):
             assert values is not None  # a walker has them all
             add(name, dims, values, unit, text)

@@ -13,7 +13,7 @@ from tarsus.measure import Judgement, RunTable, measured
 from tarsus.measure.history import RESOLUTION
 from tarsus.solve.codes import structured_events
 
-__all__ = ["Log", "directional_slopes", "measure_slopes"]
+__all__ = ["Log", "directional_slopes", "measure_slopes", "table_of"]
 
 Floats = NDArray[np.float64]
 
@@ -50,28 +50,35 @@ def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, ND
 
 
 def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
-    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each run,
-    and where (P,) it has a kink or a jump."""
+    """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each
+    run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
     size = np.array([_step(log, p) for p in range(len(log.by_period))])
     along = _STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]
-    values = of(rows.reshape(-1, *log.rows.shape), periods.ravel()).reshape(len(size), len(_STEPS))
+    made = of(rows.reshape(-1, *log.rows.shape), periods.ravel())
+    values = made.reshape(len(size), len(_STEPS), *made.shape[1:])
     ahead, behind = values[:, 3] - values[:, 2], values[:, 2] - values[:, 1]
     largest = np.maximum(np.abs(ahead), np.abs(behind))
     rounding = 1e-13 * np.abs(values).max(axis=1, initial=0.0)
     kinked = np.abs(ahead - behind) > KINK * largest + rounding
-    return values @ _WEIGHTS / size, kinked
+    slopes = np.moveaxis(values, 1, -1) @ _WEIGHTS
+    return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
 
 
 def _values(rows: Floats, feet: Sequence[str], end: float, periods: Floats, name: str) -> Floats:
     """The measure of runs that differ in their events (nr, ne, 12) and periods."""
+    return measured(Judgement(table_of(rows, feet, end, periods)), [name])[name].value
+
+
+def table_of(rows: Floats, feet: Sequence[str], end: float, periods: Floats) -> RunTable:
+    """Runs of feet up to ``end`` [s] that differ in their events (nr, ne, 12) and periods (nr,), as measures see
+    them."""
     runs, events = rows.shape[:2]
-    table = RunTable(
+    return RunTable(
         np.concatenate([structured_events(np.ascontiguousarray(one)) for one in rows]), events * np.arange(runs + 1),
         tuple(feet), np.full(runs, end), periods, np.zeros(runs, dtype=np.intp), lambda _: None,
     )  # fmt: skip
-    return measured(Judgement(table), [name])[name].value
 
 
 def _step(log: Log, p: int) -> float:

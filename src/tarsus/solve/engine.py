@@ -44,7 +44,12 @@ class SharedBook:
     """
 
     def __init__(
-        self, plan: Plan, duration: float, *, shared: SharedBook | None = None, sources: np.ndarray | None = None
+        self,
+        plan: Plan,
+        duration: float,
+        *,
+        shared: SharedBook | None = None,
+        sources: np.ndarray | None = None,
     ) -> None:
         self.system = plan.system if sources is None else plan.system.at(sources)
         self._made_of = self.system, step_lengths(duration), plan.laws.use_rates

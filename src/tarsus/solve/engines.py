@@ -57,6 +57,10 @@ class Shared:
         with self._lock:
             return list(self._made)
 
+    def drive(self, signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
+        """Pieces of a drive, lowered once."""
+        return self.get((signal, law, history), lambda: lower(signal, law, history))
+
     def get(self, key: Any, make: Callable[[], Any]) -> Any:
         """What belongs to a key; made if it is not there, outside of the lock: of two the first made stays."""
         with self._lock:
@@ -89,7 +93,13 @@ class ByModes:
         """The one row that laws act on, with its motion and its energy account."""
         accuracy = accuracy or replace(RECORDED, steps=min(RECORDED.steps, MEMORY // row_bytes(self.plan)))
         raw = execute(
-            self.plan, self.duration, rows=acting.rows, book=self.book, accuracy=accuracy, track=track, record=True
+            self.plan,
+            self.duration,
+            rows=acting.rows,
+            book=self.book,
+            accuracy=accuracy,
+            track=track,
+            record=True,
         )
         return Replayed(acting, raw)
 
@@ -108,7 +118,13 @@ class ByLegs:
     def keep(self, acting: Acting, accuracy: Accuracy | None, track: bool) -> Marched:
         chosen = accuracy or RECORDED
         raw = walk(
-            self.plan, self.duration, rows=acting.rows, tables=self.tables, accuracy=chosen, track=track, account=True
+            self.plan,
+            self.duration,
+            rows=acting.rows,
+            tables=self.tables,
+            accuracy=chosen,
+            track=track,
+            account=True,
         )
         return Marched(acting, raw, self.duration, chosen, track)
 
@@ -168,11 +184,7 @@ def prepared(
 
 def _engine(scene: Scene, duration: float, shared: Shared) -> Engine:
     """The scene lowered, and what the engine makes for its structure."""
-
-    def drive(signal: Signal, law: VoltageLaw, history: tuple[float, ...]) -> tuple[Pieces, Pieces]:
-        return shared.get((signal, law, history), lambda: lower(signal, law, history))
-
-    plan = lower_scene(scene, drive)
+    plan = lower_scene(scene, shared.drive)
     if plan.legs is not None:
         key = (float(step_lengths(duration)[0]), plan.legs.blocks.tobytes())
         return ByLegs(plan, duration, shared.get(key, lambda: tables_of(plan, duration)))

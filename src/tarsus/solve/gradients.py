@@ -15,17 +15,25 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_FOOT, E_INTEGRAL, E_KIND, E_TIME, T_FRACTION, T_LENGTH
 from tarsus.core.replay import Sampled
-from tarsus.measure import no_measure
+from tarsus.measure import RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, structured_events
-from tarsus.solve.directional import Log, directional_slopes, measure_slopes
+from tarsus.solve.directional import Log, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, Shared, prepared
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
-from tarsus.solve.tangents import Entering, Tangents, entering, tangents
+from tarsus.solve.tangents import (
+    Direction,
+    Entering,
+    Tangents,
+    beside,
+    directions_of,
+    entering,
+    tangents,
+)
 from tarsus.solve.window import Recorded, record, recording
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
@@ -86,11 +94,17 @@ class Gradient(Mapping[str, float]):
 
 @dataclass(frozen=True, repr=False)
 class GradientRun(Run):
-    """A finished simulation with derivatives by the numbers at ``paths``; nothing is computed before it is asked
-    for."""
+    """A finished simulation with derivatives along ``directions``, those of numbers at paths as a rule; nothing is
+    computed before it is asked for."""
 
     notes: Floats = field(kw_only=True)
-    paths: tuple[str, ...] = field(kw_only=True)
+    directions: Mapping[str, Direction] = field(kw_only=True)
+    entered: Entering = field(kw_only=True)
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths, or names of directions, by which there are derivatives."""
+        return self.entered.paths
 
     @property
     def raw(self) -> RawRuns:
@@ -102,9 +116,8 @@ class GradientRun(Run):
     def _given(self) -> Entering:
         steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
         longest = float(steps.max(initial=0.0)) or self.duration
-        given = entering(self.scene, self.plan, self.paths, self.duration, longest)
-        given.row.scales[:, 2] = self.period
-        return given
+        drives = Shared().drive  # one for all structures beside the run's
+        return beside(self.entered, self.scene, self.plan, self.directions, self.duration, longest, drives)
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
@@ -208,6 +221,23 @@ class GradientRun(Run):
         return self._gradient(*directional_slopes(self._log, values))
 
     @property
+    def period_moves(self) -> bool:
+        """Whether the drive period depends on a number at the paths."""
+        return bool(self._given.data.period.any())
+
+    def slopes_of(self, numbers: Callable[[RunTable], Floats]) -> Floats:
+        """Derivatives (..., P) by path of several numbers of the events at once, which a function makes of many runs
+        (nr, ...) as measures see them; NaN where there is none."""
+
+        def values(rows: Floats, periods: Floats) -> Floats:
+            return numbers(table_of(rows, self.foot_names, self.end_time, periods))
+
+        slopes, kinked = directional_slopes(self._log, values)
+        lost = np.array([bool(self._reasons(p)) for p in range(len(self.paths))])
+        missing = kinked | lost.reshape(-1, *(1,) * (slopes.ndim - 1))
+        return np.moveaxis(np.where(missing, np.nan, slopes), 0, -1)
+
+    @property
     def _log(self) -> Log:
         return Log(
             self.raw.events, self._derived.events, self.end_time, self.period, self._given.data.period[0]
@@ -249,15 +279,23 @@ class GradientBatch(Batch):
 
 
 def gradient_run(
-    scene: Scene, paths: Sequence[str], seconds: float, accuracy: Accuracy | None, shared: Shared
+    scene: Scene,
+    paths: Sequence[str] | Mapping[str, Direction],
+    seconds: float,
+    accuracy: Accuracy | None,
+    shared: Shared,
 ) -> GradientRun:
-    """A run with derivatives by the numbers at paths. Raises InputError as `tarsus.simulate` does."""
+    """A run with derivatives by the numbers at paths, or along directions by name.
+
+    Raises InputError as `tarsus.simulate` does.
+    """
     start = time.perf_counter()
     engine, rows = prepared(scene, {}, seconds, shared)
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
     if plan.legs is not None:
         raise InputError("gradients: the walking engine has no derivatives yet")
-    given = entering(scene, plan, paths, seconds)
+    directions = directions_of(paths)
+    given = entering(scene, plan, directions, seconds)
     given.row.scales[:, 2] = period
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
@@ -271,5 +309,6 @@ def gradient_run(
         kept=motion,
         wall_s=spent,
         notes=made.notes,
-        paths=given.paths,
+        directions=directions,
+        entered=given,
     )

@@ -37,7 +37,7 @@ def simulate(
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
-    gradients: Sequence[str],
+    gradients: Sequence[str] | Mapping[str, Mapping[str, float]],
 ) -> GradientRun: ...
 def simulate(
     scene: SceneLike,
@@ -45,7 +45,7 @@ def simulate(
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
-    gradients: Sequence[str] | None = None,
+    gradients: Sequence[str] | Mapping[str, Mapping[str, float]] | None = None,
 ) -> Run:
     """Simulate a scene exactly from event to event: a walker by the walking engine, everything else by contact modes.
 
@@ -62,7 +62,8 @@ def simulate(
         What the engine makes for a structure, kept from one run to the next where both are given the same one; see
         `tarsus.Session`.
     gradients
-        Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them.
+        Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them. Or
+        directions by name: how much each of some numbers moves, by path, where several follow from one.
 
     Raises
     ------

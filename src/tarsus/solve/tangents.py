@@ -5,7 +5,7 @@ Lowered arrays are differentiated by differences, runs never are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,13 +16,24 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
+from tarsus.model.drive.lower import lower
+from tarsus.model.drive.pieces import Pieces
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
 
-__all__ = ["DataTangents", "Entering", "Tangents", "entering", "tangents"]
+__all__ = [
+    "DataTangents",
+    "Direction",
+    "Entering",
+    "Tangents",
+    "beside",
+    "directions_of",
+    "entering",
+    "tangents",
+]
 
 Floats = NDArray[np.float64]
 
@@ -38,29 +49,53 @@ they are, the more of the rounding of the structure's modes remains. How rates c
 step."""
 
 
+DriveMaker = Callable[..., tuple[Pieces, Pieces]]
+"""Pieces of a drive's force and volts, from its signal, law and history."""
+Direction = Mapping[str, float]
+"""How much each of some numbers of a scene moves, by path: one for a number itself."""
+
+
+def directions_of(gradients: Sequence[str] | Mapping[str, Direction]) -> dict[str, Direction]:
+    """Directions by name; a path is that of its own number."""
+    if isinstance(gradients, Mapping):
+        return {name: {path: w for path, w in one.items() if w != 0.0} for name, one in gradients.items()}
+    return {path: {path: 1.0} for path in gradients}
+
+
 @dataclass(frozen=True)
 class Stencil:
-    """Four steps beside a number, and the weights of what is there: of the number's own value, then of the four."""
+    """Four steps along a direction of a scene, and the weights of what is there: of the scene itself, then of the
+    four."""
 
+    base: Mapping[str, float]
+    direction: Direction
     places: Floats
     weights: Floats
 
     @classmethod
-    def of(cls, scene: Scene, path: str, part: float) -> Stencil:
-        """To both sides of a number of a scene, or to the one where it may vary; steps are that part of it."""
-        value = float(get_value(scene, path))
-        size = part * abs(value) if value != 0.0 else part
+    def of(cls, scene: Scene, direction: Direction, part: float) -> Stencil:
+        """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
+        for its size (of one unit where it is zero)."""
+        base = {path: float(get_value(scene, path)) for path in direction}
+        size = part * min((abs(base[path]) or 1.0) / abs(w) for path, w in direction.items())
         problem = None
         for places, weights in _STENCILS:
+            found = cls(base, direction, places * size, weights / size)
             try:
-                for place in (places.min(), places.max()):
-                    with_values(scene, {path: value + float(place) * size})
+                for place in (found.places.min(), found.places.max()):
+                    found.scene(scene, place)
             except InputError as error:
                 problem = problem or error
                 continue
-            return cls(places * size, weights / size)
+            return found
         assert problem is not None
         raise problem
+
+    def scene(self, scene: Scene, place: float) -> Scene:
+        """The scene at a place along the direction."""
+        return with_values(
+            scene, {path: self.base[path] + float(place) * w for path, w in self.direction.items()}
+        )
 
     def slope(self, own: Floats, beside: Sequence[Floats]) -> Floats:
         """Derivative of values; exactly zero of those that stay as they are."""
@@ -131,7 +166,8 @@ class Beside:
 
 @dataclass(frozen=True)
 class Entering:
-    """What enters a run: its row of data, derivatives of that by the numbers at ``paths``, and structures beside it."""
+    """What enters a run: its row of data, derivatives of that along the directions ``paths``, and structures beside
+    it."""
 
     paths: tuple[str, ...]
     row: Rows
@@ -140,37 +176,67 @@ class Entering:
 
 
 def entering(
-    scene: Scene, plan: Plan, paths: Sequence[str], duration: float, longest: float | None = None
+    scene: Scene,
+    plan: Plan,
+    gradients: Sequence[str] | Mapping[str, Direction],
+    duration: float,
+    *,
+    drives: DriveMaker = lower,
 ) -> Entering:
-    """What enters a run of a plan over ``duration`` [s], with derivatives by any numbers of its scene; longest [s]:
-    step of the run, the whole of it unless given.
+    """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene; of the
+    structure `beside` adds what it does. drives: makes the pieces of a drive.
 
     Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
     pieces.
     """
-    known = [slot(scene, path) is not None for path in paths]
-    longest = duration if longest is None else longest
-    stencils = [
-        Stencil.of(scene, path, STEP if is_slot else _structure_step(scene, plan, path, longest))
-        for path, is_slot in zip(paths, known, strict=True)
-    ]
-    own = [p for p, is_slot in enumerate(known) if is_slot]
-    base = np.array([float(get_value(scene, paths[p])) for p in own])
-    columns = np.tile(base, (1 + 4 * len(own), 1))
-    for k, p in enumerate(own):
-        columns[1 + 4 * k : 5 + 4 * k, k] += stencils[p].places
-    rows = rows_for(scene, plan, {paths[p]: columns[:, k] for k, p in enumerate(own)}, duration)
+    found = directions_of(gradients)
+    stencils = []
+    for one in found.values():
+        data, structure = _apart(scene, one)
+        stencils.append(Stencil.of(scene, data, STEP) if data else None)
+        if structure:
+            _structure_step(scene, plan, structure, duration)
+    own = [p for p, one in enumerate(stencils) if one is not None]
+    steps = [one for one in stencils if one is not None]
+    base = {path: value for one in steps for path, value in one.base.items()}
+    columns = {path: np.full(1 + 4 * len(own), value) for path, value in base.items()}
+    for k, one in enumerate(steps):
+        for path, w in one.direction.items():
+            columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
+    rows = rows_for(scene, plan, columns, duration)
     row = _one_row(rows, 0)
-    data = DataTangents.none(row, len(paths))
+    data = DataTangents.none(row, len(found))
     if own:
-        found = _differences(rows, [stencils[p] for p in own], [paths[p] for p in own])
+        by_data = _differences(rows, steps, [list(found)[p] for p in own])
         for name in data.__dataclass_fields__:
-            getattr(data, name)[..., own] = getattr(found, name)
-    beside: list[Beside] = []
-    for p, is_slot in enumerate(known):
-        if not is_slot:
-            beside += _structures(scene, plan, paths[p], p, stencils[p], duration, data)
-    return Entering(tuple(paths), row, data, tuple(beside))
+            getattr(data, name)[..., own] = getattr(by_data, name)
+    return Entering(tuple(found), row, data, ())
+
+
+def beside(
+    given: Entering,
+    scene: Scene,
+    plan: Plan,
+    gradients: Sequence[str] | Mapping[str, Direction],
+    duration: float,
+    longest: float,
+    drives: DriveMaker = lower,
+) -> Entering:
+    """The same with the structures beside the run's, for the numbers that change it; longest [s]: step of the run."""
+    data = replace(given.data, initial=given.data.initial.copy(), parameters=given.data.parameters.copy())
+    added: list[Beside] = []
+    for p, one in enumerate(directions_of(gradients).values()):
+        structure = _apart(scene, one)[1]
+        if structure:
+            part = _structure_step(scene, plan, structure, longest)
+            added += _structures(scene, plan, Stencil.of(scene, structure, part), p, duration, data, drives)
+    return replace(given, data=data, beside=tuple(added))
+
+
+def _apart(scene: Scene, direction: Direction) -> tuple[Direction, Direction]:
+    """What of a direction is data of a plan, and what changes its structure."""
+    data = {path: w for path, w in direction.items() if slot(scene, path) is not None}
+    return data, {path: w for path, w in direction.items() if path not in data}
 
 
 def _one_row(rows: Rows, run: int) -> Rows:
@@ -181,15 +247,17 @@ def _one_row(rows: Rows, run: int) -> Rows:
     )  # fmt: skip
 
 
-def _structure_step(scene: Scene, plan: Plan, path: str, longest: float) -> float:
-    """Step of a number of the structure, as part of it; longest [s]: of the run's steps."""
-    stencil = Stencil.of(scene, path, FIRST)
-    value, place = float(get_value(scene, path)), float(stencil.places[-1])
-    other = lower_system(with_values(scene, {path: value + place}))
+def _structure_step(scene: Scene, plan: Plan, direction: Direction, longest: float) -> float:
+    """Step along a direction of the structure, as part of its numbers; longest [s]: of the run's steps."""
+    stencil = Stencil.of(scene, direction, FIRST)
+    place = float(stencil.places[-1])
+    other = lower_system(stencil.scene(scene, place))
     if other.mass.shape != plan.system.mass.shape:
-        raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
+        raise InputError(
+            f"{next(iter(direction))}: there is no derivative by it, for the structure changes its size"
+        )
     before, after = _rates(plan.system), _rates(other)
-    change = np.abs(after - before) / abs(place) * (FIRST * abs(value) or FIRST)
+    change = np.abs(after - before) * float(np.abs(stencil.places).min() / abs(place))
     turned = float(change.max(initial=0.0)) * longest
     parts = [TURN / turned] if turned > 0.0 else []
     moving = change > 1e-12 * np.abs(before).max(initial=0.0)
@@ -207,16 +275,23 @@ def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
 
 
 def _structures(
-    scene: Scene, plan: Plan, path: str, number: int, stencil: Stencil, duration: float, data: DataTangents
+    scene: Scene,
+    plan: Plan,
+    stencil: Stencil,
+    number: int,
+    duration: float,
+    data: DataTangents,
+    drives: DriveMaker,
 ) -> list[Beside]:
-    """The structures beside a scene's that differ in one number, and the derivatives of the data that do.
+    """The structures beside a scene's along a direction, and the derivatives of the data that they change.
 
     Rest gaps and gravity act through the structures.
     """
-    value = float(get_value(scene, path))
-    plans = [lower_scene(with_values(scene, {path: value + float(place)})) for place in stencil.places]
-    data.initial[..., number] = stencil.slope(plan.initial, [one.initial for one in plans])
-    data.parameters[..., number] = stencil.slope(plan.laws.parameters, [one.laws.parameters for one in plans])
+    plans = [lower_scene(stencil.scene(scene, float(place)), drives) for place in stencil.places]
+    data.initial[..., number] += stencil.slope(plan.initial, [one.initial for one in plans])
+    data.parameters[..., number] += stencil.slope(
+        plan.laws.parameters, [one.laws.parameters for one in plans]
+    )
     return [
         Beside(one.system, SharedBook(one, duration), float(weight), number)
         for one, weight in zip([plan, *plans], stencil.weights, strict=True)

@@ -188,7 +188,7 @@ def test_a_search_begins_from_the_sets_that_it_is_given(tmp_path):
     text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.8125}}, {{push = 0.3}}]")
     found = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
     assert found.starts is not None, "what a set does not name is in the middle of its bounds"
-    assert found.unknowns.values(found.starts) == pytest.approx(np.array([[0.8125, 0.75], [0.725, 0.3]]))
+    assert found.unknowns.at(found.starts) == pytest.approx(np.array([[0.8125, 0.75], [0.725, 0.3]]))
 
 
 def test_a_bad_table_is_told_with_its_lines(tmp_path):
@@ -234,7 +234,7 @@ def test_a_study_names_sets_to_start_from(tmp_path):
     text = BALL.replace("[search]", '[search]\nstart = [{{e = 0.59}}, {{push = 0.3, e = "0.95"}}]')
     problem = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
     assert problem.starts is not None
-    np.testing.assert_allclose(problem.unknowns.values(problem.starts), [[0.59, 0.75], [0.95, 0.3]])
+    np.testing.assert_allclose(problem.unknowns.at(problem.starts), [[0.59, 0.75], [0.95, 0.3]])
 
 
 def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):
@@ -282,7 +282,7 @@ def test_the_study_on_the_calibration_page_is_one(tmp_path):
         f"polarity {a}, peak {b}" for a in ("plain", "half") for b in ("highest", "average")
     }
     assert problem.objective.cells.observed[2].tolist() == [1.5, pytest.approx(156e-6)]
-    values = problem.unknowns.values(np.array([0.5, 0.5, 0.5]))
+    values = problem.unknowns.at(np.array([0.5, 0.5, 0.5]))
     row = lowered.forward.branches[1].rows[0]
     found = lowered.forward.branches[1].values(dict(zip(problem.unknowns.names, values, strict=True)), row)
     assert found["signals.pzt.amplitude"] == 4.0 and found["signals.pzt.frequency"] == 50.0

@@ -12,9 +12,9 @@ from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.calibrating import solve
 from tarsus.calibrate.ensemble import drawn
 from tarsus.calibrate.objective import Branch, Limit
-from tarsus.calibrate.problem import Given
 from tarsus.calibrate.search import screen
 from tarsus.files.sweepstore import SweepStore
+from tarsus.fit import Prior
 
 X = np.array([1.0, 2.0, 3.0, 4.0])
 
@@ -85,7 +85,7 @@ def test_what_the_data_do_not_touch_is_not_determined_and_a_prior_is_told_apart(
     table = cells(straight(0, np.array(TRUTH))[:, :, 0])
     found = solve(problem(table, straight, unknowns("abc")), search(spread=30))
     assert [one.word for one in found.ranges[0]] == ["determined", "determined", "not determined"]
-    numbers = unknowns("abc", priors=(None, None, Given(0.5, 0.05, False)))
+    numbers = unknowns("abc", priors=(None, None, Prior(0.5, 0.05, False)))
     found = solve(problem(table, straight, numbers), search(spread=40, members=32))
     assert found.ranges[0][2].word == "prior only"
     assert found.ranges[0][2].high - found.ranges[0][2].low == pytest.approx(3.29 * 0.05, rel=0.5)
@@ -207,7 +207,7 @@ def _best_without(constant, row: int) -> float:
     archive = Archive(constant)
     screen(constant, archive, plan)
     fit = leave_out(constant, archive, plan, [0], row)
-    return float(constant.unknowns.values(fit.ensembles[0].points[0])[0])
+    return float(constant.unknowns.at(fit.ensembles[0].points[0])[0])
 
 
 def parabola(x):

@@ -9,7 +9,8 @@ import numpy as np
 
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.objective import Branch, Cells, Limit, Objective
-from tarsus.calibrate.problem import Given, Problem, Unknowns
+from tarsus.calibrate.problem import Problem
+from tarsus.fit import Prior, Unknowns
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
@@ -22,7 +23,7 @@ def search(**values: Any) -> Search:
 
 
 def unknowns(
-    names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Given | None, ...] = ()
+    names: str, low: float = 0.0, high: float = 1.0, priors: tuple[Prior | None, ...] = ()
 ) -> Unknowns:
     """Numbers between two bounds, one a letter of ``names``."""
     count = len(names)

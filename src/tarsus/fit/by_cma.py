@@ -1,0 +1,63 @@
+"""CMA-ES on a fit, by the package cma (the extra ``optimise``)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tarsus.base.errors import InputError
+from tarsus.fit.residuals import Found, Residuals
+
+__all__ = ["cma_es"]
+
+FIRST_STEP = 0.2
+"""First standard deviation in the cube: a fifth of the bounds, so that both are within three of the middle."""
+
+
+def cma_es(
+    problem: Residuals,
+    start: ArrayLike | None = None,
+    step: float = FIRST_STEP,
+    seed: int = 1,
+    most: int | None = None,
+    **options: Any,
+) -> Found:
+    """Covariance matrix adaptation within the problem's bounds, a generation in one batch; no derivatives.
+
+    Parameters
+    ----------
+    problem
+        What is searched.
+    start
+        First mean (nu,) in the cube, its middle unless given.
+    step
+        First standard deviation in the cube.
+    seed
+        Of all that is random.
+    most
+        Points that may be asked for.
+    options
+        Of the package, by its names (``popsize``, ``tolfun``, ...).
+
+    Raises
+    ------
+    InputError
+        Where the package is not installed.
+    """
+    try:
+        import cma
+    except ImportError:
+        raise InputError("CMA-ES needs the package cma: pip install 'tarsus[optimise]'") from None
+    first = problem.point(np.full(len(problem.unknowns), 0.5) if start is None else start)
+    chosen = {"bounds": [0.0, 1.0], "seed": seed, "verbose": -9, **options}
+    if most is not None:
+        chosen["maxfevals"] = most
+    strategy = cma.CMAEvolutionStrategy(first, step, chosen)
+    while not strategy.stop():
+        points = strategy.ask()
+        strategy.tell(points, problem.costs(np.array(points)).tolist())
+    x = problem.point(strategy.result.xbest)
+    why = ", ".join(f"{name} {value}" for name, value in strategy.stop().items())
+    return Found(x, problem.values(x), float(strategy.result.fbest), int(strategy.result.evaluations), 0, why)

@@ -1,0 +1,257 @@
+"""A fit of a scene: unknown numbers of it, what its runs should do, and exact derivatives of that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.base.spec import float_paths, get_value, with_values
+from tarsus.base.units import parse_quantity
+from tarsus.fit.asked import Asked, Role, asked_of
+from tarsus.fit.case import Case
+from tarsus.fit.readers import OfMeasure
+from tarsus.fit.residuals import FAILED, Residuals
+from tarsus.fit.terms import Term
+from tarsus.fit.unknowns import Unknown, Unknowns
+from tarsus.model.scene import Scene
+from tarsus.solve import Accuracy, Batch, simulate_batch
+from tarsus.solve.engines import RECORDED, Shared
+from tarsus.solve.simulate import seconds_of
+
+__all__ = ["Problem"]
+
+Floats = NDArray[np.float64]
+Derived = Callable[[Mapping[str, float]], Mapping[str, float]]
+"""Further numbers of the scene by path, of the unknowns' SI values by name."""
+
+STEP = 1e-4
+"""Step of differences of runs in the cube, where there is no derivative: central ones err by the square of it, and by
+the runs' accuracy over it, which at that of single runs is 1e-6 of a residual."""
+
+
+class Problem(Residuals):
+    """Unknown numbers of a scene and what its runs should do.
+
+    Parameters
+    ----------
+    scene
+        The scene; what is not unknown is its own.
+    unknowns
+        By path, or by a name where they have ``paths`` of their own or serve `derived` only.
+    terms
+        Readings, samples, goals and limits; those under the same conditions share a run.
+    duration
+        Of every run [s]; the scene's own by default.
+    accuracy
+        Of every run; by default that of single runs.
+    derived
+        Numbers of the scene that follow from the unknowns, arithmetic that is smooth.
+    threads
+        Worker threads of batches; by default one for each processor that this process may use.
+
+    Raises
+    ------
+    InputError
+        With everything that does not fit.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        unknowns: Mapping[str, Unknown],
+        terms: Sequence[Term],
+        duration: float | None = None,
+        accuracy: Accuracy | None = None,
+        *,
+        derived: Derived | None = None,
+        threads: int | None = None,
+    ) -> None:
+        self.scene, self.terms = scene, tuple(terms)
+        self.seconds, self.accuracy, self.threads = seconds_of(scene, duration), accuracy or RECORDED, threads
+        self._derived, self._shared = derived, Shared()
+        problems: list[str] = []
+        for make in (self._set_unknowns, self._set_terms):
+            try:
+                make(unknowns)
+            except InputError as error:
+                problems += error.problems
+        if problems:
+            raise InputError(problems)
+        roles = [one.role for one in self._asked for _ in one.level]
+        self._goals = np.array([role is Role.GOAL for role in roles])
+        self._limits = np.array([role is Role.LIMIT for role in roles])
+        self._priors = np.array([one is not None for one in self.unknowns.priors])
+        self._last: tuple[bytes, Floats] = (b"", np.zeros((0, 0)))
+        self._told: tuple[bytes, Floats, tuple[str, ...]] = (b"", np.zeros((0, 0)), ())
+
+    def _set_unknowns(self, unknowns: Mapping[str, Unknown]) -> None:
+        self.unknowns, self._paths = _unknowns_of(self.scene, unknowns, derived=self._derived is not None)
+        middle = self.unknowns.at(np.full(len(self.unknowns), 0.5))
+        with_values(self.scene, self._values({})(middle))
+
+    def _set_terms(self, unknowns: Mapping[str, Unknown]) -> None:
+        self._asked = asked_of(self.scene, self.terms, self.seconds)
+        own = {path for name, one in unknowns.items() for path in one.paths or (name,)}
+        twice = sorted({path for one in self._asked for path in one.under} & own)
+        if twice:
+            raise InputError(
+                [f"{path}: is unknown, and a condition under which a term holds" for path in twice]
+            )
+        self._unders = list({tuple(sorted(one.under.items())): one.under for one in self._asked}.values())
+
+    def _values(self, under: Mapping[str, float]) -> Callable[[Floats], dict[str, float]]:
+        """Numbers of the scene under conditions, of the unknowns' SI values."""
+
+        def values(at: Floats) -> dict[str, float]:
+            out = dict(under)
+            for paths, value in zip(self._paths, at.tolist(), strict=True):
+                out.update(dict.fromkeys(paths, value))
+            if self._derived is not None:
+                out.update(self._derived(dict(zip(self.unknowns.names, at.tolist(), strict=True))))
+            return out
+
+        return values
+
+    def scene_at(self, x: ArrayLike) -> Scene:
+        """The scene at a point (nu,) of the cube."""
+        return with_values(self.scene, self._values({})(self.unknowns.at(self.point(x))))
+
+    def residuals_at(self, points: Floats) -> Floats:
+        rows = self._rows(points)
+        rows[:, self._limits] = np.maximum(rows[:, self._limits], 0.0)
+        priors = self.unknowns.prior_residuals(points)[:, self._priors]
+        return np.concatenate([rows[:, ~self._goals], priors], axis=1)
+
+    def goals_at(self, points: Floats) -> Floats:
+        return self._rows(points)[:, self._goals]
+
+    def constraints_at(self, points: Floats) -> Floats:
+        return self._rows(points)[:, self._limits]
+
+    def jacobian(self, x: ArrayLike) -> Floats:
+        at = self.point(x)
+        slopes = self._slopes(at)[0].copy()
+        met = self._limits & (self._rows(at[None])[0] <= 0.0)
+        slopes[met] = 0.0
+        priors = np.diag(self.unknowns.prior_slopes(at))[self._priors]
+        return np.concatenate([slopes[~self._goals], priors])
+
+    def goals_jacobian(self, x: ArrayLike) -> Floats:
+        return self._slopes(self.point(x))[0][self._goals] if self._goals.any() else super().goals_jacobian(x)
+
+    def flags(self, x: ArrayLike) -> tuple[str, ...]:
+        """Why some derivatives at a point (nu,) of the cube are differences of runs; nothing where all are exact."""
+        return self._slopes(self.point(x))[1]
+
+    def _rows(self, points: Floats) -> Floats:
+        """Rows (n, nr) of all terms at points (n, nu), from one batch; the last ones are kept."""
+        if not len(points):
+            return np.zeros((0, len(self._goals)))
+        key = np.ascontiguousarray(points, dtype=float).tobytes()
+        if self._last[0] != key:
+            self._last = key, self._simulated(self.unknowns.at(points))
+        return self._last[1].copy()
+
+    def _simulated(self, at: Floats) -> Floats:
+        """Rows (n, nr) at SI values (n, nu)."""
+        values = [self._values(under)(one) for under in self._unders for one in at]
+        paths = list(dict.fromkeys(path for one in values for path in one))
+        own = {path: float(get_value(self.scene, path)) for path in paths}
+        vary = {path: np.array([one.get(path, own[path]) for one in values]) for path in paths}
+        batch = simulate_batch(
+            self.scene, vary, self.seconds, accuracy=self.accuracy, threads=self.threads, shared=self._shared
+        )
+        names = {one.reader.name for one in self._asked if isinstance(one.reader, OfMeasure)}
+        measures = {name: one.value for name, one in batch.measured(names).items()} if names else {}
+        parts = []
+        for one in self._asked:
+            first = self._unders.index(one.under) * len(at)
+            runs = np.arange(first, first + len(at))
+            rows = one.rows(_numbers(one, batch, runs, measures))
+            parts.append(np.where(np.isfinite(rows), rows, FAILED))
+        return np.concatenate(parts, axis=1)
+
+    def _slopes(self, x: Floats) -> tuple[Floats, tuple[str, ...]]:
+        """Derivatives (nr, nu) of the rows at a point (nu,) by the cube's coordinates, and flags; the last are kept."""
+        key = x.tobytes()
+        if self._told[0] == key:
+            return self._told[1:]
+        at, span = self.unknowns.at(x), self.unknowns.high - self.unknowns.low
+        parts: dict[int, Floats] = {}
+        flags: list[str] = []
+        for under in self._unders:
+            own = [n for n, one in enumerate(self._asked) if one.under == under]
+            case = Case(self.scene, self._values(under), self.seconds, self.accuracy, self._shared)
+            told = case.slopes(at, span, [self._asked[n].reader for n in own])
+            if told is None:
+                flags.append("the engine has no derivatives of these runs")
+            for k, n in enumerate(own):
+                count = self._asked[n].reader.count
+                slopes = np.full((count, len(at)), np.nan) if told is None else told[k].slopes
+                parts[n] = self._asked[n].slopes(slopes)
+                flags += [] if told is None else [text for own in told[k].flags.values() for text in own]
+        found = np.concatenate([parts[n] for n in range(len(parts))]) * self.unknowns.slopes(x)
+        missing = np.isnan(found)
+        if missing.any():
+            columns = np.flatnonzero(missing.any(axis=0))
+            found[:, columns] = np.where(
+                missing[:, columns], self._differences(x, columns), found[:, columns]
+            )
+        self._told = key, found, tuple(dict.fromkeys(flags))
+        return self._told[1:]
+
+    def _differences(self, x: Floats, columns: NDArray[np.intp]) -> Floats:
+        """Differences (nr, nc) of the rows by some of the unknowns, of runs to both sides in one batch; at a side of
+        the cube to the inner one."""
+        steps = STEP * np.eye(len(x))[columns]
+        ahead, behind = np.minimum(x + steps, 1.0), np.maximum(x - steps, 0.0)
+        rows = self._simulated(self.unknowns.at(np.concatenate([ahead, behind])))
+        width = (ahead - behind).sum(axis=1)
+        return ((rows[: len(columns)] - rows[len(columns) :]) / width[:, None]).T
+
+
+def _numbers(asked: Asked, batch: Batch, runs: NDArray[np.intp], measures: Mapping[str, Floats]) -> Floats:
+    """Numbers (n, k) of some runs of a batch; NaN of those that did not reach their end."""
+    if isinstance(asked.reader, OfMeasure):
+        return measures[asked.reader.name][runs, None]
+    nothing = np.full(asked.reader.count, np.nan)
+    return np.array([asked.reader.numbers(batch.run(i)) if batch.done[i] else nothing for i in runs.tolist()])
+
+
+def _unknowns_of(
+    scene: Scene, unknowns: Mapping[str, Unknown], *, derived: bool
+) -> tuple[Unknowns, list[tuple[str, ...]]]:
+    """The unknowns in SI, and the paths that take each."""
+    known = float_paths(scene)
+    problems: list[str] = [] if unknowns else ["unknowns: expected at least one"]
+    units, ends, paths = [], [], []
+    for name, one in unknowns.items():
+        own = (name,) if one.paths is None and (name in known or not derived) else one.paths or ()
+        for path in own:
+            if path not in known:
+                problems.append(f"{name}: the scene has no number '{path}'{nearest(path, known)}")
+        unit = next((known[path].unit for path in own if path in known), "1")
+        try:
+            low, high = parse_quantity(one.low, unit), parse_quantity(one.high, unit)
+        except InputError as error:
+            problems += [f"{name}: {text}" for text in error.problems]
+            continue
+        if not low < high:
+            problems.append(f"{name}: expected low below high, got {one.low} and {one.high}")
+        elif one.log and low <= 0.0:
+            problems.append(f"{name}: expected a lower bound above 0 on a logarithmic scale, got {one.low}")
+        units.append(unit)
+        ends.append((low, high))
+        paths.append(own)
+    every = [path for own in paths for path in own]
+    problems += [f"{path}: is unknown twice" for path in dict.fromkeys(every) if every.count(path) > 1]
+    if problems:
+        raise InputError(problems)
+    low, high = np.array(ends).T
+    log = np.array([one.log for one in unknowns.values()])
+    priors = tuple(one.prior for one in unknowns.values())
+    return Unknowns(tuple(unknowns), tuple(units), low, high, log, priors), paths

@@ -1,0 +1,95 @@
+"""What an optimiser sees of a fit: residuals with their Jacobian, a cost with its gradient, bounds.
+
+Points are those of the *cube*: every unknown runs from 0 at its lower bound to 1 at its upper one (`Unknowns`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tarsus.fit.unknowns import Unknowns
+
+__all__ = ["FAILED", "Found", "Residuals"]
+
+Floats = NDArray[np.float64]
+
+FAILED = 1e3
+"""Residual of what a run does not have, or did not reach its end for: beyond every other, and finite, so that a search
+can go on."""
+
+
+class Residuals(ABC):
+    """A cost ``sum(residuals^2) / 2 + sum(goals)`` of nu unknowns in the unit cube."""
+
+    unknowns: Unknowns
+
+    @abstractmethod
+    def residuals_at(self, points: Floats) -> Floats:
+        """Residuals (n, nr) at points (n, nu) of the cube, all in one batch."""
+
+    @abstractmethod
+    def jacobian(self, x: ArrayLike) -> Floats:
+        """Derivatives (nr, nu) of the residuals at a point (nu,) of the cube."""
+
+    def goals_at(self, points: Floats) -> Floats:
+        """Numbers (n, ng) that shall be small, at points (n, nu); none unless there are goals."""
+        return np.zeros((len(points), 0))
+
+    def goals_jacobian(self, x: ArrayLike) -> Floats:
+        """Their derivatives (ng, nu) at a point (nu,)."""
+        return np.zeros((0, len(self.unknowns)))
+
+    def constraints_at(self, points: Floats) -> Floats:
+        """Constraints (n, nl) at points (n, nu): zero or less where they are met."""
+        return np.zeros((len(points), 0))
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower and upper bounds (nu,) of the points: those of the cube."""
+        return np.zeros(len(self.unknowns)), np.ones(len(self.unknowns))
+
+    def residuals(self, x: ArrayLike) -> Floats:
+        """Residuals (nr,) at a point (nu,) of the cube."""
+        return self.residuals_at(self.point(x)[None])[0]
+
+    def costs(self, points: ArrayLike) -> Floats:
+        """Costs (n,) at points (n, nu) of the cube, all in one batch."""
+        many = np.asarray(points, dtype=float)
+        return 0.5 * (self.residuals_at(many) ** 2).sum(axis=1) + self.goals_at(many).sum(axis=1)
+
+    def cost(self, x: ArrayLike) -> float:
+        """Cost at a point (nu,) of the cube."""
+        return float(self.costs(self.point(x)[None])[0])
+
+    def gradient(self, x: ArrayLike) -> Floats:
+        """Gradient (nu,) of the cost at a point (nu,) of the cube."""
+        at = self.point(x)
+        return self.residuals(at) @ self.jacobian(at) + self.goals_jacobian(at).sum(axis=0)
+
+    def point(self, x: ArrayLike) -> Floats:
+        """A point (nu,) as floats within the cube."""
+        return np.clip(np.asarray(x, dtype=float), 0.0, 1.0)
+
+    def values(self, x: ArrayLike) -> dict[str, float]:
+        """SI values by name at a point (nu,) of the cube."""
+        return dict(zip(self.unknowns.names, self.unknowns.at(self.point(x)).tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class Found:
+    """What an optimiser found.
+
+    x (nu,): the point in the cube; values: its SI values by name; cost there; evaluations: points that it asked for;
+    slopes: points at which it asked for derivatives; message: why it stopped, in its own words.
+    """
+
+    x: Floats
+    values: dict[str, float]
+    cost: float
+    evaluations: int
+    slopes: int
+    message: str
