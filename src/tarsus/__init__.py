@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
     from tarsus.calibrate.mixture import load_mixture
+    from tarsus.cluster.verb import sweep
     from tarsus.files.library import device_names, load_scene
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.model.drive.amplifier import Amplifier
@@ -152,6 +153,7 @@ __all__ = [
     "read_scene",
     "simulate",
     "simulate_batch",
+    "sweep",
     "with_values",
     "write_scene",
 ]
@@ -159,6 +161,7 @@ __all__ = [
 _HOMES = {
     "tarsus.calibrate.calibrating": "calibrate",
     "tarsus.calibrate.mixture": "load_mixture",
+    "tarsus.cluster.verb": "sweep",
     "tarsus.model.drive.gait": "Alternating Free Ripple Tripod Wave",
     "tarsus.model.drive.amplifier": "Amplifier",
     "tarsus.model.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",

@@ -112,8 +112,8 @@ def start(file: Path, folder: Path) -> subprocess.Popen[str]:
 
 def wait_for_units(process: subprocess.Popen[str], folder: Path, more: int) -> None:
     """Until so many more units are done; however slow the machine is, they will be, or the process ends."""
-    before = len(list(folder.glob("units/*.npz")))
-    while len(list(folder.glob("units/*.npz"))) < before + more:
+    before = len(list(folder.glob("units/*/*.npz")))
+    while len(list(folder.glob("units/*/*.npz"))) < before + more:
         assert process.poll() is None, process.communicate()
         time.sleep(0.002)
 
@@ -158,7 +158,7 @@ def killed_and_resumed(tarsus, file: Path, place: Path, *, units: int, kills: in
         process.send_signal(signal.SIGKILL)
         assert process.wait() == -signal.SIGKILL
         process.communicate()
-        done = {path.name: path for path in folder.glob("units/*.npz")}
+        done = {path.name: path for path in folder.glob("units/*/*.npz")}
         assert finished.items() <= {name: path.read_bytes() for name, path in done.items()}.items()
         assert stamps.items() <= {name: path.stat().st_mtime_ns for name, path in done.items()}.items()
         finished = {name: path.read_bytes() for name, path in done.items()}
@@ -175,25 +175,25 @@ def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
     (sentence,) = err.splitlines()
     assert sentence.startswith("tarsus: interrupted; finished parts are kept")
     assert f"-o '{folder}' --resume" in sentence
-    assert list(folder.glob("units/*.part")) == []
+    assert list(folder.glob("units/*/*.part")) == []
 
 
 def test_an_interrupt_says_how_to_resume(tarsus, study, tmp_path, monkeypatch):
-    from tarsus.study import sweeping
+    from tarsus.study import crew
 
-    whole, begun = sweeping.work_unit, itertools.count(1)
+    whole, begun = crew.work_unit, itertools.count(1)
 
     def third_is_interrupted(*words, **options):
         if next(begun) == 3:
             raise KeyboardInterrupt
         return whole(*words, **options)
 
-    monkeypatch.setattr(sweeping, "work_unit", third_is_interrupted)
+    monkeypatch.setattr(crew, "work_unit", third_is_interrupted)
     folder = tmp_path / "a folder"
     words = ("sweep", study(count=2, chunk=2), "-o", folder)
     found = tarsus(*words)
     says_how_to_resume(found.code, found.out, found.err, folder)
-    assert len(list(folder.glob("units/*.npz"))) >= 2  # and what other threads were at
+    assert len(list(folder.glob("units/*/*.npz"))) >= 2  # and what other threads were at
     monkeypatch.undo()
     assert tarsus(*words, "--resume").code == 0
 
@@ -231,7 +231,7 @@ def test_a_law_of_ones_own_is_part_of_the_plan(tarsus, study, magnet, tmp_path):
     assert "--law" in tarsus(*sweep).sentences[0]
     assert tarsus(*sweep, "--law", law).code == 0
     law.write_text(law.read_text(encoding="utf-8") + "# changed\n", encoding="utf-8")
-    assert "of a law" in tarsus(*sweep, "--law", law).sentences[0]
+    assert "its laws/magnet.py differs" in tarsus(*sweep, "--law", law).sentences[0]
 
 
 def test_a_bad_study_exits_with_2(tarsus, tmp_path):

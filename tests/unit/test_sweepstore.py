@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -19,28 +25,127 @@ def arrays(unit: int) -> dict[str, np.ndarray]:
     return {"code": np.full(2, unit, np.int8), "value": np.array([[1.0 / (unit + 3)], [np.nan]])}
 
 
+def collected(store: SweepStore) -> dict[str, np.ndarray]:
+    parts = list(store.parts())
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
 def test_what_is_written_is_read_back_exactly(tmp_path):
     store = opened(tmp_path / "new")
     for unit in (2, 0, 1):
         assert unit in store.pending()
         store.write(unit, arrays(unit))
     assert store.pending() == []
-    collected = store.collect()
-    assert collected["code"].tolist() == [0, 0, 1, 1, 2, 2]
-    assert np.array_equal(collected["value"][::2, 0], [1 / 3, 1 / 4, 1 / 5])
+    found = collected(store)
+    assert found["code"].tolist() == [0, 0, 1, 1, 2, 2]
+    assert np.array_equal(found["value"][::2, 0], [1 / 3, 1 / 4, 1 / 5])
     assert {path.name for path in (tmp_path / "new").iterdir()} == {*TEXTS, PLAN_FILE, "units"}
 
 
-def test_half_a_file_and_another_plans_file_are_not_done(tmp_path):
+def test_what_is_done_is_listed_and_nothing_is_opened(tmp_path, monkeypatch):
+    store = opened(tmp_path)
+    store.write(1, arrays(1))
+    monkeypatch.setattr(np, "load", lambda *_, **__: pytest.fail("a unit was opened"))
+    assert store.pending() == [0, 2] and store.has(1) and not store.has(0)
+
+
+def test_half_a_file_another_plans_and_another_units_are_put_aside(tmp_path):
     store = opened(tmp_path)
     for unit in range(3):
         store.write(unit, arrays(unit))
-    half = tmp_path / "units" / "000000.npz"
+    half, other, copied = (tmp_path / "units" / "000" / f"00000{n}.npz" for n in range(3))
+    copied.write_bytes(half.read_bytes())
     half.write_bytes(half.read_bytes()[:-40])
     SweepStore(tmp_path, "another", 3).write(1, arrays(1))
-    assert opened(tmp_path, resume=True).pending() == [0, 1]
     with pytest.raises(InputError, match=r"unit 0 of .* is not done"):
-        store.collect()
+        collected(store)
+    assert store.check() == [1, 2]
+    again = opened(tmp_path, resume=True)
+    assert again.pending() == [0, 1, 2] and not other.exists()
+    assert sorted(path.suffix for path in half.parent.iterdir()) == [".damaged"] * 3
+
+
+def test_units_lie_in_folders_of_a_thousand(tmp_path):
+    store = SweepStore.open(tmp_path, "d", 2001, {})
+    for unit in (0, 999, 1000, 2000):
+        store.write(unit, arrays(0))
+    assert {path.name for path in (tmp_path / "units").iterdir()} == {"000", "001", "002"}
+    assert sorted(store.done()) == [0, 999, 1000, 2000]
+
+
+WRITER = """
+import sys
+import numpy as np
+from tarsus.files.sweepstore import SweepStore
+from pathlib import Path
+store = SweepStore.open(Path(sys.argv[1]), "d", 20, {"study.toml": "a = 1\\n"}, resume=True)
+for again in range(15):
+    for unit in range(20):
+        store.write(unit, {"code": np.full(200, unit, np.int8)})
+        assert (store.read(unit)["code"] == unit).all()
+"""
+
+
+def test_writers_of_the_same_units_do_not_meet(tmp_path):
+    words = [sys.executable, "-c", WRITER, str(tmp_path / "store")]
+    writers = [subprocess.Popen(words, stderr=subprocess.PIPE, text=True) for _ in range(3)]
+    assert [(one.wait(), one.communicate()[1]) for one in writers] == [(0, "")] * 3
+    store = SweepStore.open(tmp_path / "store", "d", 20, {"study.toml": "a = 1\n"}, resume=True)
+    assert collected(store)["code"].tolist() == np.repeat(np.arange(20), 200).tolist()
+    assert list((tmp_path / "store").rglob("*.part")) == []
+
+
+def test_the_first_of_many_writes_the_plan_and_the_others_take_its_units(tmp_path):
+    first = SweepStore.open(tmp_path, "d", 3, TEXTS, chunk=7)
+    late = SweepStore.open(tmp_path, "d", 30, TEXTS, chunk=1, resume=True)
+    assert (late.units, late.chunk) == (3, 7) == (first.units, first.chunk)
+
+
+def test_another_version_is_told_with_both_nodes(tmp_path):
+    SweepStore.open(tmp_path, "d", 3, TEXTS, made={"tarsus": "0.2", "engine": "aa"})
+    said = r"begun on \S+ with engine aa, and \S+ has engine bb\); all nodes need the same version"
+    with pytest.raises(InputError, match=said):
+        SweepStore.open(tmp_path, "e", 3, TEXTS, made={"tarsus": "0.2", "engine": "bb"}, resume=True)
+
+
+def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
+    opened(tmp_path)
+    plan = tmp_path / PLAN_FILE
+    plan.write_text(plan.read_text(encoding="utf-8").replace('"format": 2', '"format": 1'), encoding="utf-8")
+    with pytest.raises(InputError, match=r"written by an earlier version of tarsus .* continue with that"):
+        opened(tmp_path, resume=True)
+
+
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [
+        (errno.ENOSPC, "the disk that holds .* is full: make room; finished parts are kept"),
+        (errno.EROFS, "cannot be written .* finished parts are kept"),
+        (errno.ESTALE, "is gone: it was removed"),
+        (errno.EIO, "cannot be used .*finished parts are kept"),
+    ],
+)
+def test_what_a_disk_refuses_is_told_in_a_sentence(tmp_path, monkeypatch, number, said):
+    store = opened(tmp_path)
+    store.write(0, arrays(0))
+
+    def refused(_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "fsync", refused)
+    with pytest.raises(InputError, match=said):
+        store.write(1, arrays(1))
+    monkeypatch.undo()
+    assert store.pending() == [1, 2] and list(tmp_path.rglob("*.part")) == []
+
+
+def test_a_folder_that_vanished_is_not_made_again(tmp_path):
+    store = opened(tmp_path / "sweep")
+    store.write(0, arrays(0))
+    shutil.rmtree(tmp_path / "sweep")
+    with pytest.raises(InputError, match="is gone"):
+        store.write(1, arrays(1))
+    assert not (tmp_path / "sweep").exists()
 
 
 def test_a_folder_that_holds_anything_needs_resume(tmp_path):
@@ -73,7 +178,7 @@ def test_a_folder_without_a_sweep_is_not_resumed(tmp_path):
 
 def test_a_start_that_was_killed_before_its_plan_was_whole_is_resumed(tmp_path):
     (tmp_path / "study.toml").write_text(TEXTS["study.toml"], encoding="utf-8")
-    (tmp_path / "scene.toml.part").write_text("b =", encoding="utf-8")
+    (tmp_path / "scene.toml.node-1-2.part").write_text("b =", encoding="utf-8")
     assert opened(tmp_path, resume=True).pending() == [0, 1, 2]
     assert (tmp_path / "scene.toml").read_text(encoding="utf-8") == TEXTS["scene.toml"]
 

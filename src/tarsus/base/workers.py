@@ -15,14 +15,18 @@ R = TypeVar("R")
 def workers(threads: int | None = None) -> int:
     """Number of threads to use: as many as asked for, else one for each processor that this process may run on.
 
-    A scheduler or container that lends a process some of a machine's processors says so by its affinity; where a
-    system has none, all of its processors count.
+    A scheduler or container that lends a process some of a machine's processors says so by its affinity, or in an
+    environment variable (`LENT`); where a system has none, all of its processors count.
     """
     if threads is not None:
         return max(threads, 1)
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0)) or 1
-    return os.cpu_count() or 1
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    lent = next((text for text in map(os.environ.get, LENT) if text and text.isdecimal()), None)
+    return max(min(own or 1, int(lent or own or 1)), 1)
+
+
+LENT = ("SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "NSLOTS", "LSB_DJOB_NUMPROC", "NCPUS")
+"""Where schedulers (SLURM, Grid Engine, LSF, PBS) say how many processors a job may use: the first one set."""
 
 
 def spread(work: Callable[[J], R], jobs: Sequence[J], threads: int | None = None) -> Iterator[R]:

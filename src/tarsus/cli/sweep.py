@@ -1,11 +1,20 @@
-"""`tarsus sweep`: many runs of one scene, scored, into a store that survives being killed."""
+"""`tarsus sweep`: many runs of one scene, scored, into a store that survives being killed, here or on a cluster."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    from tarsus.study.sweep import Sweep
+
+_Flag = Parameter(negative=())
 
 
 def sweep(
@@ -14,16 +23,23 @@ def sweep(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     threads: int | None = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    resume: Annotated[bool, _Flag] = False,
+    overwrite: Annotated[bool, _Flag] = False,
+    law: Annotated[list[Path] | None, _Flag] = None,
+    dask: str | None = None,
+    slurm: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    tasks: int | None = None,
+    task: int | None = None,
+    submission: int = 1,
+    status: Annotated[bool, _Flag] = False,
+    json: Annotated[bool, _Flag] = False,
 ) -> int:
     """Run a study: a scene over many values of its floats, every run scored.
 
     Parameters
     ----------
     study
-        a packaged study or a study file (TOML).
+        a packaged study, a study file (TOML), or the folder of a sweep, which is continued.
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
     threads
@@ -34,51 +50,168 @@ def sweep(
         begin again: replace what `sweep` wrote into the folder before; other files stay.
     law
         a Python file with laws that the scene uses; may be repeated.
+    dask
+        run on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local` for processes
+        here.
+    slurm
+        submit an array to SLURM with these words for sbatch ("--partition=main --time=1:00:00"); on a folder that
+        holds a sweep, of what is missing.
+    tasks
+        tasks of the array; without --slurm its script is only written, for any scheduler.
+    task
+        do the share of one task of the array in this folder (what the array's script calls).
+    submission
+        which array of the folder the task is of.
+    status
+        print how the sweep in this folder goes, from any machine that sees it.
+    json
+        print one JSON object.
     """
-    import shlex
-    import time
-
     from tarsus.base.errors import InputError
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
+
+    if status:
+        from dataclasses import asdict
+
+        from tarsus.cluster.status import status_lines, status_of
+
+        try:
+            found = status_of(Path(study))
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        console.print_json(asdict(found)) if json else print("\n".join(status_lines(found)))
+        return 0
+    if task is not None:
+        return _task(Path(study), task, submission, threads)
+    if slurm is not None and dask is not None:
+        raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
+    chosen, folder, resume = _chosen(study, output, law, resume, overwrite)
+    words = ["tarsus", "sweep", study, "-o", str(folder), *(w for f in law or () for w in ("--law", str(f)))]
+    if slurm is not None or tasks is not None:
+        with _writing(folder, overwrite, resume):
+            return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume)
+    with _writing(folder, overwrite, resume), _executor(dask, threads) as executor:
+        return _run(chosen, folder, resume, threads, executor, words, json)
+
+
+def _chosen(
+    study: str, output: Path | None, law: list[Path] | None, resume: bool, overwrite: bool
+) -> tuple[Sweep, Path, bool]:
+    """The sweep, its folder, and whether that is continued."""
+    from tarsus.base.errors import InputError
+    from tarsus.cli import requests
+    from tarsus.files.sweepstore import PLAN_FILE
+    from tarsus.study.studyfile import frozen_sweep, load_sweep
+
+    if resume and overwrite:
+        raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
+    if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:
+        return frozen_sweep(Path(study)), Path(study), True
+    folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
+    return load_sweep(study, requests.laws_of(law or ())), folder, resume
+
+
+@contextlib.contextmanager
+def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     from tarsus.files.output import OutputFolder
     from tarsus.files.sweepstore import SWEEP_FILES
-    from tarsus.study.studyfile import load_sweep
+
+    target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
+    target.check(resume=resume)
+    with target.writing(resume=resume):
+        yield
+
+
+@contextlib.contextmanager
+def _executor(dask: str | None, threads: int | None) -> Iterator[Executor | None]:
+    if dask is None:
+        yield None
+        return
+    from tarsus.cluster.dask import dask_executor
+
+    with dask_executor(dask, threads) as executor:
+        yield executor
+
+
+def _task(folder: Path, task: int, submission: int, threads: int | None) -> int:
+    from tarsus.cli import console
+    from tarsus.cluster.array import run_task
+
+    try:
+        done = run_task(folder, task, submission, threads)
+    except KeyboardInterrupt:
+        console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
+        return 1
+    print(
+        f"task {task}: {done.runs} runs in {done.units} units"
+        + ("; the sweep is finished" if done.finished else "")
+    )
+    return 0
+
+
+def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: bool) -> int:
+    from tarsus.cluster.array import prepare
+    from tarsus.cluster.slurm import submit
+
+    if slurm is None:
+        array = prepare(chosen, folder, tasks, resume=resume)
+        job = ""
+    else:
+        submitted = submit(chosen, folder, slurm, tasks, resume=resume)
+        array, job = (submitted.array, f"job {submitted.job}: ") if submitted else (None, "")
+    if array is None:
+        print(f"nothing is missing in '{folder}'; `tarsus sweep {folder}` collects it")
+        return 0
+    print(f"{job}{array.units} units in {array.tasks} tasks, {array.script}")
+    print(f"how it goes: tarsus sweep {folder} --status")
+    return 0
+
+
+def _run(
+    chosen: Sweep,
+    folder: Path,
+    resume: bool,
+    threads: int | None,
+    executor: Executor | None,
+    words: list[str],
+    json: bool,
+) -> int:
+    import shlex
+    import time
+    from collections.abc import Mapping
+
+    from tarsus.cli import console
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.workunit import OUTCOMES
 
-    the_sweep = load_sweep(study, requests.laws_of(law or ()))
-    folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
-    if resume and overwrite:
-        raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
-    target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
-    target.check(resume=resume)
     start = time.perf_counter()
     try:
-        with target.writing(resume=resume), console.progress_bar("runs", time_left=True) as progress:
+        with console.progress_bar("runs", time_left=True) as progress:
+
+            def tell(done: int, total: int, who: Mapping[str, int]) -> None:
+                shown = "  ".join(f"{name} {count}" for name, count in sorted(who.items())[:SHOWN])
+                progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
+
             result = run_sweep(
-                the_sweep,
-                folder,
-                resume=resume,
-                threads=threads,
-                progress=lambda done, total: progress(done, total, ""),
+                chosen, folder, resume=resume, threads=threads, executor=executor, progress=tell
             )
     except KeyboardInterrupt:
-        words = [
-            "tarsus",
-            "sweep",
-            study,
-            "-o",
-            str(folder),
-            *(w for f in law or () for w in ("--law", str(f))),
-        ]
-        console.complain(
-            [f"interrupted; finished parts are kept, continue with `{shlex.join(words)} --resume`"]
-        )
+        go_on = f"`{shlex.join(words)} --resume`"
+        console.complain([f"interrupted; finished parts are kept, continue with {go_on}"])
         return 1
     seconds = time.perf_counter() - start
+    failed = result.runs - result.outcomes.get("DONE", 0)
+    if json:
+        table = {"runs": result.runs, "units": result.units, "failed": failed, "seconds": seconds}
+        console.print_json(table | {"workers": result.workers, "kept": result.kept, "file": str(result.file)})
+        return 0 if failed < result.runs else 1
     earlier = f", {result.kept} of them done before" if result.kept else ""
-    print(f"{the_sweep.name}: {result.runs} runs of {the_sweep.seconds:g} s in {seconds:.1f} s{earlier}")
+    print(f"{chosen.name}: {result.runs} runs of {chosen.seconds:g} s in {seconds:.1f} s{earlier}")
     for name, count in result.outcomes.items():
         print(f"  {count:>8}  {OUTCOMES[name]}")
     print(f"wrote {result.file}")
-    return 0 if "DONE" in result.outcomes else 1
+    return 0 if failed < result.runs else 1
+
+
+SHOWN = 6
+"""Workers named beside the progress bar: as many as a line takes."""

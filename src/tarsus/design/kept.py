@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tarsus.design.over import Grounds
 from tarsus.design.walks import Walks
 from tarsus.files.store import package_version
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.sweepstore import UNIT_FILES, SweepStore
 from tarsus.files.toml import scene_text
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import source_hash
@@ -27,10 +27,9 @@ Floats = NDArray[np.float64]
 MOST_UNITS = 1_000_000
 """Units of six digits: batches that a search asks for, one after the other."""
 
-KEPT_FILES = tuple(
-    f"{name}{part}"
-    for name in ("scene.toml", "request.txt", "plan.json", f"units/{6 * '[0-9]'}.npz")
-    for part in ("", ".part")
+KEPT_FILES = (
+    *(f"{name}{end}" for name in ("scene.toml", "request.txt", "plan.json") for end in ("", ".*.part")),
+    *UNIT_FILES,
 )
 """What a design keeps in its folder while it works, as glob patterns."""
 

@@ -126,9 +126,10 @@ class OutputFolder:
         for path in own:
             if path.is_file() or path.is_symlink():
                 path.unlink()
-        for parent in {path.parent for path in own} - {self.folder}:
+        emptied = {parent for path in own for parent in path.relative_to(self.folder).parents} - {Path(".")}
+        for parent in sorted(emptied, key=lambda one: -len(one.parts)):
             with contextlib.suppress(OSError):
-                parent.rmdir()
+                (self.folder / parent).rmdir()
 
     def _manifest(self) -> dict[str, list[str] | None]:
         """What each verb wrote; None for one that did not come to its end."""

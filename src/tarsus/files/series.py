@@ -5,7 +5,7 @@ NetCDF is written directly, so that keeping a run does not have to load xarray; 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -67,8 +67,15 @@ def described(variables: Variables) -> dict[str, Variable]:
     return out
 
 
-def write_netcdf(variables: Variables, attrs: Mapping[str, Any], path: Path) -> None:
-    """Write series as NetCDF 4 (HDF5); names are character arrays, which older readers know too."""
+def write_netcdf(
+    variables: Variables, attrs: Mapping[str, Any], path: Path, fill: Fill | None = None
+) -> None:
+    """Write series as NetCDF 4 (HDF5); names are character arrays, which older readers know too.
+
+    With `fill` the values of a variable may be `blank`: such a one is made with its shape and filled by
+    ``fill(put)``, where ``put(name, first, values)`` writes values (k, ...) of its leading dimensions, taken in the
+    order of a file as one, from number ``first`` on. So a file can be larger than the memory.
+    """
     import h5netcdf
 
     plain = described(variables)
@@ -83,8 +90,45 @@ def write_netcdf(variables: Variables, attrs: Mapping[str, Any], path: Path) -> 
             if is_text(values):
                 dims, values = _characters(file, dims, values)
                 notes = {**notes, "_Encoding": "utf-8"}
-            variable = file.create_variable(name, dims, values.dtype, data=values, chunking_heuristic="h5py")
+            data = {} if fill is not None and is_blank(values) else {"data": values}
+            variable = file.create_variable(name, dims, values.dtype, chunking_heuristic="h5py", **data)
             variable.attrs.update(notes)
+        if fill is not None:
+            fill(lambda name, first, values: _put(file[name], (), first, values))
+
+
+Put = Callable[[str, int, np.ndarray], None]
+Fill = Callable[[Put], None]
+
+
+def blank(shape: tuple[int, ...], dtype: Any = np.float64) -> np.ndarray:
+    """What stands for values that are written later: an array without memory of its own."""
+    return np.broadcast_to(np.zeros((), dtype), shape)
+
+
+def is_blank(values: np.ndarray) -> bool:
+    """Whether an array is a `blank`."""
+    return values.size > 1 and not any(values.strides)
+
+
+def _put(variable: Any, at: tuple[int, ...], first: int, values: np.ndarray) -> None:
+    """Write values (k, ...) into a variable below the index `at`, from number `first` of its leading dimensions on."""
+    shape = variable.shape[len(at) : variable.ndim - (values.ndim - 1)]
+    if len(shape) == 1:
+        variable[(*at, slice(first, first + len(values)))] = values
+        return
+    inner = int(np.prod(shape[1:]))
+    row, begin = divmod(first, inner)
+    if begin:
+        most = min(inner - begin, len(values))
+        _put(variable, (*at, row), begin, values[:most])
+        row, values = row + 1, values[most:]
+    whole = len(values) // inner
+    if whole:
+        block = values[: whole * inner].reshape(whole, *shape[1:], *values.shape[1:])
+        variable[(*at, slice(row, row + whole))] = block
+    if len(values) > whole * inner:
+        _put(variable, (*at, row + whole), 0, values[whole * inner :])
 
 
 def _characters(file: Any, dims: tuple[str, ...], values: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:

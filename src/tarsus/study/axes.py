@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -139,10 +140,11 @@ class Grid(Description):
             if axis.size is None
         ]
 
-    def points(self, axes: Mapping[str, Axis]) -> dict[str, Floats]:
-        """Values (nr,) of every run, by axis."""
-        mesh = np.meshgrid(*(axis.values_on_grid() for axis in axes.values()), indexing="ij")
-        return {name: values.ravel() for name, values in zip(axes, mesh, strict=True)}
+    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+        """Values (k,) of the runs of a part, by axis."""
+        values = [axis.values_on_grid() for axis in axes.values()]
+        places = np.unravel_index(np.arange(part.start, part.stop), tuple(map(len, values)))
+        return {name: own[at] for name, own, at in zip(axes, values, places, strict=True)}
 
 
 class Sobol(Description):
@@ -164,15 +166,44 @@ class Sobol(Description):
             if not isinstance(axis, Values) and axis.size is not None
         ]
 
-    def points(self, axes: Mapping[str, Axis]) -> dict[str, Floats]:
-        """Values (nr,) of every run, by axis."""
-        from scipy.stats import qmc
-
-        # scipy before 1.15 knows no rng
-        engine = qmc.Sobol(len(axes), seed=self.seed)  # pyright: ignore[reportCallIssue]
-        # the first point by itself: scipy warns of counts that are no power of 2, which are the user's choice
-        shares = np.concatenate([engine.random(1), engine.random(self.count - 1)])
+    def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
+        """Values (k,) of the runs of a part, by axis."""
+        shares = sobol_shares(len(axes), self.seed, part)
         return {name: axis.at(shares[:, i]) for i, (name, axis) in enumerate(axes.items())}
+
+
+def sobol_shares(dimensions: int, seed: int, part: slice) -> Floats:
+    """Points (k, dimensions) of a scrambled Sobol sequence, those of scipy, of any part at once.
+
+    A point is the exclusive or of the first one and of one direction number for each bit of the Gray code of its
+    number (Antonov and Saleev 1979). The Gray code is linear, so that the points of powers of two give all others.
+    """
+    numbers = np.arange(part.start, part.stop)
+    first, steps = _sobol_powers(dimensions, seed, max(part.stop - 1, 1).bit_length())
+    shares = np.repeat(first[None], len(numbers), axis=0)
+    for bit, step in enumerate(steps):
+        shares[(numbers >> bit) & 1 == 1] ^= step
+    return np.asarray(shares * 2.0**-SOBOL_BITS, dtype=np.float64)
+
+
+SOBOL_BITS = 30
+"""Bits of a point: those of scipy unless told otherwise."""
+
+
+@lru_cache(maxsize=8)
+def _sobol_powers(dimensions: int, seed: int, bits: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first point (dimensions,) of a sequence, and what separates those of the powers of two (bits, dimensions)
+    from it, as whole numbers of `SOBOL_BITS` bits."""
+    from scipy.stats import qmc
+
+    # scipy before 1.15 knows no rng
+    engine = qmc.Sobol(dimensions, seed=seed)  # pyright: ignore[reportCallIssue]
+    rows = []
+    for number in (0, *(1 << bit for bit in range(bits))):
+        if number > engine.num_generated:
+            engine.fast_forward(number - engine.num_generated)
+        rows.append(np.rint(engine.random(1)[0] * 2.0**SOBOL_BITS).astype(np.int64))
+    return rows[0], np.array(rows[1:]) ^ rows[0]
 
 
 AnyDesign = Annotated[Grid | Sobol, Field(discriminator="kind")]

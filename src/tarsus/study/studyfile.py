@@ -12,7 +12,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
-from tarsus.model.laws import Law
+from tarsus.model.laws import Law, load_laws
 from tarsus.model.scene import Scene, override
 from tarsus.study.sweep import Sweep
 
@@ -21,6 +21,7 @@ __all__ = [
     "STUDY_FILE",
     "calibration_names",
     "flat_values",
+    "frozen_sweep",
     "frozen_texts",
     "load_sweep",
     "read_sweep",
@@ -32,6 +33,7 @@ __all__ = [
 
 STUDY_FILE = "study.toml"
 SCENE_FILE = "scene.toml"
+LAWS = "laws"
 
 _SHORT = ("volts", "hz", "wave")
 _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
@@ -149,8 +151,11 @@ def flat_values(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[st
 def frozen_texts(sweep: Sweep) -> dict[str, str]:
     """A sweep as the texts of two files by name, which `read_sweep` reads back to an equal sweep.
 
-    Every setting is resolved and in SI: the study file holds what varies, the scene file the whole scene.
+    Every setting is resolved and in SI: the study file holds what varies, the scene file the whole scene. Files of
+    the user's laws are there as they are, in the folder `LAWS`.
     """
+    import inspect
+
     import tomlkit
 
     from tarsus.files.toml import scene_text
@@ -160,4 +165,22 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
         if not axis["paths"]:
             del axis["paths"]
     study = {"name": table.pop("name"), "scene": SCENE_FILE, **table}
-    return {STUDY_FILE: tomlkit.dumps(study), SCENE_FILE: scene_text(sweep.scene)}
+    files = sorted({Path(inspect.getfile(type(law))) for law in sweep.scene.ground.laws.values()})
+    laws = {f"{LAWS}/{file.name}": file.read_text(encoding="utf-8") for file in files}
+    if len(laws) < len(files):
+        raise InputError("law files of one sweep need different names")
+    return {STUDY_FILE: tomlkit.dumps(study), SCENE_FILE: scene_text(sweep.scene), **laws}
+
+
+def frozen_sweep(folder: Path) -> Sweep:
+    """The sweep whose `frozen_texts` lie in a folder.
+
+    Raises
+    ------
+    InputError
+        With every problem of the files.
+    """
+    laws = {
+        name: law for file in sorted((folder / LAWS).glob("*.py")) for name, law in load_laws(file).items()
+    }
+    return read_sweep(folder / STUDY_FILE, laws)

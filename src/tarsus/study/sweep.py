@@ -35,6 +35,9 @@ MOST_RUNS = 10_000_000
 CHUNK = 64
 """Runs in a unit of work unless a study says otherwise."""
 
+LONGEST_UNIT = 3600.0
+"""Longest unit of work [s] that can be asked for: what is under way when a process dies is done again."""
+
 RESULTS = ("_spread", "_per_foot")
 """What a measure has beside its value, as endings of its name."""
 
@@ -65,9 +68,25 @@ class Sweep(Description):
     )
     design: AnyDesign = Grid()
     measures: tuple[str, ...] = Field(description="measures that are scored")
-    chunk: int = Field(
-        default=CHUNK, ge=1, description="runs in a unit of work, which is kept or done again whole"
+    chunk: int | str = Field(
+        default=CHUNK,
+        description="runs in a unit of work, which is kept or done again whole; or the time that one takes, `2 s`",
     )
+
+    @field_validator("chunk")
+    @classmethod
+    def _unit(cls, value: int | str) -> int | str:
+        if isinstance(value, int):
+            if value < 1:
+                raise PathErrors([("", f"expected a number of runs of at least 1, or a time, got {value}")])
+            return value
+        try:
+            seconds = parse_quantity(value, "s")
+        except InputError as error:
+            raise PathErrors([("", f"expected a number of runs, or a time: {error}")]) from None
+        if not 0.0 < seconds <= LONGEST_UNIT:
+            raise PathErrors([("", f"expected a time above 0 and at most {LONGEST_UNIT:g} s, got {value}")])
+        return f"{seconds!r} s"
 
     @field_validator("vary", mode="before")
     @classmethod
@@ -153,18 +172,9 @@ class Sweep(Description):
         """Number of runs, nr."""
         return self.design.runs(self.vary)
 
-    @property
-    def units(self) -> int:
-        """Number of units of work."""
-        return -(-self.runs // self.chunk)
-
-    def unit(self, number: int) -> slice:
-        """The runs of unit ``number``."""
-        return slice(number * self.chunk, min((number + 1) * self.chunk, self.runs))
-
-    def points(self) -> dict[str, Floats]:
-        """Values (nr,) of every run, by axis."""
-        return self.design.points(self.vary)
+    def points(self, part: slice | None = None) -> dict[str, Floats]:
+        """Values (k,) of the runs of a part, by axis; without one of all runs."""
+        return self.design.points(self.vary, part if part is not None else slice(0, self.runs))
 
     def paths(self, axis: str) -> tuple[str, ...]:
         """Paths that take the values of an axis."""

@@ -1,32 +1,44 @@
-"""Runs a sweep on all cores, unit by unit, into a store that survives being killed."""
+"""Runs a sweep, unit by unit, into a store that survives being killed: on all cores, or on an executor's workers."""
 
 from __future__ import annotations
 
-import hashlib
-import inspect
+import contextlib
 import os
-from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from tarsus.base.spec import float_paths
-from tarsus.base.workers import spread, workers
-from tarsus.files.series import Variable
-from tarsus.files.store import package_version
+from tarsus.base.errors import InputError
+from tarsus.base.workers import spread
 from tarsus.files.sweepstore import SweepStore
-from tarsus.plan.lowering import source_hash
 from tarsus.solve.engines import Shared
-from tarsus.solve.labelled import measure_variables, outcome_variable
-from tarsus.study.axes import Floats, Grid
-from tarsus.study.scores import offered
-from tarsus.study.studyfile import frozen_texts
+from tarsus.study.beats import Beats
+from tarsus.study.collecting import collect
+from tarsus.study.crew import Arrays, Crew, Remote, Threads
+from tarsus.study.layout import Layout, open_store, runs_per_unit
 from tarsus.study.sweep import Sweep
-from tarsus.study.workunit import OUTCOMES, work_unit
+from tarsus.study.workunit import work_unit
 
-__all__ = ["SweepResult", "collected_variables", "plan_digest", "run_sweep", "score_runs"]
+__all__ = ["SweepResult", "do_units", "run_sweep", "score_runs"]
+
+Progress = Callable[[int, int, Mapping[str, int]], None]
+
+TRIES = 5
+"""Times that a unit is handed out whose workers die: a unit that kills its worker must not go round for ever."""
+
+LATE = 5.0
+"""A unit that takes this many times the median is handed out once more when nothing else is waiting: its node may be
+gone or slow, and to do a unit twice is harmless."""
+
+KEPT = "finished parts are kept, continue with --resume"
+
+LOOK = 1.0
+"""Seconds between two looks for late units."""
 
 
 @dataclass(frozen=True)
@@ -34,25 +46,16 @@ class SweepResult:
     """A finished sweep.
 
     file: the collected NetCDF; runs: how many; kept: how many of them an earlier call had done; outcomes: how many runs
-    ended how, by name in `OUTCOMES`, those that occurred.
+    ended how, by name in `OUTCOMES`, those that occurred; units: units of work; workers: runs of this call by who made
+    them: node, or node and process.
     """
 
     file: Path
     runs: int
     kept: int
     outcomes: Mapping[str, int]
-
-
-def plan_digest(sweep: Sweep, points: Mapping[str, Floats]) -> str:
-    """Digest of everything that the results of a sweep depend on: description, values, version, engine, own laws."""
-    digest = hashlib.sha256()
-    for text in (*frozen_texts(sweep).values(), package_version(), source_hash(), *OUTCOMES):
-        digest.update(text.encode() + b"\0")
-    for values in points.values():
-        digest.update(values.tobytes())
-    for law in sweep.scene.ground.laws.values():
-        digest.update(Path(inspect.getfile(type(law))).read_bytes())
-    return digest.hexdigest()
+    units: int = 0
+    workers: Mapping[str, int] = field(default_factory=dict)
 
 
 def run_sweep(
@@ -61,7 +64,8 @@ def run_sweep(
     *,
     resume: bool = False,
     threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> SweepResult:
     """Run a sweep into a folder; what is finished is kept whenever the process ends, and never run again.
 
@@ -75,54 +79,168 @@ def run_sweep(
         Continue the sweep that the folder holds.
     threads
         Worker threads; by default one for each processor that this process may use.
+    executor
+        Who does the units instead: any executor of `concurrent.futures`, its processes here or on other machines. It
+        is left open.
     progress
-        Called as ``progress(runs done, runs)`` after each unit.
+        Called as ``progress(runs done, runs, runs of this call by worker)`` after each unit.
 
     Raises
     ------
     InputError
-        If the folder holds a sweep that is not to be continued, or another one.
+        If the folder holds a sweep that is not to be continued, or another one; when its disk is full or gone; when a
+        worker has another version. What was finished is kept.
     KeyboardInterrupt
         When interrupted, after the units under way are kept.
     """
-    points = sweep.points()
-    store = SweepStore.open(
-        Path(folder), plan_digest(sweep, points), sweep.units, frozen_texts(sweep), resume=resume
-    )
+    store, layout = open_store(sweep, Path(folder), resume=resume)
     pending = store.pending()
-    size = {unit: sweep.unit(unit).stop - sweep.unit(unit).start for unit in pending}
-    kept = done = sweep.runs - sum(size.values())
-
-    shared = Shared()
-
-    def work(unit: int) -> int:
-        part = sweep.unit(unit)
-        store.write(unit, work_unit(sweep, {axis: values[part] for axis, values in points.items()}, shared))
-        return unit
-
-    if pending:
-        if progress is not None:
-            progress(done, sweep.runs)
-        pool = ThreadPoolExecutor(workers(threads))
+    kept = sweep.runs - sum(map(layout.size, pending))
+    made: Counter[str] = Counter()
+    for last in (False, True):
+        if pending:
+            with Beats(store.folder) as beats:
+                crew: Crew = (
+                    Threads(sweep, layout, store, threads)
+                    if executor is None
+                    else Remote(sweep, layout, store, executor)
+                )
+                do_units(store, layout, crew, pending, beats, progress)
+            made += beats.runs
         try:
-            for future in as_completed([pool.submit(work, unit) for unit in pending]):
-                done += size[future.result()]
-                if progress is not None:
-                    progress(done, sweep.runs)
-        finally:
-            pool.shutdown(cancel_futures=True)
-    arrays = store.collect()
-    attrs = {
-        "title": sweep.name,
-        "source": f"tarsus {package_version()}",
-        "scene": sweep.scene.name,
-        "duration_s": sweep.seconds,
-        "plan": store.digest,
-    }
-    file = store.finish(collected_variables(sweep, points, arrays), attrs)
-    counts = np.bincount(arrays["code"], minlength=len(OUTCOMES)).tolist()
-    outcomes = {name: count for name, count in zip(OUTCOMES, counts, strict=True) if count}
-    return SweepResult(file, sweep.runs, kept, outcomes)
+            file, outcomes = collect(sweep, store)
+            break
+        except InputError:
+            store.check()
+            pending = store.pending()
+            if last or not pending:
+                raise
+    return SweepResult(file, sweep.runs, kept, outcomes, layout.units, dict(made))
+
+
+def do_units(
+    store: SweepStore,
+    layout: Layout,
+    crew: Crew,
+    units: Iterable[int],
+    beats: Beats,
+    progress: Progress | None = None,
+) -> None:
+    """Have units done and kept, however often workers die; those that appear in the store meanwhile are left out.
+
+    Raises
+    ------
+    InputError
+        As `run_sweep`; when a unit's workers died `TRIES` times.
+    """
+    work = _Work(store, layout, crew, deque(units), beats, progress)
+    try:
+        work.run()
+    except BaseException:
+        crew.close(wait=True)
+        work.keep_finished()
+        raise
+    crew.close(wait=False)
+
+
+@dataclass
+class _Work:
+    """Units that wait, and those under way by their futures."""
+
+    store: SweepStore
+    layout: Layout
+    crew: Crew
+    waiting: deque[int]
+    beats: Beats
+    progress: Progress | None
+    under_way: dict[Future[tuple[str, Arrays | None]], tuple[int, float]] = field(default_factory=dict)
+    missing: set[int] = field(default_factory=set)
+    tries: dict[int, int] = field(default_factory=dict)
+    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=200))
+    left: int = 0
+
+    def run(self) -> None:
+        self.missing = set(self.waiting)
+        self.left = sum(map(self.layout.size, self.missing))
+        self._say()
+        while self.missing:
+            self._hand_out()
+            ready, _ = wait(self.under_way, timeout=LOOK, return_when=FIRST_COMPLETED)
+            for future in ready:
+                self._take(future)
+            if not ready and not self.waiting and self.crew.elsewhere:
+                self._again()
+
+    def _hand_out(self) -> None:
+        wanted = self.crew.wanted()
+        while self.waiting and len(self.under_way) < wanted:
+            unit = self.waiting.popleft()
+            if unit not in self.missing:
+                continue
+            if self.store.has(unit):  # another process was here
+                self._done(unit, None)
+                continue
+            try:
+                future = self.crew.submit(unit)
+            except RuntimeError as error:
+                raise InputError(f"no worker takes units any more ({error}); {KEPT}") from error
+            self.under_way[future] = unit, time.monotonic()
+
+    def _take(self, future: Future[tuple[str, Arrays | None]]) -> None:
+        unit, begin = self.under_way.pop(future)
+        if unit not in self.missing:
+            return
+        try:
+            who, arrays = future.result()
+        except InputError:
+            raise
+        except Exception as error:
+            if not self.crew.elsewhere:
+                raise
+            # a worker died, or was taken away
+            self.tries[unit] = self.tries.get(unit, 0) + 1
+            if self.tries[unit] >= TRIES:
+                raise InputError(
+                    f"unit {unit} was begun {TRIES} times and its worker did not come back "
+                    f"({type(error).__name__}: {error}); {KEPT}"
+                ) from error
+            self.waiting.append(unit)
+            return
+        if arrays is not None:
+            self.store.write(unit, arrays)
+        self.seconds.append(time.monotonic() - begin)
+        self._done(unit, who)
+
+    def _done(self, unit: int, who: str | None) -> None:
+        self.missing.discard(unit)
+        self.left -= self.layout.size(unit)
+        if who is not None:
+            self.beats.count(who, self.layout.size(unit))
+        self._say()
+
+    def _again(self) -> None:
+        """Hand out late units once more."""
+        if not self.seconds:
+            return
+        limit = max(LATE * float(np.median(self.seconds)), LOOK)
+        count = [unit for unit, _ in self.under_way.values()]
+        now = time.monotonic()
+        self.waiting.extend(
+            unit for unit, begin in self.under_way.values() if now - begin > limit and count.count(unit) == 1
+        )
+
+    def keep_finished(self) -> None:
+        """What workers have given back is kept, also when the sweep stops."""
+        for future, (unit, _) in self.under_way.items():
+            if future.done() and not future.cancelled() and future.exception() is None:
+                _, arrays = future.result()
+                if arrays is not None and unit in self.missing:
+                    with contextlib.suppress(InputError):  # why the sweep stops is said already
+                        self.store.write(unit, arrays)
+
+    def _say(self) -> None:
+        if self.progress is not None:
+            self.progress(self.layout.runs - self.left, self.layout.runs, self.beats.runs)
 
 
 def score_runs(
@@ -139,8 +257,8 @@ def score_runs(
     progress
         Called as ``progress(runs done, runs)`` after each unit.
     """
-    points, shared = sweep.points(), Shared()
-    slices = [sweep.unit(unit) for unit in range(sweep.units)]
+    layout, points, shared = Layout(sweep.runs, runs_per_unit(sweep)), sweep.points(), Shared()
+    slices = [layout.part(unit) for unit in range(layout.units)]
     chosen = [{axis: values[part] for axis, values in points.items()} for part in slices]
     parts = []
     for part, arrays in zip(
@@ -150,41 +268,3 @@ def score_runs(
         if progress is not None:
             progress(part.stop, sweep.runs)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-def collected_variables(
-    sweep: Sweep, points: Mapping[str, Floats], arrays: Mapping[str, np.ndarray]
-) -> dict[str, Variable]:
-    """Results of all runs as named series: one dimension an axis on a grid, else one dimension ``run``.
-
-    Parameters
-    ----------
-    sweep
-        The sweep.
-    points
-        Values (nr,) of every run, by axis.
-    arrays
-        Of all runs, as `tarsus.study.workunit.work_unit` gives them for a unit.
-    """
-    grid = isinstance(sweep.design, Grid)
-    axes = {name: axis.values_on_grid() for name, axis in sweep.vary.items()} if grid else {}
-    dims = tuple(axes) if grid else ("run",)
-    shape = tuple(map(len, axes.values())) if grid else (sweep.runs,)
-    feet = list(sweep.scene.robot.feet)
-    known, definitions = float_paths(sweep.scene), offered(sweep.scene, sweep.seconds)
-    out: dict[str, Variable] = {}
-    for name in sweep.vary:
-        paths = sweep.paths(name)
-        about = known[paths[0]]
-        notes = {"units": about.unit, "long_name": about.doc or name, "paths": " ".join(paths)}
-        out[name] = Variable((name,), axes[name], notes) if grid else Variable(dims, points[name], notes)
-    # on a grid the axes are coordinates by their names; elsewhere the file has to say so
-    where = {} if grid else {"coordinates": " ".join(sweep.vary)}
-    out["code"] = outcome_variable(arrays["code"].reshape(shape), OUTCOMES, dims, where)
-    for j, name in enumerate(sweep.measures):
-        value, deviation = (arrays[key][:, j].reshape(shape) for key in ("value", "spread"))
-        each = arrays["per_foot"][:, j].reshape(*shape, len(feet)) if len(feet) > 1 else None
-        out |= measure_variables(name, definitions[name], dims, value, deviation, each, where)
-    if len(feet) > 1:
-        out["foot"] = Variable(("foot",), np.array(feet), {})
-    return out

@@ -7,20 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 from study.sweep_case import RATE, RESTITUTION, small
 
 import tarsus as ts
+import tarsus.study.layout as layout_of
 from tarsus.study.axes import Grid, Linspace, Logspace, Sobol, Values
+from tarsus.study.layout import Layout, runs_per_unit
 from tarsus.study.studyfile import frozen_texts, load_sweep, read_sweep, study_names
 
 
 def test_a_grid_is_every_combination_with_the_last_axis_fastest():
     sweep = small()
     points = sweep.points()
-    assert sweep.runs == 6 and sweep.units == 2
+    assert sweep.runs == 6
     assert points[RESTITUTION].tolist() == [0.2, 0.2, 0.2, 0.5, 0.5, 0.5]
     assert points[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
-    assert [sweep.unit(i) for i in range(2)] == [slice(0, 4), slice(4, 6)]
+    layout = Layout(sweep.runs, 4)
+    assert layout.units == 2 and [layout.part(i) for i in range(2)] == [slice(0, 4), slice(4, 6)]
 
 
 def test_ranges_hold_their_ends():
@@ -34,13 +38,61 @@ def test_a_sobol_design_fills_every_axis_evenly():
         "b": Logspace(start=1e-4, stop=1.0),
         "c": Values(values=(1.0, 2.0)),
     }
-    points = Sobol(count=64, seed=3).points(axes)
+    points = Sobol(count=64, seed=3).points(axes, slice(0, 64))
     for share in (points["a"], 1.0 + np.log10(points["b"]) / 4.0):
         assert np.histogram(share, bins=64, range=(0.0, 1.0))[0].tolist() == [1] * 64
     assert np.bincount(points["c"].astype(int)).tolist() == [0, 32, 32]
-    again, longer, other = (Sobol(count=n, seed=s).points(axes)["a"] for n, s in ((64, 3), (100, 3), (64, 4)))
+    again, longer, other = (
+        Sobol(count=n, seed=s).points(axes, slice(0, n))["a"] for n, s in ((64, 3), (100, 3), (64, 4))
+    )
     assert np.array_equal(points["a"], again) and np.array_equal(points["a"], longer[:64])
     assert not np.array_equal(points["a"], other)
+
+
+def test_any_part_of_a_sobol_design_is_that_of_the_library():
+    axes = {name: Linspace(start=0.0, stop=1.0) for name in "abc"}
+    engine = qmc.Sobol(3, seed=5)
+    whole = np.concatenate([engine.random(1), engine.random(1233)])
+    design = Sobol(count=1234, seed=5)
+    for part in (slice(0, 1234), slice(0, 1), slice(1, 2), slice(511, 514), slice(1024, 1234)):
+        found = np.column_stack(list(design.points(axes, part).values()))
+        assert np.array_equal(found, whole[part])
+
+
+def test_any_part_of_a_grid_is_that_of_the_whole():
+    sweep = small()
+    whole = sweep.points()
+    for axis, values in sweep.points(slice(2, 5)).items():
+        assert np.array_equal(values, whole[axis][2:5])
+    assert whole[RATE].tolist() == [1e-6, 5e-6, 25e-6] * 2
+
+
+@pytest.mark.parametrize(
+    ("chunk", "said"), [(0, "at least 1"), ("0 s", "above 0"), ("2 m", "chunk"), ("7200 s", "at most")]
+)
+def test_a_unit_is_a_number_of_runs_or_a_time(chunk, said):
+    with pytest.raises(ts.InputError, match=said):
+        small(chunk=chunk)
+
+
+def test_units_by_time_hold_as_many_runs_as_take_it(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr(layout_of.time, "perf_counter", lambda: now[0])
+
+    def worked(sweep, points):
+        now[0] += 0.003 * len(points[RATE])  # a run takes 3 ms
+
+    monkeypatch.setattr(layout_of, "work_unit", worked)
+    many = {RATE: Linspace(start=1e-6, stop=2e-6, count=100_000)}
+    assert runs_per_unit(small(chunk="2 s", vary=many)) == 600  # 666 to one digit
+    assert runs_per_unit(small(chunk="2 ms", vary=many)) == 1
+    assert runs_per_unit(small(chunk="60 s", vary={RATE: [1e-6, 2e-6]})) == 2
+
+
+def test_a_store_of_too_many_units_is_refused():
+    grid = {RATE: Linspace(start=1e-6, stop=2e-6, count=3_000_000)}
+    with pytest.raises(ts.InputError, match="give at least 3"):
+        runs_per_unit(small(chunk=2, vary=grid))
 
 
 def test_values_that_vary_together_take_one_value():

@@ -8,7 +8,7 @@ import xarray as xr
 from study.sweep_case import RATE, RESTITUTION, small
 
 import tarsus as ts
-import tarsus.study.sweeping as sweeping
+import tarsus.study.crew as crew
 import tarsus.study.workunit as workunit
 from scene_files import scene
 from tarsus.solve import Accuracy
@@ -64,15 +64,17 @@ def test_finished_units_are_not_run_again(tmp_path, monkeypatch):
     whole = run_sweep(small(), tmp_path / "whole")
     folder = tmp_path / "part"
     run_sweep(small(), folder)
-    (folder / "units" / "000001.npz").unlink()
+    (folder / "units" / "000" / "000001.npz").unlink()
     (folder / "sweep.nc").unlink()
-    kept = (folder / "units" / "000000.npz").stat().st_mtime_ns
+    kept = (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns
     seen = []
-    again = run_sweep(small(), folder, resume=True, progress=lambda done, total: seen.append((done, total)))
+    again = run_sweep(
+        small(), folder, resume=True, progress=lambda done, total, who: seen.append((done, total))
+    )
     assert seen == [(4, 6), (6, 6)] and again.kept == 4
-    assert (folder / "units" / "000000.npz").stat().st_mtime_ns == kept
+    assert (folder / "units" / "000" / "000000.npz").stat().st_mtime_ns == kept
     assert again.file.read_bytes() == whole.file.read_bytes()
-    monkeypatch.setattr(sweeping, "work_unit", lambda *_: pytest.fail("nothing was left to run"))
+    monkeypatch.setattr(crew, "work_unit", lambda *_: pytest.fail("nothing was left to run"))
     assert run_sweep(small(), folder, resume=True).kept == 6
 
 

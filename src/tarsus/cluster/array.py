@@ -1,0 +1,145 @@
+"""A sweep as an array of tasks, which any scheduler of a cluster can run: each takes its share of the missing units."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from tarsus.base.errors import InputError
+from tarsus.files.store import write_text
+from tarsus.files.sweepstore import COLLECTED_FILE
+from tarsus.study.beats import Beats
+from tarsus.study.collecting import collect
+from tarsus.study.crew import Threads
+from tarsus.study.layout import open_store
+from tarsus.study.studyfile import frozen_sweep
+from tarsus.study.sweep import Sweep
+from tarsus.study.sweeping import do_units
+
+__all__ = ["ARRAY_FOLDER", "Submission", "TaskDone", "prepare", "run_task"]
+
+ARRAY_FOLDER = "array"
+
+SCRIPT = """#!/bin/sh
+# One task of an array over the sweep in {folder}: tasks 0 to {last}, or 1 to {tasks}.
+#   SLURM     sbatch --array=0-{last} {script}
+#   PBS       qsub -J 0-{last} {script}
+#   Grid Eng. qsub -t 1-{tasks} {script}
+#   LSF       bsub -J "tarsus[1-{tasks}]" {script}
+#   a shell   for i in $(seq 0 {last}); do sh {script} $i & done; wait
+# The number of the task is an argument, or in the scheduler's variable. Tasks may be repeated.
+number=$1
+for one in "$SLURM_ARRAY_TASK_ID" "$PBS_ARRAY_INDEX" "$PBS_ARRAYID" "$LSB_JOBINDEX" "$SGE_TASK_ID"; do
+  case $one in '' | undefined) ;; *) number=${{number:-$one}} ;; esac
+done
+{environment}exec {python} -m tarsus.cli sweep {folder} --task "$number" --submission {submission}
+"""
+
+
+@dataclass(frozen=True)
+class Submission:
+    """An array of tasks: its number in the folder, its script, tasks, and the units that they share."""
+
+    number: int
+    script: Path
+    tasks: int
+    units: int
+
+
+@dataclass(frozen=True)
+class TaskDone:
+    """What a task did: runs and units it made, whether the whole sweep is finished."""
+
+    runs: int
+    units: int
+    finished: bool
+
+
+def prepare(sweep: Sweep, folder: Path, tasks: int, *, resume: bool) -> Submission | None:
+    """Write the plan of a sweep, the missing units and a script that does a task's share of them; None if none miss.
+
+    Task K of N does the units number K, K + N, K + 2 N, ... of the missing ones: neighbours in the plan, which often
+    cost alike, come to different tasks.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.study.layout.open_store`.
+    """
+    if tasks < 1:
+        raise InputError(f"--tasks: expected a number of tasks of at least 1, got {tasks}")
+    store, _ = open_store(sweep, folder, resume=resume)
+    pending = store.pending()
+    if not pending:
+        return None
+    tasks = min(tasks, len(pending))
+    place = folder.resolve() / ARRAY_FOLDER
+    number = 1 + max((int(file.stem) for file in place.glob("[0-9]*.units")), default=0)
+    script = place / f"{number}.sh"
+    write_text(place / f"{number}.units", json.dumps({"tasks": tasks, "units": _ranges(pending)}) + "\n")
+    path = os.environ.get("PYTHONPATH")
+    words = {
+        "folder": shlex.quote(str(folder.resolve())),
+        "last": tasks - 1,
+        "tasks": tasks,
+        "script": shlex.quote(str(script)),
+        "environment": f"export PYTHONPATH={shlex.quote(path)}\n" if path else "",
+        "python": shlex.quote(sys.executable),
+        "submission": number,
+    }
+    write_text(script, SCRIPT.format(**words))
+    return Submission(number, script, tasks, len(pending))
+
+
+def run_task(folder: Path, task: int, submission: int, threads: int | None = None) -> TaskDone:
+    """Do the share of one task; the one that finds nothing missing at its end writes the collected file.
+
+    Raises
+    ------
+    InputError
+        For a folder or submission that is none, another version of Tarsus, a disk that is full or gone.
+    KeyboardInterrupt
+        When the scheduler ends the task (SIGTERM), after the units under way are kept.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    file = folder / ARRAY_FOLDER / f"{submission}.units"
+    try:
+        said = json.loads(file.read_text(encoding="utf-8"))
+        tasks, units = int(said["tasks"]), _units(said["units"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"'{file}' cannot be read: {error}") from None
+    sweep = frozen_sweep(folder)
+    store, layout = open_store(sweep, folder, resume=True)
+    own = [unit for unit in units[task % tasks :: tasks] if not store.has(unit)]
+    with Beats(folder, task) as beats:
+        if own:
+            do_units(store, layout, Threads(sweep, layout, store, threads), own, beats)
+    finished = not store.pending()
+    if finished and not (folder / COLLECTED_FILE).exists():
+        collect(sweep, store)
+    return TaskDone(sum(beats.runs.values()), beats.units, finished)
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Ascending numbers as `0-4,7,9-12`."""
+    ranges: list[list[int]] = []
+    for number in numbers:
+        if ranges and number == ranges[-1][1] + 1:
+            ranges[-1][1] = number
+        else:
+            ranges.append([number, number])
+    return ",".join(f"{first}-{last}" if last > first else f"{first}" for first, last in ranges)
+
+
+def _units(text: str) -> list[int]:
+    """The numbers of `_ranges`."""
+    ends = [
+        (first, last or first) for first, _, last in (one.partition("-") for one in text.split(",") if one)
+    ]
+    return [number for first, last in ends for number in range(int(first), int(last) + 1)]

@@ -1,0 +1,105 @@
+"""Arrays on SLURM, by its own commands."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from tarsus.base.errors import InputError
+from tarsus.cluster.array import ARRAY_FOLDER, Submission, prepare
+from tarsus.files.store import write_text
+from tarsus.study.sweep import Sweep
+
+__all__ = ["Submitted", "submit"]
+
+PATIENCE = 60.0
+"""Seconds that SLURM's commands are given: a busy controller answers late."""
+
+
+@dataclass(frozen=True)
+class Submitted:
+    """An array that SLURM has taken: its job and what is in it."""
+
+    job: str
+    array: Submission
+
+
+def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool) -> Submitted | None:
+    """Write a sweep's plan and submit an array over what is missing of it; None if nothing is.
+
+    Parameters
+    ----------
+    sweep
+        What to run.
+    folder
+        On a disk that all nodes have.
+    options
+        Words for sbatch, such as ``--partition=main --time=1:00:00 --cpus-per-task=8``.
+    tasks
+        Tasks of the array at most.
+    resume
+        Whether the folder's sweep is continued.
+
+    Raises
+    ------
+    InputError
+        When SLURM is not there or refuses, and when an array of this folder is still in its queue.
+    """
+    waiting = [(job, count) for job in _jobs(folder) if (count := _queued(job))]
+    if waiting:
+        job, count = waiting[0]
+        raise InputError(
+            f"job {job} works on '{folder}' and has {count} tasks in the queue: wait for it, or `scancel {job}` and "
+            "submit what is missing then"
+        )
+    array = prepare(sweep, folder, tasks, resume=resume)
+    if array is None:
+        return None
+    place = array.script.parent
+    own = [
+        f"--array=0-{array.tasks - 1}",
+        "--job-name=tarsus",
+        "--requeue",
+        "--open-mode=append",
+        f"--output={place}/{array.number}-%a.out",
+    ]
+    job = (
+        _command("sbatch", "--parsable", *own, *shlex.split(options), str(array.script)).split(";")[0].strip()
+    )
+    write_text(place / f"{array.number}.json", json.dumps({"job": job}) + "\n")
+    return Submitted(job, array)
+
+
+def _jobs(folder: Path) -> list[str]:
+    """Jobs of earlier submissions."""
+    files = sorted((folder / ARRAY_FOLDER).glob("[0-9]*.json"))
+    return [str(json.loads(file.read_text(encoding="utf-8"))["job"]) for file in files]
+
+
+def _queued(job: str) -> int:
+    """Tasks of a job that wait or run; none of a job that SLURM has forgotten."""
+    try:
+        return len(_command("squeue", "--noheader", "--array", "--format=%i", f"--jobs={job}").split())
+    except InputError as error:
+        if "nvalid job id" in str(error):
+            return 0
+        raise
+
+
+def _command(*words: str) -> str:
+    """What a command of SLURM prints."""
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except FileNotFoundError:
+        raise InputError(
+            f"--slurm: there is no `{words[0]}` here: submit from a node that has SLURM's commands, or leave --slurm "
+            "out and give --tasks alone: that writes the array for any scheduler"
+        ) from None
+    except subprocess.TimeoutExpired:
+        raise InputError(f"--slurm: `{words[0]}` gave no answer within {PATIENCE:.0f} s") from None
+    if done.returncode:
+        raise InputError(f"--slurm: `{words[0]}` refused: {' '.join(done.stderr.split())}")
+    return done.stdout

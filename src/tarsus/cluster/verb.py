@@ -1,0 +1,59 @@
+"""`tarsus.sweep`: the verb of Python for the whole of it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from tarsus.cluster.dask import executor_of
+from tarsus.study.studyfile import load_sweep
+from tarsus.study.sweep import Sweep
+from tarsus.study.sweeping import Progress, SweepResult, run_sweep
+
+__all__ = ["sweep"]
+
+
+def sweep(
+    study: Sweep | str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    client: Any = None,
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> SweepResult:
+    """Run a sweep into a folder, here or on a cluster.
+
+    Parameters
+    ----------
+    study
+        A `Sweep`, a packaged study's name, or a study file.
+    output
+        The folder; by default the study's name with `.sweep`.
+    client
+        Who does the work: a ``dask.distributed.Client`` of any cluster, or any executor of ``concurrent.futures``.
+        Threads of this process without one. The results are the same, byte for byte.
+    resume
+        Continue what the folder holds.
+    threads
+        Threads of this process; by default one for each processor that it may use.
+    progress
+        Called as ``progress(runs done, runs, runs of this call by worker)``.
+
+    Raises
+    ------
+    InputError
+        As `tarsus.study.sweeping.run_sweep`.
+    """
+    chosen = study if isinstance(study, Sweep) else load_sweep(study)
+    name = chosen.name if isinstance(study, Sweep) else Path(study).stem
+    executor = None if client is None else executor_of(client)
+    return run_sweep(
+        chosen,
+        output if output is not None else f"{name}.sweep",
+        resume=resume,
+        threads=threads,
+        executor=executor,
+        progress=progress,
+    )

@@ -1,0 +1,71 @@
+"""What a process that works on a sweep says of itself in the sweep's folder, for whoever asks how it goes."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+
+from tarsus.files.sweepstore import WORKER_FOLDER
+
+__all__ = ["EVERY", "Beats"]
+
+EVERY = 5.0
+"""Seconds between two signs of life: a hundred processes write twenty small files a second."""
+
+
+class Beats:
+    """Counts runs by who made them, and writes that down every `EVERY` seconds while its block lasts.
+
+    Times are by the process's own clock that only counts up: whether a node's clock is right does not matter.
+    """
+
+    def __init__(self, folder: Path, task: int | None = None) -> None:
+        self.runs: Counter[str] = Counter()
+        self.units = 0
+        self._task = task
+        self._begin = time.monotonic()
+        self._over = threading.Event()
+        name = f"{socket.gethostname()}-{os.getpid()}"
+        self._file = folder / WORKER_FOLDER / f"{name}.json"
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+
+    def __enter__(self) -> Beats:
+        self._write(ended=False)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        self._thread.join()
+        self._write(ended=True)
+
+    def count(self, who: str, runs: int) -> None:
+        """Count a finished unit."""
+        self.runs[who] += runs
+        self.units += 1
+
+    def _beat(self) -> None:
+        while not self._over.wait(EVERY):
+            self._write(ended=False)
+
+    def _write(self, *, ended: bool) -> None:
+        said = {
+            "node": socket.gethostname(),
+            "pid": os.getpid(),
+            "task": self._task,
+            "seconds": round(time.monotonic() - self._begin, 3),
+            "units": self.units,
+            "runs": dict(self.runs),
+            "ended": ended,
+        }
+        part = self._file.with_suffix(".part")
+        with contextlib.suppress(OSError):  # a sweep does not stop because nobody can be told
+            self._file.parent.mkdir(exist_ok=True)
+            part.write_text(json.dumps(said), encoding="utf-8")
+            os.replace(part, self._file)

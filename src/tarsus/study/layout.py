@@ -1,0 +1,127 @@
+"""What a sweep is on disk: its digest, and how many runs make a unit of work."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tarsus.base.errors import InputError
+from tarsus.base.units import parse_quantity
+from tarsus.files.store import package_version
+from tarsus.files.sweepstore import MOST_UNITS, SweepStore
+from tarsus.plan.lowering import source_hash
+from tarsus.study.studyfile import frozen_texts
+from tarsus.study.sweep import Sweep
+from tarsus.study.workunit import OUTCOMES, work_unit
+
+__all__ = ["Layout", "digest_of", "open_store", "runs_per_unit", "versions"]
+
+ENDS = 64
+"""Runs at either end of a plan whose values are part of its digest: a library that draws other points changes them."""
+
+TRIED = 0.25
+"""Seconds of work after which the cost of a run is taken as known: long against what a first run loads."""
+
+MOST_TRIED = 4096
+"""Runs tried at most: enough of even the cheapest ones."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Units of work: number of runs, and runs in a unit."""
+
+    runs: int
+    chunk: int
+
+    @property
+    def units(self) -> int:
+        """Number of units."""
+        return -(-self.runs // self.chunk)
+
+    def part(self, unit: int) -> slice:
+        """The runs of unit ``unit``."""
+        return slice(unit * self.chunk, min((unit + 1) * self.chunk, self.runs))
+
+    def size(self, unit: int) -> int:
+        """Number of runs of a unit."""
+        part = self.part(unit)
+        return part.stop - part.start
+
+
+def versions() -> dict[str, str]:
+    """What results depend on beside the sweep: version of the package, digest of the engine and its sources."""
+    return {"tarsus": package_version(), "engine": source_hash()}
+
+
+def digest_of(sweep: Sweep, texts: Mapping[str, str]) -> str:
+    """Digest of everything that the results of a sweep depend on: description, own laws, values, version, engine."""
+    digest = hashlib.sha256()
+    for text in (*texts.values(), *versions().values(), *OUTCOMES):
+        digest.update(text.encode() + b"\0")
+    for part in (slice(0, min(ENDS, sweep.runs)), slice(max(sweep.runs - ENDS, 0), sweep.runs)):
+        for values in sweep.points(part).values():
+            digest.update(values.tobytes())
+    return digest.hexdigest()
+
+
+def runs_per_unit(sweep: Sweep) -> int:
+    """Runs in a unit: as many as the sweep says, or as take the time that it says, tried here on one thread.
+
+    Runs are tried from all over the plan, in growing numbers, until `TRIED` seconds have gone into one trial.
+
+    Raises
+    ------
+    InputError
+        When the plan would have more units than a store takes.
+    """
+    least = -(-sweep.runs // MOST_UNITS)
+    if isinstance(sweep.chunk, int):
+        if sweep.chunk < least:
+            raise InputError(
+                f"chunk: {sweep.runs} runs in units of {sweep.chunk} are more than {MOST_UNITS} units; give at least "
+                f"{least}"
+            )
+        return sweep.chunk
+    wanted, count, cost = parse_quantity(sweep.chunk, "s"), 1, 0.0
+    while True:
+        step = max(sweep.runs // count, 1)
+        rows = [sweep.points(slice(i, i + 1)) for i in range(0, sweep.runs, step)[:count]]
+        points = {axis: np.concatenate([row[axis] for row in rows]) for axis in sweep.vary}
+        begin = time.perf_counter()
+        work_unit(sweep, points)
+        taken = time.perf_counter() - begin
+        cost = taken / len(rows)
+        if taken >= TRIED or count >= min(MOST_TRIED, sweep.runs):
+            break
+        count *= 4
+    return max(_rounded(min(wanted / max(cost, 1e-9), sweep.runs)), least, 1)
+
+
+def _rounded(value: float) -> int:
+    """A count to one digit below it: 1, 2, ... 10, 20, ...: what a second trial gives is often the same."""
+    whole = max(int(value), 1)
+    power = 10 ** (len(str(whole)) - 1)
+    return whole // power * power
+
+
+def open_store(sweep: Sweep, folder: Path, *, resume: bool) -> tuple[SweepStore, Layout]:
+    """The store of a sweep and its units; where others have begun it, their units count.
+
+    Raises
+    ------
+    InputError
+        As `SweepStore.open` and `runs_per_unit`.
+    """
+    texts = frozen_texts(sweep)
+    digest = digest_of(sweep, texts)
+    begun = resume and (folder / "plan.json").exists()
+    own = Layout(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))
+    store = SweepStore.open(
+        folder, digest, own.units, texts, resume=resume, chunk=own.chunk, made=versions(), runs=sweep.runs
+    )
+    return store, Layout(sweep.runs, store.chunk)
