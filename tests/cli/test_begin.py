@@ -88,6 +88,7 @@ def test_read_tells_what_a_record_holds(tarsus, lab):
         ("new", "law", "mine.py", "--device", "cantilever"),
         ("check", "cantilver"),
         ("open", "nowhere"),
+        ("movie", "cantilever", "--duration", "1 ms", "-o", "walk.gif"),
         ("compare", "cantilever", "cantilver"),
     ],
 )

@@ -23,7 +23,7 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "sweep", "branch", "synthesize",
+    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "movie", "sweep", "branch", "synthesize",
     "identify", "calibrate", "next", "design", "bench", "doctor", "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its

@@ -1,0 +1,38 @@
+"""Walks as moving pictures."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import tarsus as ts
+from example_files import load
+from tarsus.report.movie import write_movie
+
+
+def test_a_movie_shows_a_period_and_feet_on_the_ground_in_blue(tmp_path):
+    walk = ts.simulate("millipede-printed", "30 ms")
+    assert 0.0 < walk.variables()["contact"].values.mean() < 1.0
+    with Image.open(write_movie(walk, tmp_path / "walk.gif", width=240, periods=1)) as movie:
+        assert movie.size[0] == 240 and 40 <= movie.n_frames <= 49 and movie.info["loop"] == 0
+        blue, seen = [], set()
+        for frame in range(0, movie.n_frames, 4):
+            movie.seek(frame)
+            pixels = np.asarray(movie.convert("RGB")).astype(int)
+            blue.append(int((pixels[..., 2] > pixels[..., 0] + 100).sum()))
+            seen.add(pixels.tobytes())
+    assert len(seen) > 8  # it moves
+    assert min(blue) < 0.5 * max(blue)
+
+
+def test_what_cannot_be_shown_is_said(tmp_path):
+    with pytest.raises(ts.InputError) as refused:
+        write_movie(ts.simulate("cantilever", "2 ms"), tmp_path / "walk.mp4", width=10)
+    assert len(refused.value.problems) == 3 and not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_readme_walk_py_makes_the_picture_of_the_readme(tmp_path, capsys, monkeypatch):
+    target = tmp_path / "walk.gif"
+    monkeypatch.setattr("sys.argv", ["readme_walk.py", str(target)])
+    load("readme_walk")
+    assert "the robot walks at" in capsys.readouterr().out and 5e4 < target.stat().st_size < 1e6
