@@ -52,7 +52,7 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
         [
             f"/* Gait of {scene.name}, {gait.kind}, {gait.frequency:.6g} Hz; made by tarsus, do not edit.",
             f" * Drives in order: {', '.join(waves)}.",
-            " * Each goes to gait_high_millivolts at gait_rise_ticks[i] and to gait_low_millivolts at gait_fall_ticks[i]",
+            " * Each goes to gait_high_millivolts at gait_rise_ticks[i], to gait_low_millivolts at gait_fall_ticks[i]",
             " * of every period. A fall that comes before the rise ends the high part that the period before began. */",
             "#ifndef TARSUS_GAIT_H", "#define TARSUS_GAIT_H", "", "#include <stdint.h>", "",
             f"#define GAIT_COUNT {len(waves)}u",
