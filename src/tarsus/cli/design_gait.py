@@ -47,7 +47,8 @@ def gait(
         what may change: gait.frequency, gait.duty, gait.high=7V:14V, or gait.phases for the phases of all legs; with
         commas, or repeated.
     output
-        folder for gaits.json, front.csv, report.html, and the scene and the page of every gait of the front.
+        folder for gaits.json, front.csv, gait.h (the robust gait), report.html, and the scene and the page of every
+        gait of the front.
     objective
         one to three of speed, energy, transport, slip, contact, support and sway, with commas.
     over

@@ -2,6 +2,7 @@
 
 from tarsus.design.adaptive import AdaptiveGait, Sense, adapt
 from tarsus.design.gait_fronts import GaitFront, GaitPoint, gait
+from tarsus.design.gait_header import gait_header_text
 from tarsus.design.landing_files import header_text, landing_table, write_landing
 from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
 from tarsus.design.over import Box, Ensemble
@@ -30,6 +31,7 @@ __all__ = [
     "adapt",
     "design_links",
     "gait",
+    "gait_header_text",
     "header_text",
     "landing",
     "landing_table",

@@ -11,6 +11,7 @@ from typing import Any
 from tarsus.base.spec import float_paths
 from tarsus.design.adaptive import AdaptiveGait
 from tarsus.design.gait_fronts import GaitFront, GaitPoint
+from tarsus.design.gait_header import gait_header_text
 from tarsus.files.jsontext import json_text
 from tarsus.files.store import package_version, write_text
 from tarsus.files.toml import scene_text
@@ -19,7 +20,7 @@ __all__ = [
     "ADAPT_FILES", "FRONT_FILES", "adapt_table", "gait_scene_names", "gait_table", "write_adapt", "write_front",
 ]  # fmt: skip
 
-FRONT_FILES = ("gaits.json", "front.csv", "report.html", "gaits/*.toml", "gaits/*.html")
+FRONT_FILES = ("gaits.json", "front.csv", "gait.h", "report.html", "gaits/*.toml", "gaits/*.html")
 """Names of everything that `tarsus design gait` writes at its end."""
 ADAPT_FILES = ("adapt.json", "hidden.csv", "report.html")
 """Names of everything that `tarsus design adapt` writes."""
@@ -74,6 +75,11 @@ def write_front(design: GaitFront, folder: Path) -> list[Path]:
         target = folder / "gaits" / f"{name}.toml"
         write_text(target, scene_text(design.scene_of(point)))
         written.append(target)
+    robust = design.scene_of(design.robust)
+    if robust.gait is not None:
+        written.append(folder / "gait.h")
+        tick = min(1e-6, 1e-3 / robust.gait.frequency)  # fine enough at any frequency
+        write_text(written[-1], gait_header_text(robust, tick=tick))
     return written
 
 

@@ -1,0 +1,61 @@
+"""gait.h: what a microcontroller does by it is what the scene's drives do."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.errors import InputError
+from tarsus.design import gait_header_text
+
+
+def numbers(text: str, name: str) -> list[int]:
+    (found,) = re.findall(rf"{name}(?:\[\w+\])? = \{{?([-\d u,]+)\}}?;", text)
+    return [int(one.strip().rstrip("u")) for one in found.split(",")]
+
+
+@pytest.mark.parametrize("values", [{}, {"gait.duty": 0.7, "gait.swing_lag": 0.4, "gait.low": 20.0}])
+def test_switching_by_the_header_gives_the_volts_of_the_gait(values):
+    scene = ts.load_scene("hamr-like", **values)
+    text = gait_header_text(scene, tick=2e-6)
+    assert "LF_lift, LF_swing, RF_lift" in text and numbers(text, "gait_period_ticks") == [10_000]
+    (low,), (high,) = numbers(text, "gait_low_millivolts"), numbers(text, "gait_high_millivolts")
+    now = np.arange(10_000)
+    edges = zip(numbers(text, "gait_rise_ticks"), numbers(text, "gait_fall_ticks"), strict=True)
+    for (rise, fall), wave in zip(edges, scene.waveforms.values(), strict=True):
+        up = (now - rise) % 10_000 < (fall - rise) % 10_000
+        wanted = wave.volts((now + 0.5) * 2e-6)
+        assert 1e-3 * np.where(up, high, low) == pytest.approx(wanted)
+
+
+def test_equal_gaits_have_equal_digests_and_others_do_not():
+    scene = ts.load_scene("hamr-like")
+    digests = [
+        re.findall(r'DIGEST "(\w{16})"', gait_header_text(one))[0]
+        for one in (scene, ts.load_scene("hamr-like"), ts.with_values(scene, {"gait.duty": 0.51}))
+    ]
+    assert digests[0] == digests[1] != digests[2]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler to try the header with")
+def test_a_c_compiler_takes_it(tmp_path):
+    (tmp_path / "gait.h").write_text(gait_header_text(ts.load_scene("hamr-like")))
+    (tmp_path / "main.c").write_text(
+        '#include "gait.h"\nint main(void) { return gait_rise_ticks[GAIT_COUNT - 1] != 5000u; }\n'
+    )
+    subprocess.run(["cc", "-std=c99", "-Wall", "-o", "main", "main.c"], cwd=tmp_path, check=True)
+    assert (
+        subprocess.run([tmp_path / "main"], check=False).returncode == 0
+    )  # RH swings a quarter of 20 ms after the start
+
+
+def test_what_cannot_be_is_said():
+    with pytest.raises(InputError, match="the scene has no gait"):
+        gait_header_text(ts.load_scene("mems-switch"))
+    with pytest.raises(InputError, match="expected at least 100"):
+        gait_header_text(ts.load_scene("hamr-like"), tick=1e-3)
