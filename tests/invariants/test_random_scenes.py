@@ -32,3 +32,11 @@ def test_a_drive_that_rounding_cuts_into_a_sliver_is_followed_through_it() -> No
     assert shortest < 1e-15
     assert run.ok
     assert len(run.events) == 8  # those of the second simulator
+
+
+@pytest.mark.parametrize("seed", [83, 150, 187])
+def test_a_strong_film_in_which_feet_hardly_move_keeps_its_account(seed: int) -> None:
+    """Its momentum per mass is 1e7 times the feet's speed: counted from the step's start, it leaves them their digits."""
+    found = look_at(scene_of(seed))
+    assert found["code"] == "DONE"
+    assert found["closure"] < 2e-9
