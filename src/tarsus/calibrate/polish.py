@@ -86,7 +86,7 @@ class _Roots:
         return np.concatenate([*cells, *limits], axis=1)
 
     def slopes(self, slopes: Floats) -> Floats:
-        """Derivatives (n, nu) of the first set's residuals, from those (rows, channels, samples, nu) of its readings."""
+        """Derivatives (n, nu) of the first set's residuals, of those (rows, channels, samples, nu) of its readings."""
         nu = slopes.shape[-1]
         table = slopes[: len(self.known)][:, list(self.branch.columns)]
         moved = np.where(self.failed[0][..., None, None], 0.0, self.by_value[0][..., None] * table)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow
+from tarsus.identify.flight import SUBSTEPS, Film, Flow, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.step import LeftOut
 from tarsus.identify.traces import STILL, Trace, jumps_of, runs_of
@@ -31,10 +31,6 @@ FEWEST = 5
 """Samples there must be on each side."""
 
 _ROUNDS = 15
-_STEPS = (1e-8, 1e-8, 1e-5)
-"""Steps of the differences for the moment [s], places [m] and speeds [m/s]."""
-_FILM_STEP = 1e-3
-"""Step of the differences for logarithms of the film's constants."""
 _PART = 0.3
 _SLOWEST = 8.0
 """Standard deviations of a velocity sample that an approach must reach."""
@@ -165,30 +161,29 @@ class Bounces:
         """Fit every impact by Levenberg-Marquardt; ``free``: the velocities of all coordinates jump as they like,
         rather than by the mass-weighted law."""
         ready = _Ready(self, model, film, free)
-        unknowns = ready.guess() if start is None else start.copy()
-        damping = np.full(len(unknowns), 1e-3)
-        best, kept = np.full(len(unknowns), np.inf), unknowns
-        normal, right, cost, residuals = ready.system(unknowns)
-        good = normal, right, residuals
-        for _ in range(rounds):
-            better = cost < best
-            done = better & (best - cost < 1e-6 * cost + 1e-9)
-            kept = np.where(better[:, None], unknowns, kept)
-            good = (
-                np.where(better[:, None, None], normal, good[0]),
-                np.where(better[:, None], right, good[1]),
-                [new if yes else old for new, old, yes in zip(residuals, good[2], better, strict=True)],
+        kept = ready.guess() if start is None else start.copy()
+        damping = np.full(len(kept), 1e-3)
+        normal, right, cost, residuals = ready.system(kept)
+        best = np.where(np.isnan(cost), np.inf, cost)
+        left = np.arange(len(kept))  # those that still fall
+        for _ in range(rounds - 1):
+            diagonal = np.einsum("rqq->rq", normal[left])[:, :, None] * np.eye(kept.shape[1])
+            damped = normal[left] + damping[left, None, None] * diagonal
+            tried = kept[left] + np.linalg.solve(damped, right[left][..., None])[..., 0]
+            new_normal, new_right, cost, new_residuals = ready.system(tried, left)
+            better = cost < best[left]
+            done = better & (best[left] - cost < 1e-6 * cost + 1e-9)
+            at = left[better]
+            kept[at], normal[at], right[at], best[at] = (
+                one[better] for one in (tried, new_normal, new_right, cost)
             )
-            damping = np.where(better, 0.1 * damping, 10.0 * damping)
-            best = np.where(better, cost, best)
-            if done.all():
+            for k, r in enumerate(left.tolist()):
+                residuals[r] = new_residuals[k] if better[k] else residuals[r]
+            damping[left] *= np.where(better, 0.1, 10.0)
+            left = left[~done]
+            if not len(left):
                 break
-            diagonal = np.einsum("rqq->rq", good[0])[:, :, None] * np.eye(unknowns.shape[1])
-            unknowns = (
-                kept
-                + np.linalg.solve(good[0] + damping[:, None, None] * diagonal, good[1][..., None])[..., 0]
-            )
-            normal, right, cost, residuals = ready.system(unknowns)
+        good = normal, right, residuals
         inverse = np.asarray(np.linalg.inv(good[0]), dtype=np.float64)
         covariance = np.asarray(inverse[:, [-1, -2]][:, :, [-1, -2]], dtype=np.float64)
         counts = np.array([one.size for one in good[2]]) - kept.shape[1]
@@ -215,20 +210,12 @@ class Bounces:
         """Information (ni, 2 + np, 2 + np) and score (ni, 2 + np) of fitted impacts about the logarithms of the film's
         coefficient and thickness and the zeros [m] of the points' displacements, their own unknowns taken along."""
         free, points = fitted.free(model), len(model.points)
-        slopes, residuals = _Ready(self, model, film, free).slopes(fitted.unknowns)
-        grown = float(np.exp(_FILM_STEP))
-        other = [
-            _Ready(self, model, one, free).slopes(fitted.unknowns)[1]
-            for one in (
-                Film(grown * film.coefficient, film.thickness),
-                Film(film.coefficient, grown * film.thickness),
-            )
-        ]
+        slopes, residuals = _Ready(self, model, film, free).slopes(fitted.unknowns, by_film=True)
         information = np.empty((len(slopes), 2 + points, 2 + points))
         score = np.empty((len(slopes), 2 + points))
         for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
             common = np.zeros((2 + points, *residual.shape))
-            common[:2] = [(residual - one[r]) / _FILM_STEP for one in other]
+            slope, common[:2] = slope[:-2], slope[-2:]
             for k, trace_noise in enumerate(self.traces[self.items[r].trace].noise_x):
                 common[2 + k, k] = -1.0 / trace_noise
             own, whole, left = slope.reshape(len(slope), -1), common.reshape(2 + points, -1), residual.ravel()
@@ -250,40 +237,34 @@ class _Ready:
     def __init__(self, bounces: Bounces, model: FootModel, film: Film, free: bool = False) -> None:
         self.bounces, self.model, self.film = bounces, model, film
         step = bounces.step / SUBSTEPS
-        self.onward, self.backward = Flow(model, step), Flow(model, -step)
+        self.onward, self.backward = of_model(model, step), of_model(model, -step)
         self.free = null_space(model.row[None, :])
         self.beside = self.free if free else self.free[:, :0]
         self.grounded = -model.gap * model.row / float(model.row @ model.row)
-        n, points = len(model.row), len(model.points)
+        points = len(model.points)
         m, k = self.free.shape[1], self.beside.shape[1]
         self.changes = np.zeros((points, 3 + 2 * m + k))
         self.changes[:, 1 + 2 * m : 1 + 2 * m + k] = model.rows @ self.beside
         self.changes[:, -1] = model.rows @ model.blow
         self.changes[:, -2] = -self.changes[:, -1]
-        self.output = np.zeros((2 * points, 2 * n))
-        self.output[:points, :n] = self.output[points:, n:] = model.rows
+        self.output = observed(model)
         rest = model.rest(bounces.level)
         self.measured, self.white = [], []
         before = SUBSTEPS * (max(one.before for one in bounces.items) - 1) + 1
         after = SUBSTEPS * (max(one.after for one in bounces.items) - 1) + 1
-        self.past, self.next = np.zeros((before, len(bounces.items))), np.zeros((after, len(bounces.items)))
-        self.between = np.zeros((2, len(bounces.items)))
+        self.past, self.next = np.zeros((len(bounces.items), before)), np.zeros((len(bounces.items), after))
+        self.between = np.zeros((len(bounces.items), 2))
         for r, one in enumerate(bounces.items):
             trace = bounces.traces[one.trace]
             start = one.last - one.before + 1
             force = bounces.volts[one.trace].force(model.law, model.history, start, one.before + one.after)
             split = SUBSTEPS * (one.before - 1)
-            self._fill(self.past, r, force[: split + 1][::-1])
-            self._fill(self.next, r, force[split + SUBSTEPS :])
-            self.between[:, r] = force[split], force[split + SUBSTEPS]
+            earlier, later = force[: split + 1][::-1], force[split + SUBSTEPS :]
+            self.past[r, : len(earlier)], self.next[r, : len(later)] = earlier, later
+            self.between[r] = force[split], force[split + SUBSTEPS]
             part = slice(start, start + one.before + one.after)
             self.measured.append(np.concatenate([trace.x[:, part] + rest[:, None], trace.v[:, part]]))
             self.white.append(np.concatenate([trace.noise_x, trace.noise_v])[:, None])
-
-    @staticmethod
-    def _fill(table: Floats, r: int, force: Floats) -> None:
-        table[: len(force), r] = force
-        table[len(force) :, r] = force[-1]
 
     def guess(self) -> Floats:
         """First unknowns (ni, q): the foot's lines through the samples around the impact meet there."""
@@ -303,58 +284,77 @@ class _Ready:
             out.append([late, *at, *speed, *np.zeros(self.beside.shape[1]), approach, departure])
         return np.array(out)
 
-    def _states(self, unknowns: Floats) -> tuple[Floats, Floats]:
-        """States (2n, N) just before and just after the impacts."""
-        m = self.free.shape[1]
-        x = self.grounded[:, None] + self.free @ unknowns[:, 1 : 1 + m].T
-        across = self.free @ unknowns[:, 1 + m : 1 + 2 * m].T
-        along = self.model.row / float(self.model.row @ self.model.row)
-        before = across + along[:, None] * unknowns[:, -2]
-        after = before + self.model.blow[:, None] * (unknowns[:, -1] - unknowns[:, -2])
-        after = after + self.beside @ unknowns[:, 1 + 2 * m : -2].T
-        return np.concatenate([x, before]), np.concatenate([x, after])
+    def _states(self, unknowns: Floats) -> tuple[Varied, Varied]:
+        """States (ni, 2n) just before and just after the impacts, with derivatives by the unknowns and the film."""
+        count, q = unknowns.shape
+        n, m = self.free.shape
+        rates = np.zeros((2, 2 * n, q + 2))  # states are linear in the unknowns
+        rates[:, :n, 1 : 1 + m] = rates[:, n:, 1 + m : 1 + 2 * m] = self.free
+        rates[0, n:, q - 2] = self.model.row / float(self.model.row @ self.model.row)
+        rates[1, n:, q - 2] = rates[0, n:, q - 2] - self.model.blow
+        rates[1, n:, q - 1] = self.model.blow
+        rates[1, n:, 1 + 2 * m : q - 2] = self.beside
+        base = np.concatenate([self.grounded, np.zeros(n)])
+        before, after = (
+            Varied(base + unknowns @ one[:, :q].T, np.broadcast_to(one, (count, *one.shape))) for one in rates
+        )
+        return before, after
 
-    def system(self, unknowns: Floats) -> tuple[Floats, Floats, Floats, list[Floats]]:
-        """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns."""
+    def system(
+        self, unknowns: Floats, part: NDArray[np.intp] | None = None
+    ) -> tuple[Floats, Floats, Floats, list[Floats]]:
+        """Normal matrices (ni, q, q), right sides (ni, q), costs (ni,) and residuals at the unknowns of all impacts, or
+        of those of these numbers."""
         count, q = unknowns.shape
         normal, right, cost = np.empty((count, q, q)), np.empty((count, q)), np.empty(count)
-        slopes, residuals = self.slopes(unknowns)
+        slopes, residuals = self.slopes(unknowns, part)
         for r, (slope, residual) in enumerate(zip(slopes, residuals, strict=True)):
             flat = slope.reshape(q, -1)
             normal[r], right[r], cost[r] = flat @ flat.T, flat @ residual.ravel(), np.sum(residual**2)
         return normal, right, cost, residuals
 
-    def slopes(self, unknowns: Floats) -> tuple[list[Floats], list[Floats]]:
-        """Derivatives (q, channels, samples) of every impact's motion over the noise, and residuals over the noise."""
-        count, q = unknowns.shape
-        m = self.free.shape[1]
-        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * (q - 1 - m)])
-        tried = np.concatenate(
-            [unknowns, *(unknowns + step * one for step, one in zip(steps, np.eye(q), strict=True))]
+    def slopes(
+        self, unknowns: Floats, part: NDArray[np.intp] | None = None, *, by_film: bool = False
+    ) -> tuple[list[Floats], list[Floats]]:
+        """Derivatives (q, channels, samples) of the motion of all impacts, or of those of these numbers, over the
+        noise, and residuals over the noise; by_film: behind them those by the logarithms of the film's coefficient
+        and thickness."""
+        q, step, late = unknowns.shape[1], self.bounces.step, unknowns[:, 0]
+        numbers = np.arange(len(self.measured)) if part is None else part
+        before, after = self._states(unknowns)
+        between, items = self.between[numbers], [self.bounces.items[r] for r in numbers]
+        past = self._flown(
+            self.backward, before, late, between[:, ::-1], self.past[numbers], [one.before for one in items]
         )
-        before, after = self._states(tried)
-        late, times = tried[:, 0], q + 1
-        rise = np.tile((self.between[1] - self.between[0]) / self.bounces.step, times)
-        at = np.tile(self.between[0], times) + rise * late
-        gap = self.model.gap
-
-        def force(after: Floats) -> Floats:
-            return at + rise * after
-
-        back = self.backward.short(before, force, self.film, gap, -late)
-        past = self.backward.fly(back, np.tile(self.past, (1, times)), self.film, gap)
-        ahead = self.onward.short(after, force, self.film, gap, self.bounces.step - late)
-        coming = self.onward.fly(ahead, np.tile(self.next, (1, times)), self.film, gap)
-        seen_past = np.einsum("ci,sin->nsc", self.output, past)
-        seen_next = np.einsum("ci,sin->nsc", self.output, coming)
+        coming = self._flown(
+            self.onward, after, late - step, between, self.next[numbers], [one.after for one in items]
+        )
         slopes, residuals = [], []
-        for r, one in enumerate(self.bounces.items):
-            both = np.concatenate(
-                [seen_past[r::count, : one.before][:, ::-1], seen_next[r::count, : one.after]], axis=1
-            ).transpose(0, 2, 1)
-            residuals.append((self.measured[r] - both[0]) / self.white[r])
-            slopes.append((both[1:] - both[0]) / self.white[r] / steps[:, None, None])
+        for k, r in enumerate(numbers.tolist()):
+            values, by_unknown = (
+                np.concatenate([one[k][::-1], other[k]]) for one, other in zip(past, coming, strict=True)
+            )
+            residuals.append((self.measured[r] - values.T) / self.white[r])
+            slopes.append(by_unknown.transpose(2, 1, 0)[: q + 2 * by_film] / self.white[r])
         return slopes, residuals
+
+    def _flown(
+        self, flow: Flow, states: Varied, begin: Floats, near: Floats, drive: Floats, samples: Sequence[int]
+    ) -> tuple[list[Floats], list[Floats]]:
+        """Of every impact's flight to one side, so many samples (samples, channels) and derivatives (samples, channels,
+        q + 2)."""
+        near_step = np.sign(flow.step) * self.bounces.step
+        assert states.slopes is not None
+        count, columns = len(begin), states.slopes.shape[-1]
+        by_begin, by_log = np.zeros((count, columns)), np.zeros((2, columns))
+        by_begin[:, 0] = by_log[0, -2] = by_log[1, -1] = 1.0
+        launches = Launches(
+            states, Varied(begin, by_begin), Varied(np.zeros((count, 2))),
+            self.film.column(count, by_log=(by_log[0], by_log[1])), np.full(count, self.model.gap), near, near_step,
+        )  # fmt: skip
+        values, slopes = flow.fly(launches, drive, np.array(samples), self.output)
+        cuts = np.cumsum(samples)[:-1]
+        return np.split(values, cuts), np.split(slopes, cuts)
 
 
 def fewer(bounces: Sequence[Bounce], most: int) -> list[Bounce]:

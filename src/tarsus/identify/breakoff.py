@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from tarsus.base.errors import InputError
-from tarsus.identify.flight import SUBSTEPS, Film, Flow
+from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.normal_equations import NormalEquations
 from tarsus.identify.step import LeftOut
@@ -39,10 +39,6 @@ _SETTLED = 1e-3
 """Change of chi-squared at which a joint fit has ended."""
 _JOINT_ROUNDS = 30
 _STUCK = 1e3
-_STEPS = (1e-7, 1e-8, 1e-5, 1e-10, 1e-8)
-"""Steps of the differences for moment [s], places [m], speeds [m/s], force [N] and its drift [N/s]."""
-_LOG_STEP = 1e-3
-_ALIKE = 2.0
 _BEGINNING = 48
 _LOOKING_BACK = 8
 _LANDING = 8
@@ -284,19 +280,19 @@ def _weak() -> Floats:
 
 def _settled(prepared: _Prepared, unknowns: Floats, shared: Floats, rounds: int) -> Floats:
     """Unknowns of every flight for one film, each by Levenberg-Marquardt of its own."""
-    damping = np.full(len(unknowns), 1e-2)
+    kept, damping = unknowns.copy(), np.full(len(unknowns), 1e-2)
+    left = np.arange(len(unknowns))  # those that still fall
     good = prepared.system(unknowns, shared)
-    kept, done = unknowns, np.zeros(len(unknowns), dtype=bool)
     for _ in range(rounds):
-        own, _ = good.solve(_weak(), np.zeros(2), damping, np.inf)
-        tried = prepared.system(kept + own, shared)
+        own, _ = good.solve(_weak(), np.zeros(2), damping[left], np.inf)
+        tried = prepared.system(kept[left] + own, shared, left)
         better = tried.cost < good.cost
         gain = np.where(better, good.cost - tried.cost, 0.0)
-        done = (better & (gain < 1e-3 * good.cost)) | (damping > _STUCK)
-        kept = np.where(better[:, None], kept + own, kept)
-        good = tried.where(better, good)
-        damping = np.where(better, 0.1 * damping, 10.0 * damping)
-        if done.all():
+        done = (better & (gain < 1e-3 * good.cost)) | (damping[left] > _STUCK)
+        kept[left] += np.where(better[:, None], own, 0.0)
+        damping[left] *= np.where(better, 0.1, 10.0)
+        good, left = tried.where(better, good).of(~done), left[~done]
+        if not len(left):
             break
     return kept
 
@@ -329,31 +325,19 @@ def _grounded(model: FootModel) -> Floats:
     return -model.gap * model.row / float(model.row @ model.row)
 
 
-def _alike(counts: NDArray[np.intp]) -> list[NDArray[np.intp]]:
-    """Numbers of flights in groups of similar length, so that short ones do not fly on with long ones."""
-    order = np.argsort(counts, kind="stable")
-    groups: list[list[int]] = [[]]
-    for r in order:
-        if groups[-1] and counts[r] > _ALIKE * counts[groups[-1][0]]:
-            groups.append([])
-        groups[-1].append(int(r))
-    return [np.array(group) for group in groups]
-
-
 class _Prepared:
     """Everything of break-offs that depends on the model but not on the unknowns."""
 
     def __init__(self, offs: BreakOffs, model: FootModel) -> None:
         self.offs, self.model = offs, model
-        self.flow = Flow(model, offs.step / SUBSTEPS)
+        self.flow = of_model(model, offs.step / SUBSTEPS)
         self.free = null_space(model.row[None, :])
         self.grounded = _grounded(model)
         rest = model.rest(offs.level)
-        self.groups = _alike(np.array([one.count for one in offs.items]))
-        longest = max(one.count for one in offs.items)
-        steps = SUBSTEPS * (longest - 1) + 1
-        self.drive = np.zeros((steps, len(offs.items)))
-        self.near = np.zeros((SUBSTEPS * _LOOKING_BACK + 1, len(offs.items)))
+        count = len(offs.items)
+        self.counts = np.array([one.count for one in offs.items])
+        self.drive = np.zeros((count, SUBSTEPS * (int(self.counts.max()) - 1) + 1))
+        self.near = np.zeros((count, SUBSTEPS * _LOOKING_BACK + 1))
         self.measured: list[Floats] = []
         self.white: list[Floats] = []
         for r, one in enumerate(offs.items):
@@ -361,16 +345,13 @@ class _Prepared:
             force = offs.volts[one.trace].force(model.law, model.history, one.first, one.count)
             back = min(one.first, _LOOKING_BACK)
             before = offs.volts[one.trace].force(model.law, model.history, one.first - back, back + 1)
-            self.near[len(self.near) - len(before) :, r] = before
-            self.near[: len(self.near) - len(before), r] = before[0]
-            self.drive[: len(force), r] = force
-            self.drive[len(force) :, r] = force[-1]
+            self.near[r, self.near.shape[1] - len(before) :] = before
+            self.near[r, : self.near.shape[1] - len(before)] = before[0]
+            self.drive[r, : len(force)] = force
             part = slice(one.first, one.first + one.count)
             self.measured.append(np.concatenate([trace.x[:, part] + rest[:, None], trace.v[:, part]]))
             self.white.append(np.concatenate([trace.noise_x, trace.noise_v]))
-        n, points = len(model.row), len(model.points)
-        self.output = np.zeros((2 * points, 2 * n))
-        self.output[:points, :n] = self.output[points:, n:] = model.rows
+        self.output = observed(model)
 
     def states(self, unknowns: Floats) -> Floats:
         """States (2n, nr) at the moments of release."""
@@ -382,44 +363,54 @@ class _Prepared:
     def pulls(self, unknowns: Floats) -> Floats:
         """Pull of the structure (nr,) [N] at the moments of release."""
         late = unknowns[:, 0]
-        force = self._before(np.arange(len(late)), late) + unknowns[:, -2] - unknowns[:, -1] * late
+        force = self._before(late) + unknowns[:, -2] - unknowns[:, -1] * late
         return self.model.pull(self.states(unknowns), force)
 
-    def _before(self, group: NDArray[np.intp], late: Floats) -> Floats:
-        """Drive force [N] by the law at times ``late`` (N,) [s] before the first samples of some flights (N,)."""
-        last = len(self.near) - 1
+    def _before(self, late: Floats) -> Floats:
+        """Drive force [N] by the law at times ``late`` (nr,) [s] before the first samples."""
+        last = self.near.shape[1] - 1
         place = np.clip(last - late / self.flow.step, 0.0, last - 1e-9)
         whole = place.astype(np.intp)
-        part = place - whole
-        return (1.0 - part) * self.near[whole, group] + part * self.near[whole + 1, group]
+        part, flight = place - whole, np.arange(len(late))
+        return (1.0 - part) * self.near[flight, whole] + part * self.near[flight, whole + 1]
 
-    def system(self, unknowns: Floats, shared: Floats) -> NormalEquations:
-        """Flights at the unknowns (nr, q) and the film, and their derivatives by differences."""
+    def launches(self, unknowns: Floats, shared: Floats, numbers: NDArray[np.intp]) -> Launches:
+        """Flights of these numbers at the unknowns (nr, q) and the film (2,), with derivatives by both."""
         count, q = unknowns.shape
-        m = self.free.shape[1]
-        steps = np.array([_STEPS[0], *[_STEPS[1]] * m, *[_STEPS[2]] * m, *_STEPS[3:]])
-        tries, films = [unknowns], [shared]
-        for k in range(q):
-            tried = unknowns.copy()
-            tried[:, k] += steps[k]
-            tries.append(tried)
-            films.append(shared)
-        for k in range(2):
-            tries.append(unknowns)
-            films.append(shared + _LOG_STEP * np.eye(2)[k])
-        scale = np.concatenate([steps, [_LOG_STEP] * 2])[:, None, None]
-        pieces: list[Any] = [None] * count
-        for group in self.groups:
-            flown = self._fly(tries, films, group)
-            for place, r in enumerate(group):
-                # (columns, channels, samples)
-                part = flown[: self.offs.items[r].count, :, place :: len(group)].transpose(2, 1, 0)
-                white = self.white[r][:, None]
-                residual = (self.measured[r] - part[0]) / white
-                slopes = (part[1:] - part[0]) / white / scale
-                flat = slopes.reshape(len(slopes), -1)
-                normal, right = flat @ flat.T, flat @ residual.ravel()
-                pieces[r] = (normal, right, float(np.sum(residual**2)), residual, part[0])
+        n, m = self.free.shape
+        state, begin, offset = (np.zeros((count, *shape, q + 2)) for shape in ((2 * n,), (), (2,)))
+        state[:, :n, 1 : 1 + m] = state[:, n:, 1 + m : 1 + 2 * m] = self.free
+        begin[:, 0] = -1.0
+        offset[:, 0, q - 2] = offset[:, 1, q - 1] = 1.0
+        by_log = np.zeros((2, q + 2))
+        moves = float(_LIMITS[0] < shared[1] < _LIMITS[1])
+        by_log[0, q:], by_log[1, q + 1] = (1.0, 3.0 * moves), moves
+        thickness = float(np.exp(np.clip(shared[1], *_LIMITS)))
+        film = Film(float(np.exp(shared[0])) * thickness**3, thickness)
+        return Launches(
+            Varied(self.states(unknowns).T, state), Varied(-unknowns[:, 0], begin), Varied(unknowns[:, -2:], offset),
+            film.column(count, by_log=(by_log[0], by_log[1])), np.full(count, self.model.gap), self.near[numbers],
+            self.flow.step,
+        )  # fmt: skip
+
+    def system(
+        self, unknowns: Floats, shared: Floats, part: NDArray[np.intp] | None = None
+    ) -> NormalEquations:
+        """All flights, or those of these numbers, at the unknowns (nr, q) and the film, and their derivatives."""
+        q = unknowns.shape[1]
+        numbers = np.arange(len(self.counts)) if part is None else part
+        counts = self.counts[numbers]
+        launches = self.launches(unknowns, shared, numbers)
+        values, by_unknown = self.flow.fly(launches, self.drive[numbers], counts, self.output)
+        pieces: list[Any] = []
+        for r, end, count in zip(numbers.tolist(), np.cumsum(counts), counts, strict=True):
+            own, white = slice(end - count, end), self.white[r][:, None]
+            flown = values[own].T
+            residual = (self.measured[r] - flown) / white
+            flat = (by_unknown[own].transpose(2, 1, 0) / white).reshape(q + 2, -1)
+            pieces.append(
+                (flat @ flat.T, flat @ residual.ravel(), float(np.sum(residual**2)), residual, flown)
+            )
         normal = np.array([one[0] for one in pieces])
         right = np.array([one[1] for one in pieces])
         return NormalEquations(
@@ -433,26 +424,6 @@ class _Prepared:
             tuple(one[3] for one in pieces),
             tuple(one[4] for one in pieces),
         )
-
-    def _fly(self, tries: list[Floats], films: list[Floats], group: NDArray[np.intp]) -> Floats:
-        """Outputs (samples, channels, columns) of some break-offs, columns by try and then by break-off."""
-        unknowns = np.concatenate([tried[group] for tried in tries])
-        stiffness = np.repeat([f[0] for f in films], len(group))
-        thickness = np.exp(np.clip(np.repeat([f[1] for f in films], len(group)), *_LIMITS))
-        film = Film(np.exp(stiffness) * thickness**3, thickness)
-        steps = SUBSTEPS * (max(self.offs.items[r].count for r in group) - 1) + 1
-        part = self.drive[:steps, group]
-        late, missed, drift = unknowns[:, 0], unknowns[:, -2], unknowns[:, -1]
-        time = self.flow.step * np.arange(steps)[:, None]
-        drive = np.tile(part, (1, len(tries))) + missed + drift * time
-        many = np.tile(group, len(tries))
-
-        def force(after: Floats) -> Floats:
-            return self._before(many, late - after) + missed + drift * (after - late)
-
-        start = self.flow.short(self.states(unknowns), force, film, self.model.gap, late)
-        flown = self.flow.fly(start, drive, film, self.model.gap)
-        return np.einsum("ci,sin->scn", self.output, flown)
 
     def result(self, system: NormalEquations, unknowns: Floats, film: FilmGuess) -> Fitted:
         """Pulls with their errors, at the end of a fit."""

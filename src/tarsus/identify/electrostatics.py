@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.draws import carried, newton_draws
-from tarsus.identify.flight import SUBSTEPS, Film, Flow
+from tarsus.identify.flight import SUBSTEPS, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
@@ -35,7 +35,6 @@ LONGEST = 0.1
 _CLOSEST = 0.05
 """Part of the gap below which a foot counts as having touched."""
 _ROUNDS = 25
-_STEP = 1e-4
 _SPREAD = 2.3
 """Standard deviation of the logarithms about the first guess, a factor of ten, which keeps a fit from running
 away."""
@@ -57,9 +56,9 @@ class _Close:
     names: tuple[str, ...]
     centre: Floats
 
-    def film(self, theta: Floats, model: FootModel) -> Film:
-        """Forces for logarithms (p, N) of the constants; those that are not fitted are the model's."""
-        own = dict(zip(self.names, np.exp(np.clip(theta, *_LIMITS)), strict=True))
+    def film(self, theta: Floats, model: FootModel) -> Varied:
+        """Constants (nr, 4) for logarithms (p,), with derivatives by those; what is not fitted is the model's."""
+        own = dict(zip(self.names, np.exp(np.clip(theta, *_LIMITS)).tolist(), strict=True))
         ground = model.scene.ground.acting
         known = {FILM[0]: 0.0, FILM[1]: 1.0, ATTRACTION[0]: 0.0, ATTRACTION[1]: 1.0}
         if ground.film is not None:
@@ -69,52 +68,45 @@ class _Close:
                 ATTRACTION[0]: ground.electrostatic.coefficient,
                 ATTRACTION[1]: ground.electrostatic.offset,
             }
-        return Film(*(own.get(name, known[name]) for name in (*FILM, *ATTRACTION)))
+        every = (*FILM, *ATTRACTION)
+        value = np.array([own.get(name, known[name]) for name in every])
+        slopes = value[:, None] * np.array([[float(one == name) for name in self.names] for one in every])
+        return Varied(np.tile(value, (len(self.traces), 1)), np.tile(slopes, (len(self.traces), 1, 1)))
 
     def system(
         self, model: FootModel, theta: Floats
     ) -> tuple[Floats, Floats, Floats, list[Floats], list[Floats]]:
         """By record: information (nr, p, p), score (nr, p), cost (nr,), residuals and flights."""
         count, p = len(self.traces), len(theta)
-        flow = Flow(model, self.traces[0].step / SUBSTEPS)
+        flow = of_model(model, self.traces[0].step / SUBSTEPS)
         steps = SUBSTEPS * (max(self.counts) - 1) + 1
-        drive, squares = np.zeros((steps, count)), np.zeros((steps, count))
+        drive, squares = np.zeros((count, steps)), np.zeros((count, steps))
         for r, volts in enumerate(self.volts):
             force = volts.force(model.law, model.history, self.first[r], self.counts[r])
             level = volts.fine[SUBSTEPS * self.first[r] :][: len(force)]
-            drive[: len(force), r], squares[: len(level), r] = force, level**2
-            drive[len(force) :, r], squares[len(level) :, r] = force[-1], level[-1] ** 2
-        tries = np.concatenate([theta[:, None], theta[:, None] + _STEP * np.eye(p)], axis=1)
-        film = self.film(np.repeat(tries, count, axis=1), model)
-        start = np.zeros((len(model.flow), count))
-        start[: len(model.row)] = self._start(model)
+            drive[r, : len(force)], squares[r, : len(level)] = force, level**2
+            drive[r, len(force) :], squares[r, len(level) :] = force[-1], level[-1] ** 2
+        start = np.zeros((count, len(model.flow)))
+        start[:, : len(model.row)] = self._start(model).T
         gaps = np.array([model.gap if one.gap is None else one.gap for one in self.traces])
-        many = p + 1
-        flown = flow.fly(
-            np.tile(start, (1, many)),
-            np.tile(drive, (1, many)),
-            film,
-            np.tile(gaps, many),
-            squares=np.tile(squares, (1, many)),
-        )
-        points = len(model.points)
-        output = np.zeros((2 * points, len(start)))
-        output[:points, : len(model.row)] = output[points:, len(model.row) :] = model.rows
-        seen = np.einsum("ci,sin->nsc", output, flown)
-        rest = model.rows @ start[: len(model.row)]
+        counts = np.array(self.counts)
+        launches = from_rest(start, self.film(theta, model), gaps)
+        values, by_theta = flow.fly(launches, drive, counts, observed(model), squares)
+        ends = np.cumsum(counts)
+        rest = model.rows @ start[:, : len(model.row)].T
         information, score, cost = np.zeros((count, p, p)), np.zeros((count, p)), np.zeros(count)
         residuals, flights = [], []
         for r, trace in enumerate(self.traces):
             part = slice(self.first[r], self.first[r] + self.counts[r])
             measured = np.concatenate([trace.x[:, part] + rest[:, [r]], trace.v[:, part]])
             white = np.concatenate([trace.noise_x, trace.noise_v])[:, None]
-            mine = seen[r::count, : self.counts[r]].transpose(0, 2, 1)
-            residual = (measured - mine[0]) / white
-            slopes = ((mine[1:] - mine[0]) / white / _STEP).reshape(p, -1)
+            own = slice(ends[r] - counts[r], ends[r])
+            residual = (measured - values[own].T) / white
+            slopes = (by_theta[own].transpose(2, 1, 0) / white).reshape(p, -1)
             information[r], score[r] = slopes @ slopes.T, slopes @ residual.ravel()
             cost[r] = float(np.sum(residual**2))
             residuals.append(residual)
-            flights.append(mine[0])
+            flights.append(values[own].T)
         return information, score, cost, residuals, flights
 
     def _start(self, model: FootModel) -> Floats:

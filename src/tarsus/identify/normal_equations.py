@@ -39,6 +39,14 @@ class NormalEquations:
         )
         return NormalEquations(*mixed, residuals=residuals, flights=flights)
 
+    def of(self, chosen: NDArray[np.bool_]) -> NormalEquations:
+        """The system of the chosen flights (nr,) alone."""
+        residuals, flights = (
+            tuple(one for one, yes in zip(every, chosen, strict=True) if yes)
+            for every in (self.residuals, self.flights)
+        )
+        return NormalEquations(*(one[chosen] for one in self._arrays()), residuals=residuals, flights=flights)
+
     def _arrays(self) -> tuple[Floats, ...]:
         return self.own, self.across, self.shared, self.right_own, self.right_shared, self.cost, self.count
 

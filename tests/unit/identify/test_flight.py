@@ -9,7 +9,7 @@ from laboratory import LABORATORY
 from tarsus.base.spec import with_values
 from tarsus.experiment.synthesis import rest_state
 from tarsus.files.library import load_scene
-from tarsus.identify.flight import SUBSTEPS, Film, Flow
+from tarsus.identify.flight import SUBSTEPS, Film, Launches, Varied, from_rest, observed, of_model
 from tarsus.identify.foot import FootModel
 from tarsus.solve import simulate
 
@@ -32,13 +32,14 @@ def test_a_flight_is_that_of_the_engine(run, model):
     series = run.at(times)
     states = np.concatenate([series.state.x, series.state.v])
     film = run.scene.ground.film
-    flown = Flow(model, step / SUBSTEPS).fly(
-        states[:, :1], series.force[0][:, None], Film(film.coefficient, film.thickness), model.gap
+    launch = from_rest(
+        states[:, :1].T, Film(film.coefficient, film.thickness).column(1), np.array([model.gap])
     )
+    flown = of_model(model, step / SUBSTEPS).fly(launch, series.force[0][None], np.array([31]), np.eye(4))[0]
     wanted = states[:, ::SUBSTEPS].T
-    assert flown[:, :, 0] == pytest.approx(wanted, abs=2e-4 * np.abs(wanted).max(axis=0).max())
+    assert flown == pytest.approx(wanted, abs=2e-4 * np.abs(wanted).max(axis=0).max())
     size = np.abs(wanted).max(axis=0)
-    assert np.all(np.abs(flown[:, :, 0] - wanted).max(axis=0) < 1e-3 * size)
+    assert np.all(np.abs(flown - wanted).max(axis=0) < 1e-3 * size)
 
 
 def test_short_flights_go_both_ways(run, model):
@@ -46,15 +47,58 @@ def test_short_flights_go_both_ways(run, model):
     release = run.events[run.events["kind"] == 3][1]["time"]
     series = run.at(release + np.array([1e-6, 81e-6]))
     states = np.concatenate([series.state.x, series.state.v])
-    slope = np.diff(series.force[0]) / 80e-6
-    flow = Flow(model, 1e-5)
-    there = flow.short(
-        states[:, :1], lambda t: series.force[0, :1] + slope * t, film, model.gap, np.array([80e-6])
-    )
+    force = series.force[0][None]
+
+    def come(state, begin, near):
+        """The state 80 us beside a launch, on the flight's first sample."""
+        launch = Launches(
+            Varied(state[None]), Varied(np.array([begin])), Varied(np.zeros((1, 2))), film.column(1),
+            np.array([model.gap]), near, -begin,
+        )  # fmt: skip
+        return of_model(model, 1e-5).fly(launch, np.zeros((1, 1)), np.array([1]), np.eye(4))[0][0]
+
+    there = come(states[:, 0], -80e-6, force)
     size = np.abs(states).max(axis=1)
-    assert np.all(np.abs(there[:, 0] - states[:, 1]) < 1e-3 * size)
-    back = flow.short(there, lambda t: series.force[0, 1:] + slope * t, film, model.gap, np.array([-80e-6]))
-    assert np.all(np.abs(back - states[:, :1])[:, 0] < 1e-6 * size)
+    assert np.all(np.abs(there - states[:, 1]) < 1e-3 * size)
+    back = come(there, 80e-6, force[:, ::-1])
+    assert np.all(np.abs(back - states[:, 0]) < 1e-6 * size)
+
+
+def test_derivatives_of_flights_are_those_of_their_arithmetic(run, model):
+    """By eleven unknowns, two blocks of the engine: state, moment, force, drift and all constants at the foot."""
+    random = np.random.default_rng(4)
+    release = run.events[run.events["kind"] == 3][1]["time"]
+    there = run.at(release + np.array([1e-4, 2e-4, 3e-4])).state
+    count, q = 3, 11
+    base = {
+        "state": np.concatenate([there.x, there.v]).T, "begin": np.array([-2e-5, 0.0, -7e-5]),
+        "offset": np.tile([1e-7, 1e-4], (count, 1)),
+        "film": np.tile([2e-21, 5e-5, 2e-21, 2e-5], (count, 1)),
+    }  # fmt: skip
+    slopes = {
+        name: np.abs(value[..., None]) * random.normal(size=(*value.shape, q)) for name, value in base.items()
+    }
+    slopes["begin"] = 1e-5 * random.normal(size=(count, q))
+    drive = run.at(release + np.array([1e-4, 2e-4, 3e-4])).force[0][:, None] + np.linspace(0.0, 1e-7, 31)
+    near = drive[:, :1] + 1e-8 * np.arange(-8, 1)
+    flow = of_model(model, 1e-5)
+
+    def flown(along: float, way: int | None):
+        moved = {
+            name: Varied(value + (0.0 if way is None else along * slopes[name][..., way]), slopes[name])
+            for name, value in base.items()
+        }
+        launch = Launches(**moved, neutral=np.full(count, model.gap), near=near, near_step=1e-5)
+        return flow.fly(launch, drive, np.array([11, 4, 7]), observed(model), np.full(drive.shape, 16.0))
+
+    values, by = flown(0.0, None)
+    assert values.shape == (22, 4) and by.shape == (22, 4, q)
+    for way in range(q):
+        near_by = [flown(k * 1e-5, way)[0] for k in (-2, -1, 1, 2)]
+        wanted = (near_by[0] - 8.0 * near_by[1] + 8.0 * near_by[2] - near_by[3]) / 12e-5
+        if way == 0:
+            assert np.abs(wanted).max() > 1e-8
+        assert np.all(np.abs(by[..., way] - wanted) < 1e-7 * np.abs(wanted).max(axis=0))
 
 
 def test_the_pull_of_a_held_foot_is_the_engines(run, model):

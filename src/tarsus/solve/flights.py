@@ -1,0 +1,166 @@
+"""Free flights of a linear structure near the ground, many at once, with exact derivatives.
+
+State z = (x, v). ``z' = flow z + inputs (F_drive(t), F_foot)``, with film and attraction at the foot along its normal,
+``F_foot = -C g' / (g + g0)^3 - C_e V^2 / (g + g_e)^2``. A step is exact for forces that run straight between its ends;
+the force at the foot at its end is found by two corrections. Derivatives are those of just this arithmetic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from tarsus.core import _native
+
+__all__ = ["SUBSTEPS", "Flow", "Launches", "Varied"]
+
+Floats = NDArray[np.float64]
+
+SUBSTEPS = 3
+"""Steps of the flow per sample."""
+LANES = 8
+"""Derivatives that the engine carries at once."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """Numbers (N, ...) of N flights and their derivatives (N, ..., q) by q unknowns; none unless given."""
+
+    value: Floats
+    slopes: Floats | None = None
+
+    def lanes(self, first: int) -> Floats:
+        """Eight of the derivatives (N, ..., 8) from number ``first`` on; what is missing is zero."""
+        out = np.zeros((*self.value.shape, LANES))
+        if self.slopes is not None:
+            part = self.slopes[..., first : first + LANES]
+            out[..., : part.shape[-1]] = part
+        return out
+
+
+@dataclass(frozen=True)
+class Launches:
+    """How N flights begin, and what they feel at the foot.
+
+    state (N, 2n): at the launch; begin (N,) [s]: when that is, from the first sample; offset (N, 2): force of the drive
+    at the first sample [N] and its drift [N/s], on top of the drive's own; film (N, 4): C [N m^2 s], g0 [m], C_e
+    [N m^2/V^2], g_e [m]; neutral (N,) [m]: gap where x = 0; near (N, nk), near_step [s]: the drive's own force up to
+    the first sample, the last one there.
+    """
+
+    state: Varied
+    begin: Varied
+    offset: Varied
+    film: Varied
+    neutral: Floats
+    near: Floats
+    near_step: float
+
+    @property
+    def unknowns(self) -> int:
+        """Number q of unknowns."""
+        every = (self.state, self.begin, self.offset, self.film)
+        return max((one.slopes.shape[-1] for one in every if one.slopes is not None), default=0)
+
+
+@dataclass(frozen=True)
+class _Launch:
+    """Launches as the engine takes them, with eight derivatives."""
+
+    state: Floats
+    state_slopes: Floats
+    begin: Floats
+    begin_slopes: Floats
+    offset: Floats
+    offset_slopes: Floats
+    film: Floats
+    film_slopes: Floats
+    neutral: Floats
+
+
+class Flow:
+    """Steps of free flights of one structure.
+
+    Parameters
+    ----------
+    flow, inputs
+        ``z' = flow @ z + inputs @ (F_drive, F_foot)``: (2n, 2n), (2n, 2).
+    row
+        Displacement of the foot along its normal from the coordinates (n,).
+    step
+        Length of a step [s]; below zero flights go back in time.
+    """
+
+    def __init__(self, flow: Floats, inputs: Floats, row: Floats, step: float) -> None:
+        self.flow, self.inputs, self.row = (np.ascontiguousarray(one) for one in (flow, inputs, row))
+        self.step = step
+        self.free, self.first, self.last = _maps(self.flow.tobytes(), self.inputs.tobytes(), len(flow), step)
+
+    def fly(
+        self,
+        launches: Launches,
+        drive: Floats,
+        counts: NDArray[np.integer],
+        output: Floats,
+        squares: Floats | None = None,
+        every: int = SUBSTEPS,
+    ) -> tuple[Floats, Floats]:
+        """Samples of flights, one flight after the other, and their derivatives.
+
+        Parameters
+        ----------
+        launches
+            Their beginnings.
+        drive
+            The drive's force [N] at the ends of the steps (N, steps + 1), from the first sample on.
+        counts
+            Samples of each flight (N,).
+        output
+            What is seen of a state (nc, 2n).
+        squares
+            Squared volts [V^2] at the ends of the steps (N, steps + 1), where the foot is attracted.
+        every
+            Steps from one sample to the next.
+
+        Returns
+        -------
+        tuple
+            (samples, nc) and (samples, nc, q).
+        """
+        q, channels = launches.unknowns, len(output)
+        parts = []
+        values = np.zeros((0, channels))
+        volts = np.zeros(0) if squares is None else squares
+        fixed = [np.ascontiguousarray(one, dtype=float) for one in (launches.near, drive, volts)]
+        numbers = np.ascontiguousarray(counts, dtype=np.int64)
+        for first in range(0, max(q, 1), LANES):
+            values, slopes = _native.fly(
+                self, self.step, np.ascontiguousarray(output), _launch(launches, first), fixed[0],
+                launches.near_step, fixed[1], fixed[2], numbers, every,
+            )  # fmt: skip
+            parts.append(slopes.reshape(len(values), channels, LANES))
+        return values, np.concatenate(parts, axis=2)[..., :q]
+
+
+@lru_cache(maxsize=32)
+def _maps(flow: bytes, inputs: bytes, size: int, step: float) -> tuple[Floats, Floats, Floats]:
+    """Maps of a step: of the state (2n, 2n), of the forces at its beginning and of those at its end (2n, 2)."""
+    # exponential of the flow with inputs that run straight: z' = A z + B (w0 + w1 t)
+    block = np.zeros((size + 4, size + 4))
+    block[:size, :size] = np.frombuffer(flow).reshape(size, size) * step
+    block[:size, size : size + 2] = np.frombuffer(inputs).reshape(size, 2) * step
+    block[size : size + 2, size + 2 :] = np.eye(2)
+    whole = expm(block)
+    held, slope = whole[:size, size : size + 2], whole[:size, size + 2 :]
+    return np.ascontiguousarray(whole[:size, :size]), held - slope, np.ascontiguousarray(slope)
+
+
+def _launch(launches: Launches, first: int) -> _Launch:
+    columns = []
+    for one in (launches.state, launches.begin, launches.offset, launches.film):
+        columns += [np.ascontiguousarray(one.value, dtype=float), one.lanes(first)]
+    return _Launch(*columns, neutral=np.ascontiguousarray(launches.neutral, dtype=float))
