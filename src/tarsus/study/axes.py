@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
 
-__all__ = ["AnyAxis", "AnyDesign", "Axis", "Grid", "Linspace", "Logspace", "Sobol", "Values"]
+__all__ = ["AnyAxis", "Axis", "Grid", "Linspace", "Logspace", "Normal", "Sobol", "Values", "sobol_shares"]
 
 Floats = NDArray[np.float64]
 
@@ -120,7 +121,36 @@ class Logspace(Axis):
         return self.start * (self.stop / self.start) ** share
 
 
-AnyAxis = Annotated[Values | Linspace | Logspace, Field(discriminator="kind")]
+class Normal(Axis):
+    """Values scattered about a mean, normally, cut off at `CUT` standard deviations: what is further off is not sold.
+    It has no values on a grid."""
+
+    kind: Literal["normal"] = "normal"
+    mean: float = Field(description="mean")
+    deviation: float = Field(ge=0.0, description="standard deviation before the cut")
+
+    @property
+    def size(self) -> None:
+        return None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.mean - CUT * self.deviation, self.mean + CUT * self.deviation
+
+    def values_on_grid(self) -> Floats:
+        raise InputError("a normal scatter has no values on a grid")
+
+    def at(self, share: Floats) -> Floats:
+        from scipy.special import ndtr, ndtri
+
+        beyond = ndtr(-CUT)
+        return self.mean + self.deviation * ndtri(beyond + share * (1.0 - 2.0 * beyond))
+
+
+CUT = 3.0
+"""Standard deviations at which a scatter is cut off: 0.3 % lie beyond."""
+
+AnyAxis = Annotated[Values | Linspace | Logspace | Normal, Field(discriminator="kind")]
 
 
 class Grid(Description):
@@ -204,6 +234,3 @@ def _sobol_powers(dimensions: int, seed: int, bits: int) -> tuple[NDArray[np.int
             engine.fast_forward(number - engine.num_generated)
         rows.append(np.rint(engine.random(1)[0] * 2.0**SOBOL_BITS).astype(np.int64))
     return rows[0], np.array(rows[1:]) ^ rows[0]
-
-
-AnyDesign = Annotated[Grid | Sobol, Field(discriminator="kind")]
