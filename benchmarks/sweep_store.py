@@ -45,7 +45,8 @@ print(f"{loaded - begin:.2f} s to load, {time.perf_counter() - loaded:.2f} s to 
 def timed(what: str) -> Iterator[None]:
     wall, cpu = time.perf_counter(), time.process_time()
     yield
-    print(f"{what}: {time.perf_counter() - wall:.2f} s ({time.process_time() - cpu:.2f} s of processor time)", flush=True)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    print(f"{what}: {wall:.2f} s ({cpu:.2f} s of processor time)", flush=True)
 
 
 def the_sweep(runs: int, chunk: int) -> Sweep:

@@ -75,8 +75,12 @@ class Scattered(Description):
         dead, weak = counts[0][:, None], counts[1][:, None]
         return np.where(order < dead, 0.0, np.where(order < dead + weak, self.weakness, 1.0))
 
+    def dimensions(self, axes: Mapping[str, Axis]) -> int:
+        """Dimensions of the sequence: the axes, how many parts are dead and weak, and which."""
+        return len(axes) + DRAWS + len(self.parts)
+
     def _shares(self, axes: Mapping[str, Axis], part: slice) -> Floats:
-        return sobol_shares(len(axes) + DRAWS + len(self.parts), self.seed, part)
+        return sobol_shares(self.dimensions(axes), self.seed, part)
 
 
 class Saltelli(Description):
