@@ -66,7 +66,9 @@ def slurm(cpus: int = 2) -> Iterator[Path]:
     path = f"{os.environ['PATH']}:/usr/sbin:/sbin"
     missing = [name for name in NEEDED if shutil.which(name, path=path) is None]
     if missing:
-        raise RuntimeError(f"SLURM's {', '.join(missing)} are not installed (Debian: slurmctld slurmd slurm-client munge)")
+        raise RuntimeError(
+            f"SLURM's {', '.join(missing)} are not installed (Debian: slurmctld slurmd slurm-client munge)"
+        )
     place = Path(tempfile.mkdtemp(prefix="tarsus-slurm-"))
     place.chmod(0o755)  # munge wants its socket to be reachable
     (place / "munge").mkdir(mode=0o755)
@@ -98,7 +100,9 @@ def slurm(cpus: int = 2) -> Iterator[Path]:
         _wait_for_node(place)
         yield place
     finally:
-        subprocess.run(["scancel", "--signal=KILL", "--state=RUNNING"], check=False, capture_output=True, timeout=60)
+        subprocess.run(
+            ["scancel", "--signal=KILL", "--state=RUNNING"], check=False, capture_output=True, timeout=60
+        )
         for daemon in reversed(daemons):
             daemon.send_signal(signal.SIGTERM)
         for daemon in daemons:
@@ -114,9 +118,15 @@ def _wait_for_node(place: Path) -> None:
     """Until the node is idle."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        done = subprocess.run(["sinfo", "--noheader", "--format=%T"], capture_output=True, text=True, timeout=60)
+        done = subprocess.run(
+            ["sinfo", "--noheader", "--format=%T"], capture_output=True, text=True, timeout=60
+        )
         if done.stdout.strip() == "idle":
             return
         time.sleep(0.2)
-    logs = {file.name: file.read_text(errors="replace")[-600:] for file in place.rglob("*") if file.suffix in (".log", ".out")}
+    logs = {
+        file.name: file.read_text(errors="replace")[-600:]
+        for file in place.rglob("*")
+        if file.suffix in (".log", ".out")
+    }
     raise RuntimeError(f"SLURM's node did not come up: {done.stdout} {done.stderr} {logs}")

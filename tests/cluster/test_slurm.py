@@ -130,7 +130,9 @@ def test_killed_requeued_and_cancelled_tasks_lose_nothing(study, alone, tmp_path
 
 
 def _held(job: str) -> bool:
-    return not slurm_says("squeue", "--noheader", "--states=RUNNING,COMPLETING,CONFIGURING", f"--jobs={job}").split()
+    return not slurm_says(
+        "squeue", "--noheader", "--states=RUNNING,COMPLETING,CONFIGURING", f"--jobs={job}"
+    ).split()
 
 
 def test_a_task_uses_the_processors_it_was_given(tmp_path, cluster):
@@ -140,12 +142,12 @@ def test_a_task_uses_the_processors_it_was_given(tmp_path, cluster):
     for count in (1, 2):
         out = tmp_path / f"{count}.txt"
         script = tmp_path / f"{count}.sh"
-        script.write_text(f"#!/bin/sh\nexec {sys.executable} -c \"{code}\"\n", encoding="utf-8")
+        script.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{code}"\n', encoding="utf-8")
         slurm_says("sbatch", "--wait", f"--cpus-per-task={count}", f"--output={out}", str(script))
         until(out.exists, 20.0)
         assert out.read_text(encoding="utf-8").strip() == f"threads {count}"
 
 
 def test_what_slurm_refuses_is_a_sentence(study, tmp_path):
-    with pytest.raises(ts.InputError, match="`sbatch` refused: .*nvalid partition"):
+    with pytest.raises(ts.InputError, match=r"`sbatch` refused: .*nvalid partition"):
         submit(load_sweep(study), tmp_path / "out", "--partition=nowhere", 2, resume=False)

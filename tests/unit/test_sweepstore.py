@@ -121,7 +121,7 @@ def test_a_store_of_an_earlier_layout_says_what_it_needs(tmp_path):
     [
         (errno.ENOSPC, "the disk that holds .* is full: make room; finished parts are kept"),
         (errno.EROFS, "cannot be written .* finished parts are kept"),
-        (errno.ESTALE, "is gone: it was removed"),
+        (errno.ESTALE, "is gone, removed or with its disk"),
         (errno.EIO, "cannot be used .*finished parts are kept"),
     ],
 )

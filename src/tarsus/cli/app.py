@@ -23,11 +23,13 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "movie", "sweep", "branch", "synthesize",
-    "identify", "calibrate", "next", "design", "bench", "doctor", "completion",
+    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "movie", "sweep", "yield", "branch",
+    "synthesize", "identify", "calibrate", "next", "design", "bench", "doctor", "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
-name."""
+name; `MODULES` has those whose name is a word of Python."""
+
+MODULES = {"yield": "yields"}
 
 
 GONE = {
@@ -56,7 +58,9 @@ def build(words: list[str]) -> App:
     )
     own = words[:1] if words and words[0] in VERBS else VERBS
     for verb in own:
-        app.command(getattr(import_module(f"tarsus.cli.{verb}"), verb))
+        name = MODULES.get(verb, verb)
+        found = getattr(import_module(f"tarsus.cli.{name}"), name)
+        app.command(found, name=verb) if name != verb else app.command(found)
     for command in _installed(lambda entry: entry.load()).values() if own is VERBS else ():
         app.command(command)
     return app

@@ -90,7 +90,7 @@ def sweep(
     if slurm is not None or tasks is not None:
         with _writing(folder, overwrite, resume):
             return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume)
-    with _writing(folder, overwrite, resume), _executor(dask, threads) as executor:
+    with _writing(folder, overwrite, resume), executor_for(dask, threads) as executor:
         return _run(chosen, folder, resume, threads, executor, words, json)
 
 
@@ -123,7 +123,8 @@ def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _executor(dask: str | None, threads: int | None) -> Iterator[Executor | None]:
+def executor_for(dask: str | None, threads: int | None = None) -> Iterator[Executor | None]:
+    """Workers of the Dask cluster that `--dask` names, for the length of a block; None without one."""
     if dask is None:
         yield None
         return

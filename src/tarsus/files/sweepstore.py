@@ -57,7 +57,11 @@ UNIT_FILES = tuple(
 """Files of units, as glob patterns."""
 
 SWEEP_FILES = (
-    *(f"{name}{end}" for name in ("study.toml", "scene.toml", PLAN_FILE, COLLECTED_FILE) for end in ("", f".*{_PART}")),
+    *(
+        f"{name}{end}"
+        for name in ("study.toml", "scene.toml", "sobol.json", PLAN_FILE, COLLECTED_FILE)
+        for end in ("", f".*{_PART}")
+    ),
     *(f"laws/*.py{end}" for end in ("", f".*{_PART}")),
     *UNIT_FILES,
     f"{WORKER_FOLDER}/*.json", f"{WORKER_FOLDER}/*{_PART}",

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
+from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description
 
-__all__ = ["AnyAxis", "AnyDesign", "Axis", "Grid", "Linspace", "Logspace", "Sobol", "Values"]
+__all__ = [
+    "AnyAxis", "Axis", "Grid", "Linspace", "Logspace", "Normal", "Sobol", "Values", "keep_powers", "sobol_powers",
+    "sobol_shares",
+]  # fmt: skip
 
 Floats = NDArray[np.float64]
 
@@ -120,7 +123,36 @@ class Logspace(Axis):
         return self.start * (self.stop / self.start) ** share
 
 
-AnyAxis = Annotated[Values | Linspace | Logspace, Field(discriminator="kind")]
+class Normal(Axis):
+    """Values scattered about a mean, normally, cut off at `CUT` standard deviations: what is further off is not sold.
+    It has no values on a grid."""
+
+    kind: Literal["normal"] = "normal"
+    mean: float = Field(description="mean")
+    deviation: float = Field(ge=0.0, description="standard deviation before the cut")
+
+    @property
+    def size(self) -> None:
+        return None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.mean - CUT * self.deviation, self.mean + CUT * self.deviation
+
+    def values_on_grid(self) -> Floats:
+        raise InputError("a normal scatter has no values on a grid")
+
+    def at(self, share: Floats) -> Floats:
+        from scipy.special import ndtr, ndtri
+
+        beyond = ndtr(-CUT)
+        return self.mean + self.deviation * ndtri(beyond + share * (1.0 - 2.0 * beyond))
+
+
+CUT = 3.0
+"""Standard deviations at which a scatter is cut off: 0.3 % lie beyond."""
+
+AnyAxis = Annotated[Values | Linspace | Logspace | Normal, Field(discriminator="kind")]
 
 
 class Grid(Description):
@@ -166,6 +198,10 @@ class Sobol(Description):
             if not isinstance(axis, Values) and axis.size is not None
         ]
 
+    def dimensions(self, axes: Mapping[str, Axis]) -> int:
+        """Dimensions of the sequence."""
+        return len(axes)
+
     def points(self, axes: Mapping[str, Axis], part: slice) -> dict[str, Floats]:
         """Values (k,) of the runs of a part, by axis."""
         shares = sobol_shares(len(axes), self.seed, part)
@@ -179,7 +215,7 @@ def sobol_shares(dimensions: int, seed: int, part: slice) -> Floats:
     number (Antonov and Saleev 1979). The Gray code is linear, so that the points of powers of two give all others.
     """
     numbers = np.arange(part.start, part.stop)
-    first, steps = _sobol_powers(dimensions, seed, max(part.stop - 1, 1).bit_length())
+    first, *steps = sobol_powers(dimensions, seed, part.stop)
     shares = np.repeat(first[None], len(numbers), axis=0)
     for bit, step in enumerate(steps):
         shares[(numbers >> bit) & 1 == 1] ^= step
@@ -189,11 +225,17 @@ def sobol_shares(dimensions: int, seed: int, part: slice) -> Floats:
 SOBOL_BITS = 30
 """Bits of a point: those of scipy unless told otherwise."""
 
+_POWERS: dict[tuple[int, int], NDArray[np.int64]] = {}
+"""What `sobol_powers` found: facts of the sequence, each made once."""
 
-@lru_cache(maxsize=8)
-def _sobol_powers(dimensions: int, seed: int, bits: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The first point (dimensions,) of a sequence, and what separates those of the powers of two (bits, dimensions)
-    from it, as whole numbers of `SOBOL_BITS` bits."""
+
+def sobol_powers(dimensions: int, seed: int, count: int) -> NDArray[np.int64]:
+    """What the first `count` points of a sequence are made of, as whole numbers of `SOBOL_BITS` bits: the first point,
+    then what separates those of the powers of two from it (bits + 1, dimensions)."""
+    bits = max(count - 1, 1).bit_length()
+    known = _POWERS.get((dimensions, seed))
+    if known is not None and len(known) > bits:
+        return known[: bits + 1]
     from scipy.stats import qmc
 
     # scipy before 1.15 knows no rng
@@ -203,7 +245,10 @@ def _sobol_powers(dimensions: int, seed: int, bits: int) -> tuple[NDArray[np.int
         if number > engine.num_generated:
             engine.fast_forward(number - engine.num_generated)
         rows.append(np.rint(engine.random(1)[0] * 2.0**SOBOL_BITS).astype(np.int64))
-    return rows[0], np.array(rows[1:]) ^ rows[0]
+    return keep_powers(dimensions, seed, np.array([rows[0], *(row ^ rows[0] for row in rows[1:])]))
 
 
-AnyDesign = Annotated[Grid | Sobol, Field(discriminator="kind")]
+def keep_powers(dimensions: int, seed: int, powers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Take what a sequence is made of from whoever has found it: loading scipy's takes longer than to read it."""
+    _POWERS[dimensions, seed] = powers
+    return powers

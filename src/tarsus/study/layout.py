@@ -65,7 +65,7 @@ def digest_of(sweep: Sweep, texts: Mapping[str, str]) -> str:
         digest.update(text.encode() + b"\0")
     for part in (slice(0, min(ENDS, sweep.runs)), slice(max(sweep.runs - ENDS, 0), sweep.runs)):
         for values in sweep.points(part).values():
-            digest.update(values.tobytes())
+            digest.update(np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()
 
 

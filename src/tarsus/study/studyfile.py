@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
@@ -14,6 +17,8 @@ from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
 from tarsus.model.laws import Law, load_laws
 from tarsus.model.scene import Scene, override
+from tarsus.study.axes import Sobol, keep_powers, sobol_powers
+from tarsus.study.manufacture import Scattered
 from tarsus.study.sweep import Sweep
 
 __all__ = [
@@ -34,6 +39,8 @@ __all__ = [
 STUDY_FILE = "study.toml"
 SCENE_FILE = "scene.toml"
 LAWS = "laws"
+SOBOL_FILE = "sobol.json"
+"""What a Sobol sequence is made of, so that who continues need not find it again."""
 
 _SHORT = ("volts", "hz", "wave")
 _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
@@ -169,7 +176,12 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
     laws = {f"{LAWS}/{file.name}": file.read_text(encoding="utf-8") for file in files}
     if len(laws) < len(files):
         raise InputError("law files of one sweep need different names")
-    return {STUDY_FILE: tomlkit.dumps(study), SCENE_FILE: scene_text(sweep.scene), **laws}
+    texts = {STUDY_FILE: tomlkit.dumps(study), SCENE_FILE: scene_text(sweep.scene), **laws}
+    if isinstance(sweep.design, Sobol | Scattered):
+        dimensions, seed = sweep.design.dimensions(sweep.vary), sweep.design.seed
+        powers = sobol_powers(dimensions, seed, sweep.runs).tolist()
+        texts[SOBOL_FILE] = json.dumps({"dimensions": dimensions, "seed": seed, "powers": powers}) + "\n"
+    return texts
 
 
 def frozen_sweep(folder: Path) -> Sweep:
@@ -180,6 +192,10 @@ def frozen_sweep(folder: Path) -> Sweep:
     InputError
         With every problem of the files.
     """
+    sobol = folder / SOBOL_FILE
+    if sobol.exists():
+        found = json.loads(sobol.read_text(encoding="utf-8"))
+        keep_powers(found["dimensions"], found["seed"], np.array(found["powers"], dtype=np.int64))
     laws = {
         name: law for file in sorted((folder / LAWS).glob("*.py")) for name, law in load_laws(file).items()
     }

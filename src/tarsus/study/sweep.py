@@ -23,8 +23,9 @@ from tarsus.base.spec import Description, FloatInfo, FrozenDict, float_paths, ge
 from tarsus.base.units import parse_quantity
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
-from tarsus.study.axes import AnyAxis, AnyDesign, Axis, Floats, Grid
+from tarsus.study.axes import AnyAxis, Axis, Floats, Grid, Sobol
 from tarsus.study.cost import MOST_STEPS, estimated_steps
+from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.scores import offered
 
 __all__ = ["MOST_RUNS", "Sweep"]
@@ -40,6 +41,9 @@ LONGEST_UNIT = 3600.0
 
 RESULTS = ("_spread", "_per_foot")
 """What a measure has beside its value, as endings of its name."""
+
+AnyDesign = Annotated[Grid | Sobol | Scattered | Saltelli, Field(discriminator="kind")]
+"""How the runs of a sweep are spread over its axes."""
 
 _AXIS: TypeAdapter[Any] = TypeAdapter(AnyAxis)
 _AxisName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$")]
@@ -228,7 +232,7 @@ def _in_si(item: Any, unit: str) -> Any:
         except InputError as error:
             faults.append((path, str(error)))
 
-    for key in ("start", "stop"):
+    for key in ("start", "stop", "mean", "deviation"):
         if key in out:
             out[key] = convert(out[key], key)
     if isinstance(out.get("values"), (list, tuple)):

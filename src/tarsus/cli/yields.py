@@ -1,0 +1,175 @@
+"""`tarsus yield`: what scatter in manufacture, dead and weak legs, and grounds do to a robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from tarsus.study.yields import Yield
+
+_Many = Annotated[list[str] | None, Parameter(negative=())]
+_Flag = Parameter(negative=())
+
+WALKS = ["mean_speed", "cost_of_transport"]
+"""Measures unless others are asked for: how fast it walks, and at what price."""
+
+
+def yields(
+    scene: str,
+    /,
+    *,
+    scatter: _Many = None,
+    dead: str | None = None,
+    weak: str | None = None,
+    over: _Many = None,
+    measure: _Many = None,
+    require: _Many = None,
+    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    count: int = 1024,
+    draws: int = 64,
+    seed: int = 0,
+    chunk: str = "2 s",
+    law: Annotated[list[Path] | None, _Flag] = None,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    threads: int | None = None,
+    dask: str | None = None,
+    resume: Annotated[bool, _Flag] = False,
+    overwrite: Annotated[bool, _Flag] = False,
+    json: Annotated[bool, _Flag] = False,
+) -> int:
+    """Build many robots with the scatter of a workshop, and say how many are good enough.
+
+    Parameters
+    ----------
+    scene
+        a device (see `tarsus devices`) or a scene file.
+    scatter
+        path=5% or path=value: standard deviation about the scene's own value; `*` in the path stands for every leg,
+        each drawn by itself: "robot.drives.*.law.gain=10%". May be repeated.
+    dead
+        legs=0:5: fewest and most legs whose drive does nothing.
+    weak
+        legs=0:5@60%: fewest and most legs whose drive has so much of its gain left.
+    over
+        path=a:b: grounds between two values; may be repeated.
+    measure
+        a measure to judge by; may be repeated. mean_speed and cost_of_transport when left out.
+    require
+        measure=value: print the share of robots that meet it; may be repeated.
+    set_
+        path=value, as for `tarsus simulate`; may be repeated.
+    count
+        robots.
+    draws
+        draws behind the Sobol indices, a power of 2: they take (legs + grounds + 2) times as many runs; 0 leaves them
+        out.
+    seed
+        of all draws.
+    chunk
+        time that a unit of work takes, or a number of runs.
+    law
+        a Python file with laws of your own; may be repeated.
+    output
+        folder for both sweeps, yield.json and report.html.
+    threads
+        worker threads; by default one for each processor that this process may use.
+    dask
+        run on the workers of a Dask cluster, as `tarsus sweep --dask`.
+    resume
+        continue what the folder holds.
+    overwrite
+        replace what `yield` wrote into the folder before; other files stay.
+    json
+        print one JSON object.
+    """
+    from tarsus.cli import console, requests
+    from tarsus.cli.sweep import executor_for
+    from tarsus.files.jsontext import json_text
+    from tarsus.files.output import OutputFolder
+    from tarsus.files.store import write_text
+    from tarsus.files.sweepstore import SWEEP_FILES
+    from tarsus.report.yield_page import write_yield_report
+    from tarsus.study.sweeping import run_sweep
+    from tarsus.study.yields import read_robots, yield_of
+
+    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
+    robots = read_robots(the_scene, scatter or (), over or (), dead, weak)
+    measures = measure or WALKS
+    wanted = _requirements(require or (), measures, the_scene)
+    size = int(chunk) if chunk.isdecimal() else chunk
+    whole = robots.sweep(count, measures, seed=seed, chunk=size)
+    legs = robots.legs_sweep(draws, measures, seed=seed, chunk=size) if draws else None
+    folder = output if output is not None else Path(f"{Path(scene).stem}.yield")
+    names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
+    target = OutputFolder(folder, "yield", ("yield.json", "report.html", *names), overwrite, resumable=True)
+    target.check(resume=resume)
+    runs = {}
+    with target.writing(resume=resume), executor_for(dask, threads) as executor:
+        for name, sweep in (("robots", whole), ("legs", legs)):
+            if sweep is None:
+                continue
+            with console.progress_bar(name, time_left=True) as progress:
+                runs[name] = run_sweep(
+                    sweep, folder / name, resume=resume and (folder / name).exists(), threads=threads,
+                    executor=executor, progress=lambda done, total, who: progress(done, total, ""),
+                )  # fmt: skip
+        found = yield_of(
+            robots, whole, runs["robots"].file, None if legs is None else (legs, runs["legs"].file)
+        )
+        write_text(folder / "yield.json", json_text(found.table()) + "\n")
+        write_yield_report(found, folder / "report.html")
+    shares = {f"{name}={text}": found.share(name, value) for name, text, value in wanted}
+    if json:
+        console.print_json(found.table() | {"shares": shares, "folder": str(folder)})
+    else:
+        _print(found, shares)
+        print(f"wrote {folder / 'yield.json'}\nwrote {folder / 'report.html'}")
+    return 0
+
+
+def _requirements(words: list[str] | tuple[()], measures: list[str], scene) -> list[tuple[str, str, float]]:
+    """Measure, text and value [SI] of every requirement."""
+    from tarsus.base.errors import InputError
+    from tarsus.base.units import parse_quantity
+    from tarsus.study.scores import offered
+
+    known, problems, out = offered(scene, scene.duration), [], []
+    for word in words:
+        name, _, text = word.partition("=")
+        if name not in measures or name not in known:
+            problems.append(f"--require takes measure=value, one of {', '.join(measures)}; got '{word}'")
+            continue
+        try:
+            out.append((name, text, parse_quantity(text, known[name].unit)))
+        except InputError as error:
+            problems += [f"--require {name}: {one}" for one in error.problems]
+    if problems:
+        raise InputError(problems)
+    return out
+
+
+def _print(found: Yield, shares: dict[str, tuple[float, float, float]]) -> None:
+    from tarsus.base.units import format_quantity
+    from tarsus.study.workunit import OUTCOMES
+
+    print(f"{found.robots.scene.name}: {len(found.lost)} robots")
+    for name, count in found.outcomes.items():
+        print(f"  {count:>8}  {OUTCOMES[name]}")
+    for name in found.measures:
+        curve = found.curves[name]
+        nine = curve.requirement[curve.share >= 0.9]
+        if len(nine):
+            value = float(nine.min() if curve.less else nine.max())
+            word = "at most" if curve.less else "at least"
+            print(f"  nine in ten: {name} {word} {format_quantity(value, curve.unit)}")
+    for word, (share, low, high) in shares.items():
+        print(f"  {word}: {100 * share:.1f} % of robots (95 %: {100 * low:.1f} to {100 * high:.1f})")
+    for name, groups in found.indices.items():
+        if groups:
+            group, one = max(groups.items(), key=lambda item: item[1]["total"])
+            print(
+                f"  scatter of {group} matters most for {name}: {one['total']:.2f} ± {one['total_error']:.2f}"
+            )

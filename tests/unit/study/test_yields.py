@@ -1,0 +1,153 @@
+"""Yield: what is drawn, and what is said of runs whose answer is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import tarsus as ts
+from tarsus.study.axes import CUT, Normal
+from tarsus.study.manufacture import Saltelli, Scattered
+from tarsus.study.studyfile import frozen_texts, read_sweep
+from tarsus.study.yields import _curve, _difference, _wilson, read_robots
+from walking_devices import creeping_millipede
+
+GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
+FRICTION = "ground.friction.coefficient"
+
+
+@pytest.fixture(scope="module")
+def millipede() -> ts.Scene:
+    return ts.load_scene("millipede-30")
+
+
+def robots(scene: ts.Scene, **words):
+    given = {"scatter": [f"{GAIN}=10%", f"{STIFF}=5%"], "over": [f"{FRICTION}=0.3:0.5"], "dead": "legs=0:5"}
+    return read_robots(scene, **(given | words))
+
+
+def test_a_scatter_has_the_quantiles_of_a_normal_one():
+    axis = Normal(mean=5.0, deviation=2.0)
+    share = (np.arange(4000) + 0.5) / 4000
+    assert np.abs(axis.at(share) - stats.truncnorm(-CUT, CUT, 5.0, 2.0).ppf(share)).max() < 1e-9
+    assert axis.ends == (-1.0, 11.0)
+
+
+def test_every_leg_is_drawn_by_itself_and_some_are_dead(millipede):
+    sweep = robots(millipede, weak="legs=1:2@60%").sweep(512, ["mean_speed"])
+    points, design = sweep.points(), sweep.design
+    assert len(points) == 61 and isinstance(design, Scattered) and len(design.parts) == 30
+    left = design.left(sweep.vary, slice(0, 512))
+    dead, weak = (left == 0.0).sum(axis=1), (left == 0.6).sum(axis=1)
+    assert np.bincount(dead).tolist() == pytest.approx([512 / 6] * 6, abs=3) and set(weak) == {1, 2}
+    assert (left == 0.0).sum(axis=0).min() > 20  # every leg dies in some
+    gains = np.column_stack([points[name] / sweep.vary[name].mean for name in design.parts])
+    assert np.array_equal(gains == 0.0, left == 0.0)
+    sound = np.where(left == 1.0, gains, np.nan)
+    assert np.nanstd(sound) == pytest.approx(0.1, rel=0.05) and np.nanmean(sound) == pytest.approx(
+        1.0, abs=0.01
+    )
+    assert abs(np.corrcoef(points[GAIN.replace("*", "L1")], points[GAIN.replace("*", "R9")])[0, 1]) < 0.12
+    assert np.array_equal(sweep.points(slice(77, 99))[FRICTION], points[FRICTION][77:99])
+
+
+def test_robots_survive_being_written_and_read(millipede, tmp_path):
+    for sweep in (
+        robots(millipede).sweep(8, ["mean_speed"]),
+        robots(millipede).legs_sweep(2, ["mean_speed"]),
+    ):
+        assert sweep is not None
+        for name, text in frozen_texts(sweep).items():
+            (tmp_path / name).write_text(text, encoding="utf-8")
+        again = read_sweep(tmp_path / "study.toml")
+        assert again.design == sweep.design
+        for axis, values in sweep.points().items():
+            assert np.array_equal(again.points()[axis], values)
+
+
+def test_groups_are_legs(millipede):
+    sweep = robots(millipede).legs_sweep(4, ["mean_speed"])
+    assert sweep is not None and isinstance(sweep.design, Saltelli)
+    assert sweep.design.names[:3] == ("L1", "R1", "L2") and sweep.design.names[-1] == FRICTION
+    assert sweep.runs == 4 * (31 + 2)
+    assert (
+        robots(millipede, scatter=[f"{FRICTION}=1%"], over=(), dead=None).legs_sweep(4, ["mean_speed"])
+        is None
+    )
+
+
+def test_indices_are_those_of_a_sum():
+    """Y = 3 a1 + 2 a2 + b, all uniform: the group of both a makes 13/14 of the variance, alone and in all."""
+    design = Saltelli(count=1024, seed=1, groups=("a", "a", "b"))
+    from tarsus.study.axes import Linspace
+
+    axes = {name: Linspace(start=0.0, stop=1.0) for name in ("a1", "a2", "b")}
+    points = design.points(axes, slice(0, design.runs(axes)))
+    found = design.indices(3.0 * points["a1"] + 2.0 * points["a2"] + points["b"])
+    for word in ("first", "total"):
+        assert found["a"][word] == pytest.approx(13 / 14, abs=0.02)
+        assert found["b"][word] == pytest.approx(1 / 14, abs=0.02)
+
+
+def test_indices_of_a_product_are_told_apart():
+    """Y = a b, uniform about 0: nothing alone, everything together."""
+    from tarsus.study.axes import Linspace
+
+    design = Saltelli(count=2048, seed=3, groups=("a", "b"))
+    axes = {name: Linspace(start=-1.0, stop=1.0) for name in "ab"}
+    points = design.points(axes, slice(0, design.runs(axes)))
+    found = design.indices(points["a"] * points["b"])
+    assert abs(found["a"]["first"]) < 0.05 and found["a"]["total"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_intervals_cover_what_they_say():
+    rng, share = np.random.default_rng(5), 0.9
+    inside = [
+        low <= share <= high
+        for _, low, high in (_wilson(int(n), 200) for n in rng.binomial(200, share, 4000))
+    ]
+    assert 0.93 < np.mean(inside) < 0.97
+    assert _wilson(0, 50)[1] == 0.0 and 0.0 < _wilson(0, 50)[2] < 0.1
+
+
+def test_a_curve_counts_failed_robots_as_failing():
+    values = np.array([1.0, 2.0, 3.0, np.nan])
+    curve = _curve("mean_speed", "m/s", values)
+    assert curve.share[0] == 0.75 and curve.share[-1] == 0.25 and not curve.less
+    assert (np.diff(curve.share) <= 0.0).all() and (curve.low < curve.share).all()
+    less = _curve("cost_of_transport", "1", values)
+    assert less.share[-1] == 0.75 and less.less
+
+
+def test_a_dead_leg_costs_what_it_costs():
+    rng = np.random.default_rng(2)
+    dead = rng.random(4000) < 0.2
+    cost, error = _difference(5.0 + rng.normal(size=4000) - 0.7 * dead, dead)
+    assert abs(cost + 0.7) < 3.0 * error and error == pytest.approx(np.sqrt(1 / 800 + 1 / 3200), rel=0.1)
+    assert np.isnan(_difference(np.ones(10), np.zeros(10, bool))[0])
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            {"scatter": ["robot.drives.*.law.gian=5%"]},
+            r"--scatter takes path=5%.*got 'robot\.drives\.\*\.law\.gian",
+        ),
+        ({"scatter": ["robot.feet.*.gap=5%"]}, "5% of 0 is nothing: give the standard deviation as a value"),
+        ({"scatter": [f"{GAIN}=2 V"]}, "--scatter .*N/V"),
+        ({"dead": "5"}, "--dead takes legs=fewest:most, got '5'"),
+        ({"weak": "legs=0:3@x"}, "--weak takes legs=fewest:most@60%"),
+        ({"over": ["ground.friction=0.3:0.5"]}, "--over takes path=a:b"),
+        ({"scatter": (), "dead": None, "over": ()}, "nothing is scattered"),
+    ],
+)
+def test_words_that_mean_nothing_are_told(millipede, words, said):
+    with pytest.raises(ts.InputError, match=said):
+        robots(millipede, **words)
+
+
+def test_more_dead_legs_than_legs_are_refused():
+    with pytest.raises(ts.InputError, match=r"at most 5 dead and 0 weak of \d parts is too many"):
+        read_robots(creeping_millipede(), (), (), "legs=0:5").sweep(8, ["mean_speed"])
