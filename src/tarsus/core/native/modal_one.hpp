@@ -99,8 +99,15 @@ TARSUS_INLINE Row film_after(const Row& film, const Row& inverse, const Row& cha
   return film * (1.0 + x * (3.0 * x - 2.0));
 }
 
-// Sweeps for the nodal gaps from those under the first node's film, held constant.
-TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap, Row& film) {
+// A change of the gap by this part of what the film is inverse to: its momentum follows by the series above to 4e-6 of itself.
+constexpr double SLIGHT = 0.01;
+
+// Sweeps for the nodal gaps from those under the first node's film, held constant; reach: how far a unit of momentum moves
+// the gap. A change x of the gap changes the film P = half / (g + g0)^2 by 2 P x / (g + g0), and that moves the gap by no
+// more than reach times as much: where half the tolerance is not exceeded, another sweep would find nothing.
+TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, double reach, Row& gap,
+                             Row& film) {
+  const Row bound = Row(0.25 * tolerance / reach);
   Row rows[N];
   for (int j = 0; j < N; j++) rows[j] = load(effect + N * j);
   double before = INF;
@@ -109,7 +116,8 @@ TARSUS_INLINE bool sweep_one(const OneFoot& foot, const double* effect, const Ro
     reciprocals(gap + foot.thickness, Row(foot.half), inverse, scaled);
     const Row tried = scaled * inverse, found = combined(linear, rows, tried), change = found - gap, moved = magnitude(change);
     gap = found;
-    if (!any_not_below(moved, Row(tolerance))) {
+    const Row part = moved * inverse;
+    if (!any_not_below(part * larger(tried, bound * (1.0 / SLIGHT)), bound)) {
       film = film_after(tried, inverse, change);
       return true;
     }
@@ -159,7 +167,7 @@ TARSUS_INLINE double attempt_free(Modal& m, const OneFoot& foot, const StepClass
       runs_deep(m, 0, gap);
       return UNSETTLED;
     }
-    if (!sweep_one(foot, effect, linear, tolerance, gap, film)) return UNSETTLED;
+    if (!sweep_one(foot, effect, linear, tolerance, step.reach[0], gap, film)) return UNSETTLED;
   }
   m.outputs[0] = gap;
   m.values[0] = film;
