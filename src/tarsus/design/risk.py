@@ -24,6 +24,11 @@ class Risk(ABC):
     def name(self) -> str:
         """As typed."""
 
+    @property
+    @abstractmethod
+    def tail(self) -> float:
+        """Share of the worst grounds whose mean it is: 0 the worst alone, 1 the mean of all."""
+
     @abstractmethod
     def __call__(self, scores: Floats, weights: Floats) -> Floats:
         """One number (n,) a candidate, of scores (n, ng) on grounds of weights (ng,) of sum 1; the first ground is the
@@ -38,6 +43,10 @@ class Nominal(Risk):
     def name(self) -> str:
         return "nominal"
 
+    @property
+    def tail(self) -> float:
+        return 0.0
+
     def __call__(self, scores: Floats, weights: Floats) -> Floats:
         return scores[:, 0]
 
@@ -50,6 +59,10 @@ class Worst(Risk):
     def name(self) -> str:
         return "worst"
 
+    @property
+    def tail(self) -> float:
+        return 0.0
+
     def __call__(self, scores: Floats, weights: Floats) -> Floats:
         return scores.max(axis=1)
 
@@ -61,6 +74,10 @@ class Mean(Risk):
     @property
     def name(self) -> str:
         return "mean"
+
+    @property
+    def tail(self) -> float:
+        return 1.0
 
     def __call__(self, scores: Floats, weights: Floats) -> Floats:
         return scores @ weights
@@ -75,6 +92,10 @@ class CVaR(Risk):
     @property
     def name(self) -> str:
         return f"cvar:{self.level:g}"
+
+    @property
+    def tail(self) -> float:
+        return 1.0 - self.level
 
     def __call__(self, scores: Floats, weights: Floats) -> Floats:
         order = np.argsort(-scores, axis=1)

@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.design import shown
 from tarsus.design.energy import Energy, period_rises
+from tarsus.design.landing_search import DENSE, Candidate, Searcher
 from tarsus.design.learning import Learning, learn_on_hidden_grounds
-from tarsus.design.over import Box, Ensemble, Grounds
-from tarsus.design.polish import polish
-from tarsus.design.pulses import Family, families
+from tarsus.design.over import Box, Grounds
+from tarsus.design.pulses import families
 from tarsus.design.request import Options, Request, request_of
-from tarsus.design.risk import Nominal, Risk, Worst
-from tarsus.design.search import Archive, Budget, descend, search
+from tarsus.design.risk import Risk
 from tarsus.design.settling import Regime, regime_of, settled_periods
 from tarsus.design.target import Target
 from tarsus.design.timer import neighbours
 from tarsus.design.trials import Landings, Trials
-from tarsus.design.worst_ground import Attack, Round, attack, close_gap
+from tarsus.design.worst_ground import Attack, Round
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
 
@@ -34,29 +33,6 @@ Progress = Callable[[int, int, str], None]
 
 SAMPLE = 48
 """Signals that the time to settle is measured on."""
-MEAN_GROUNDS = 48
-"""Grounds that stand for a box where a risk averages over it: a search runs every candidate on all of them."""
-DENSE = 2048
-"""Grounds of the last, dense look at a box, before the climb from its worst regions."""
-ROUNDS = 6
-"""Rounds of cutting planes at most; the cantilever needs one or two."""
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A signal by its plateaus: levels [V] and durations [s] (S,), with its pairs; where it came from, the family's
-    number and the point (nu,) of the unit cube, is empty for the plain step."""
-
-    levels: Floats
-    durations: Floats
-    pairs: int
-    number: int = 0
-    point: Floats = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def rows(self) -> tuple[Floats, Floats]:
-        return self.levels[None], self.durations[None]
-
 
 @dataclass(frozen=True)
 class FrontPoint:
@@ -192,19 +168,18 @@ def landing(
 
 
 class _Designer:
-    """The search of one request."""
+    """The design of one request: what the plain step does, the searches, and what is told of the best."""
 
     def __init__(self, request: Request, progress: Progress) -> None:
-        self.request, self.progress = request, progress
+        self.request = request
         options, step = request.options, request.step
-        self.rng = np.random.default_rng([options.seed, 5])
         self.trials = Trials(request.scene, request.drive, request.foot, step.period, threads=options.threads)
         paths = request.over.paths if request.over is not None else ()
         self.nominal = Grounds.nominal(request.scene, paths)
         levels, durations = step.plain()
         self.settle = self._settle()
         self.trials.periods = self.settle
-        self.plain = Candidate(levels[0], durations[0], 0)
+        plain = Candidate(levels[0], durations[0], 0)
         before = self.trials(levels, durations, self.nominal)
         if not before.touchdowns[0, 0] > 0.0:
             where = "stays on the ground" if before.contact[0, 0] > 0.0 else "stays in the air"
@@ -213,7 +188,7 @@ class _Designer:
                 f"{step.support:g} V it {where}"
             )
         self.target = Target(options.objective, before, options.contact, options.lift, options.ringing)
-        self.archives: dict[int, tuple[list[Family], Archive]] = {}
+        self.search = Searcher(request, self.trials, self.target, plain, progress)
 
     def _settle(self) -> int:
         step = self.request.step
@@ -223,167 +198,18 @@ class _Designer:
         placed = step.place(choices, numbers, rng.random((SAMPLE, step.unknowns(1))))
         return settled_periods(self.trials, *placed, self.nominal)
 
-    def budget(self, share: float = 1.0) -> Budget:
-        """A search's length: the more unknowns the longer."""
-        effort = self.request.options.effort * share
-        return Budget(
-            max(int(8000 * effort), 64), max(int(60 * effort), 2), max(int(72 * min(effort, 1.5)), 6)
-        )
-
-    def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
-        return float(risk(self.target.scores(self.trials(*one.rows, grounds)), grounds.weights)[0])
-
-    def nominal_designs(self) -> list[Candidate]:
-        """The best design for the nominal ground with 0, 1, ... pairs; none is worse than that with one pair less."""
-        found = [self.plain]
-        for pairs in range(1, self.request.pairs + 1):
-            self.progress(pairs - 1, 2 * self.request.pairs, f"{pairs} pairs, nominal ground")
-            choices, archive = self._search(pairs, self.nominal, Nominal(), self.budget())
-            self.archives[pairs] = choices, archive
-            best = self._candidate(pairs, int(archive.best(1)[0]))
-            worse = self.score(best, self.nominal, Nominal()) > self.score(found[-1], self.nominal, Nominal())
-            found.append(found[-1] if worse else best)
-        return found
-
-    def _search(
-        self, pairs: int, grounds: Grounds, risk: Risk, budget: Budget
-    ) -> tuple[list[Family], Archive]:
-        step = self.request.step
-        choices = families(step, pairs)
-        cost = self._cost(choices, grounds, risk)
-        starts = None
-        if pairs - 1 in self.archives:
-            before, archive = self.archives[pairs - 1]
-            made = [
-                step.children(before[archive.numbers[row]], archive.points[row], choices)
-                for row in archive.best(3)
-            ]
-            starts = np.concatenate([n for n, _ in made]), np.concatenate([x for _, x in made])
-        return choices, search(cost, len(choices), step.unknowns(pairs), budget, self.rng, starts)
-
-    def _cost(self, choices: list[Family], grounds: Grounds, risk: Risk) -> Callable[..., Floats]:
-        def cost(numbers: NDArray[np.int64], points: Floats) -> Floats:
-            placed = self.request.step.place(choices, numbers, points)
-            return risk(self.target.scores(self.trials(*placed, grounds)), grounds.weights)
-
-        return cost
-
-    def _candidate(self, pairs: int, row: int) -> Candidate:
-        choices, archive = self.archives[pairs]
-        levels, durations = self.request.step.place(
-            choices, archive.numbers[row : row + 1], archive.points[row : row + 1]
-        )
-        return Candidate(levels[0], durations[0], pairs, int(archive.numbers[row]), archive.points[row])
-
-    def _polished(self, one: Candidate, grounds: Grounds) -> Candidate:
-        if not len(one.point):
-            return one
-        choices = self.archives[one.pairs][0]
-        cost = self._cost(choices, grounds, self.request.risk)
-        generations = max(int(40 * self.request.options.effort), 4)
-        point, _ = polish(cost, one.number, one.point, self.rng, generations=generations)
-        levels, durations = self.request.step.place(choices, np.array([one.number]), point[None])
-        return replace(one, levels=levels[0], durations=durations[0], point=point)
-
-    def robust_designs(self, nominal: list[Candidate]) -> tuple[list[Candidate], Grounds, tuple[Round, ...]]:
-        """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
-        over, risk = self.request.over, self.request.risk
-        if over is None or isinstance(risk, Nominal):
-            return nominal, self.nominal, ()
-        if isinstance(over, Ensemble):
-            grounds = over.grounds(self.request.scene)
-        elif isinstance(risk, Worst):
-            grounds = self.nominal.with_more(over.first())
-        else:
-            grounds = self.nominal.with_more(over.spread(MEAN_GROUNDS, self.request.options.seed))
-        found, rounds = [self.plain], ()
-        for pairs in range(1, self.request.pairs + 1):
-            self.progress(
-                self.request.pairs + pairs - 1,
-                2 * self.request.pairs,
-                f"{pairs} pairs, {len(grounds)} grounds",
-            )
-            if isinstance(over, Box) and isinstance(risk, Worst):
-                best, grounds, rounds = self._cutting_planes(pairs, over, grounds)
-            else:
-                best = self._on_fixed_grounds(pairs, grounds)
-            judged = [one for one in (best, found[-1], nominal[pairs])]
-            scores = [self._judge(one, grounds) for one in judged]
-            found.append(judged[int(np.argmin(scores))])
-        return found, grounds, rounds
-
-    def _judge(self, one: Candidate, grounds: Grounds) -> float:
-        """Score by the risk, of a box's worst by a dense look."""
-        over = self.request.over
-        if isinstance(over, Box) and isinstance(self.request.risk, Worst):
-            return self._strike(one, DENSE // 4).score
-        return self.score(one, grounds, self.request.risk)
-
-    def _best_of(self, one: Candidate, other: Candidate, grounds: Grounds) -> Candidate:
-        return other if self._judge(other, grounds) <= self._judge(one, grounds) else one
-
-    def _on_fixed_grounds(self, pairs: int, grounds: Grounds) -> Candidate:
-        choices, archive = self.archives[pairs]
-        cost = self._cost(choices, grounds, self.request.risk)
-        self.archives[pairs] = choices, self._descended(archive, cost, self.budget(0.5), 24)
-        return self._candidate(pairs, int(self.archives[pairs][1].best(1)[0]))
-
-    def _descended(
-        self, archive: Archive, cost: Callable[..., Floats], budget: Budget, count: int
-    ) -> Archive:
-        """The best of an archive judged by another cost, and followed down by it."""
-        rows = archive.best(max(8 * count, 64), near=0.03)
-        again = Archive.empty(archive.points.shape[1])
-        again.add(
-            archive.numbers[rows], archive.points[rows], cost(archive.numbers[rows], archive.points[rows])
-        )
-        first = again.best(count)
-        descend(cost, again, again.numbers[first], again.points[first], budget, self.rng, step=0.05)
-        return again
-
-    def _cutting_planes(
-        self, pairs: int, box: Box, grounds: Grounds
-    ) -> tuple[Candidate, Grounds, tuple[Round, ...]]:
-        choices, archive = self.archives[pairs]
-        state = {"archive": archive, "round": 0, "grounds": grounds}
-
-        def improve(points: Floats) -> tuple[Floats, list[Candidate]]:
-            active = replace_points(state["grounds"], points)
-            state["grounds"] = active
-            first = state["round"] == 0
-            state["round"] += 1
-            cost = self._cost(choices, active, Worst())
-            budget = self.budget(1.0 if first else 0.6)
-            state["archive"] = self._descended(state["archive"], cost, budget, 32 if first else 12)
-            self.archives[pairs] = choices, state["archive"]
-            rows = state["archive"].best(3)
-            return state["archive"].costs[rows], [self._candidate(pairs, int(row)) for row in rows]
-
-        best, _, rounds = close_gap(improve, lambda one: self._strike(one, 256), grounds.points(), ROUNDS)
-        return best, state["grounds"], tuple(rounds)
-
-    def _strike(self, one: Candidate, count: int) -> Attack:
-        box = self.request.over
-        assert isinstance(box, Box)
-
-        def hurt(points: Floats) -> Floats:
-            grounds = replace_points(self.nominal, points)
-            return self.target.scores(self.trials(*one.rows, grounds))[0]
-
-        return attack(box, hurt, count, np.random.default_rng([self.request.options.seed, 11]))
-
     def design(self, learn: int) -> LandingDesign:
         """The whole design."""
         request = self.request
-        nominal = self.nominal_designs()
-        robust, grounds, rounds = self.robust_designs(nominal)
-        chosen = self._best_of(robust[-1], self._polished(robust[-1], grounds), grounds)
+        nominal = self.search.nominal_designs()
+        robust, grounds, rounds = self.search.robust_designs(nominal)
+        chosen = robust[-1]
         rounded, loss = self._rounded(chosen, grounds)
-        struck = self._strike(rounded, DENSE) if isinstance(request.over, Box) else None
+        struck = self.search.strike(rounded, DENSE) if isinstance(request.over, Box) else None
         nominal_worst = np.nan
         if struck is not None:
             grounds = grounds.with_more(struck.grounds)
-            nominal_worst = self._worst_speed(nominal[-1], self._strike(nominal[-1], DENSE // 4), grounds)
+            nominal_worst = self._worst_speed(nominal[-1], self.search.strike(nominal[-1], DENSE // 4), grounds)
         on_grounds = self.trials(*rounded.rows, grounds)
         worst = float(on_grounds.speed.max()) if request.over is not None else np.nan
         signal = request.step.signal(rounded.levels, rounded.durations)
@@ -394,7 +220,7 @@ class _Designer:
             request, signal, request.step.signal(chosen.levels, chosen.durations), chosen.pairs,
             self.target.plain, self.trials(*rounded.rows, self.nominal),
             regime_of(self.trials, *rounded.rows, self.nominal), grounds, on_grounds,
-            self.trials(*self.plain.rows, grounds), worst, nominal_worst, struck, rounds, loss,
+            self.trials(*self.search.plain.rows, grounds), worst, nominal_worst, struck, rounds, loss,
             self._front(nominal, robust), self.trials.runs, self.settle, learning,
         )  # fmt: skip
 
@@ -404,7 +230,7 @@ class _Designer:
     def _rounded(self, one: Candidate, grounds: Grounds) -> tuple[Candidate, float]:
         """The best neighbour in whole ticks and whole millivolts, and what rounding costs [m/s]."""
         request = self.request
-        ticks = neighbours(one.durations, request.ticks, self.rng)
+        ticks = neighbours(one.durations, request.ticks, self.search.rng)
         durations = np.asarray(ticks * (request.step.period / request.ticks), dtype=np.float64)
         levels = np.tile(np.round(one.levels, 3), (len(ticks), 1))
         risk = request.risk
@@ -419,7 +245,7 @@ class _Designer:
         search met on its way."""
         step, energy = self.request.step, Energy(self.request.actuator)
         rows = [(one.levels, one.durations, one.pairs) for one in (*nominal, *robust)]
-        for pairs, (choices, archive) in self.archives.items():
+        for pairs, (choices, archive) in self.search.archives.items():
             placed = step.place(choices, archive.numbers, archive.points)
             kept = _undominated(archive.costs, period_rises(placed[0]))
             rows += [(placed[0][i], placed[1][i], pairs) for i in kept[:12]]
@@ -436,12 +262,6 @@ class _Designer:
         rises = np.array([period_rises(np.array([p.signal.levels]))[0] for p in points])
         kept = _undominated(np.array([p.speed for p in points]), rises)
         return tuple(points[i] for i in kept)
-
-
-def replace_points(grounds: Grounds, points: Floats) -> Grounds:
-    """Grounds of the same paths with other values (ng, np), of equal weight."""
-    values = {path: points[:, i] for i, path in enumerate(grounds.values)}
-    return Grounds(values, np.full(len(points), 1.0 / len(points)))
 
 
 def _undominated(first: Floats, second: Floats) -> list[int]:

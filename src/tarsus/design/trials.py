@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -16,7 +16,9 @@ from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
 from tarsus.solve.codes import EventColumns
 from tarsus.solve.engines import Shared
+from tarsus.solve.gradients import GradientBatch, GradientRun
 from tarsus.solve.results import Batch, Part
+from tarsus.solve.simulate import simulate
 
 __all__ = ["Landings", "Trials", "landings_of"]
 
@@ -86,12 +88,45 @@ class Trials:
         """Runs (nr,) of signals (nr, S) with other numbers (nr,) by path."""
         self.runs += len(levels)
         scene = self.with_signal(OnOff(levels=tuple(levels[0]), durations=tuple(durations[0]), repeat=True))
-        head = f"signals.{self.drive}"
-        vary = {f"{head}.durations.{i}": column for i, column in enumerate(durations.T)}
-        vary |= {f"{head}.levels.{i}": column for i, column in enumerate(levels.T) if np.ptp(column) > 0.0}
+        paths = self.paths(levels.shape[1])
+        columns = [*durations.T, *(column if np.ptp(column) > 0.0 else None for column in levels.T)]
+        vary = {path: own for path, own in zip(paths, columns, strict=True) if own is not None}
         return simulate_batch(
             scene, vary | dict(values), self.periods * self.period, threads=self.threads, shared=self._shared
         )
+
+    def sloped(
+        self, levels: Floats, durations: Floats, values: Mapping[str, Floats], moving: Sequence[int]
+    ) -> tuple[GradientRun, ...]:
+        """Runs (nr,) of one signal (S,) on grounds of other numbers (nr,) by path, with derivatives by those of
+        ``moving`` among `paths`."""
+        scene = self.with_signal(OnOff(levels=tuple(levels), durations=tuple(durations), repeat=True))
+        every = self.paths(len(levels))
+        found = simulate_batch(
+            scene, values, self.periods * self.period, threads=self.threads, shared=self._shared,
+            gradients=[every[i] for i in moving],
+        )  # fmt: skip
+        assert isinstance(found, GradientBatch)
+        self.runs += len(found)
+        return found.made
+
+    def approach(self, levels: Floats, durations: Floats, until: float) -> tuple[float, Floats]:
+        """An instant [s] of the last period counted, ``until`` or just before the foot first touches where that comes
+        first, and the structure's displacements and velocities (2n,) then."""
+        self.runs += 1
+        scene = self.with_signal(OnOff(levels=tuple(levels), durations=tuple(durations), repeat=True))
+        since = (self.periods - self.counted) * self.period
+        run = simulate(scene, since + until)
+        events = run.events
+        own = events["foot"] == list(scene.robot.feet).index(self.foot)
+        hits = events["time"][own & np.isin(events["kind"], IMPACTS) & (events["time"] > since)]
+        time = float(hits[0]) * (1.0 - 1e-12) if len(hits) else since + until
+        found = run.states(np.array([time]))
+        return time - since, np.concatenate([found.x[:, 0], found.v[:, 0]])
+
+    def paths(self, plateaus: int) -> list[str]:
+        """Of the durations, then of the levels, of a signal's plateaus."""
+        return [f"signals.{self.drive}.{name}.{i}" for name in ("durations", "levels") for i in range(plateaus)]
 
     def with_signal(self, signal: OnOff) -> Scene:
         """The scene with this signal."""
