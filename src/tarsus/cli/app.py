@@ -84,7 +84,8 @@ def _installed(found_by: Callable[[EntryPoint], T]) -> dict[str, T]:
 
 def _front_page() -> str:
     """The help of the whole, for which no verb is loaded."""
-    own = {verb: front.first_sentence(f"tarsus.cli.{verb}", verb) for verb in VERBS}
+    modules = {verb: MODULES.get(verb, verb) for verb in VERBS}
+    own = {verb: front.first_sentence(f"tarsus.cli.{name}", name) for verb, name in modules.items()}
     return front.front_page(own | _installed(lambda entry: front.first_sentence(entry.module, entry.attr)))
 
 
