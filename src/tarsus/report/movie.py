@@ -72,7 +72,7 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
     Raises
     ------
     InputError
-        For a robot without legs of its own, a name of another format, a width or number of periods that is not positive.
+        For a robot without legs of its own, a name of another format, a width or number of periods that is too small.
     """
     target = Path(path)
     problems = []
@@ -146,7 +146,7 @@ def _apart(stage: Stage, way: float) -> float:
 
 
 def _ground(pen: ImageDraw.ImageDraw, canvas: _Canvas, apart: float, way: float) -> None:
-    """The ground with marks at distances `apart` that stay where they are on it, the picture having gone on by `way`."""
+    """The ground with marks that stay where they are on it, `apart` from each other, the picture having gone by `way`."""
     pen.line([(0, canvas.floor), (canvas.width, canvas.floor)], fill=INK, width=2 * FINE)
     step = canvas.scale * apart
     first = (canvas.left - canvas.scale * way) % step
