@@ -60,6 +60,60 @@ def test_the_design_on_the_page_of_soft_landings_runs():
     assert "LANDING_COUNT" in names["header"]
 
 
+def snippets(page: str, count: int | None = None) -> dict:
+    """Names after the Python of a page, its first ``count`` blocks or all, has run from top to bottom."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    names: dict = {}
+    for text in re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)[:count]:
+        exec(text, names)
+    return names
+
+
+def test_the_numbers_on_the_page_of_theory_are_those_of_the_engine():
+    names = snippets("theory.md")
+    assert names["moved"] == pytest.approx(names["landing"] / 2.0, rel=1e-10)
+    assert names["found"] == pytest.approx(names["exact"], rel=1e-10)
+    assert names["drops"] == pytest.approx(0.81)
+    assert np.abs(names["orbit"].multipliers).max() < 1e-9 and names["orbit"].stable
+    assert names["half"] == pytest.approx(0.6) and names["least"] == pytest.approx(0.6)
+
+
+def test_the_tutorial_of_the_switch_runs():
+    names = snippets("tutorial-landing.md", 4)
+    assert names["closing"]["time"] == pytest.approx(27.795e-6, abs=0.5e-9)
+    account = names["account"]
+    assert -account.impacts / account.laws["electrostatic"] == pytest.approx(-1.0 / 3.0, abs=0.04)
+    design = names["design"]
+    assert design.speed < 0.233 / 20.0
+    assert design.signal.durations[:2] == pytest.approx((26.23e-6, 3.8e-6), abs=0.2e-6)
+
+
+@pytest.mark.slow
+def test_the_tutorial_of_the_switch_runs_to_its_end():
+    names = snippets("tutorial-landing.md")
+    assert names["robust"].worst == pytest.approx(0.098, abs=0.01)
+    assert names["robust"].nominal_worst == pytest.approx(0.13, abs=0.01)
+    assert "landing_ticks[LANDING_COUNT] = {0u, 262" in names["header"]
+
+
+@pytest.mark.slow
+def test_the_tutorial_of_gaits_runs_to_its_end():
+    names = snippets("tutorial-gait.md")
+    assert names["run"].measures.mean_speed.value == pytest.approx(0.48, abs=0.05)
+    assert names["run"].ledger.closure < 1e-8
+    assert names["fastest"].nominal[0] > 0.33 and names["cheapest"].nominal[1] < names["fastest"].nominal[1]
+    assert names["speed"].value > 0.55
+    assert names["sure"].robust.worst[0] >= 0.98 * names["sure"].optimum.worst[0] > 0.25
+    assert "#define GAIT_COUNT 8u" in names["header"]
+
+
+def test_the_tutorial_of_gaits_begins_as_it_says():
+    names = snippets("tutorial-gait.md", 1)
+    assert names["run"].measures.mean_speed.value == pytest.approx(0.48, abs=0.05)
+
+
 def test_the_design_on_the_page_of_gaits_runs():
     page = (DOCS / "gaits.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)

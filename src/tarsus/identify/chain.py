@@ -50,11 +50,10 @@ _STRUCTURE = "robot.structure.frequencies"
 class Identification(Shown):
     """Everything a campaign has told.
 
-    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name;
-    not_done; known: all parameters, with draws; level: of the contact from the rest, with its standard error [m];
-    resonances: the modal fit; film: the break-offs; landing: what the records say of the landing rule, None where it is
-    assumed; comparisons: held-out records; in_air: records with the drive of the bounces in the air; shifts of the
-    zero; remarks: what does not fit together, though used; seconds taken."""
+    opened: the campaign; readings: every file; left_out: data not used, with reasons; steps: results by name; not_done;
+    known: all parameters, with draws; level: of the contact from the rest, with its standard error [m]; resonances:
+    the modal fit; film: the break-offs; landing: what records say of the landing rule, None where it is assumed;
+    comparisons: held-out records; in_air: those with the drive of the bounces; shifts of the zero; remarks; seconds."""
 
     opened: Opened
     readings: tuple[Reading, ...]
