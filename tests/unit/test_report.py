@@ -19,7 +19,7 @@ from tarsus.report import write_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
-from tarsus.report.style import decimate, scale_of, upright
+from tarsus.report.style import decimate, figure_style, scale_of, stack, to_svg, upright
 from tarsus.report.values import value_rows
 from unit.html_page import Page
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
@@ -38,14 +38,6 @@ def companion() -> SampleRun:
 @pytest.fixture(scope="module")
 def page_text(run: SampleRun, companion: SampleRun) -> str:
     return report_html(run, companion)
-
-
-@pytest.fixture(scope="module")
-def alone(run: SampleRun) -> tuple[str, bool]:
-    """The page of the run without a companion, and whether matplotlib's settings came out of it as they were."""
-    before = dict(matplotlib.rcParams)
-    text = report_html(run)
-    return text, dict(matplotlib.rcParams) == before
 
 
 CAUTION = Caution(CautionKind.COUNTED_LOW, "Foot tip: its median bounce is 0.4 um high, its peak 36 um.")
@@ -108,8 +100,8 @@ def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
     assert "without adhesion" in page.text
 
 
-def test_without_companion_there_is_one_curve(alone: tuple[str, bool]) -> None:
-    text = Page(alone[0]).text
+def test_without_companion_there_is_one_curve(run: SampleRun) -> None:
+    text = Page(report_html(run)).text
     assert "without adhesion" not in text
     assert "with adhesion switched off" not in text
 
@@ -180,8 +172,20 @@ def test_equal_runs_give_equal_pages(run: SampleRun, companion: SampleRun, page_
     assert report_html(run, companion) == page_text
 
 
-def test_settings_of_matplotlib_are_left_alone(alone: tuple[str, bool]) -> None:
-    assert alone[1]
+def test_settings_of_matplotlib_are_left_alone() -> None:
+    before = dict(matplotlib.rcParams)
+    with figure_style():
+        inside = dict(matplotlib.rcParams)
+        to_svg(stack([1.0])[0], "a panel")
+    assert dict(matplotlib.rcParams) == before != inside
+
+
+def test_the_report_of_a_run_does_without_matplotlib(run: SampleRun, monkeypatch) -> None:
+    """It would take longer to load than all the rest of the report."""
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(ImportError):
+        stack([1.0])
+    assert "<svg" in report_html(run)
 
 
 def test_stored_run_can_be_reported(run: SampleRun, tmp_path: Path) -> None:
@@ -258,10 +262,10 @@ def test_numbers_without_value() -> None:
     assert scale_of("m", np.array([])).label == "m"
 
 
-def test_matplotlib_is_loaded_only_for_reports() -> None:
+def test_matplotlib_is_loaded_only_for_pages_that_draw_with_it() -> None:
     check = (
         "import sys, tarsus.files.store as s; print({'matplotlib', 'xarray'} & {*sys.modules})\n"
-        "import tarsus.report; print('matplotlib.pyplot' in sys.modules)"
+        "import tarsus.report; print('matplotlib' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["set()", "False"]

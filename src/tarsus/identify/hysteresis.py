@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,22 +62,17 @@ class Loops:
     noise: Floats
     unused: int
 
-    def pooled(self, parts: Sequence[Sums], counts: Floats) -> Sums:
-        """Sums over drawn blocks (nb,), centred trace by trace."""
-        whole: Sums | None = None
-        for number in np.unique(self.trace):
-            mine = [
-                parts[int(b)] * float(counts[b])
-                for b in np.flatnonzero(self.trace == number)
-                if counts[b] > 0.0
-            ]
-            if not mine:
-                continue
-            one = mine[0]
-            for other in mine[1:]:
-                one = one + other
-            whole = one.centred() if whole is None else whole + one.centred()
-        return parts[0] * 0.0 if whole is None else whole
+    @cached_property
+    def _stacked(self) -> tuple[Sums, Sums, Floats]:
+        """All blocks of the free and of the held foot, and which trace they are of (nt, nb)."""
+        of = (np.unique(self.trace)[:, None] == self.trace).astype(float)
+        return Sums.stacked(self.free), Sums.stacked(self.held), of
+
+    def pooled(self, counts: Floats) -> tuple[Sums, Sums]:
+        """Sums of the free and of the held foot over drawn blocks (nb,), centred trace by trace."""
+        free, held, of = self._stacked
+        weights = of * counts
+        return free.weighed(weights).centred(), held.weighed(weights).centred()
 
 
 @dataclass(frozen=True)
@@ -190,7 +186,7 @@ def _check_reach(model: FootModel, traces: Sequence[Trace]) -> None:
 
 
 def _estimate(model: FootModel, loops: Loops, level: float, shares: Shares | None, counts: Floats) -> Floats:
-    free, held = loops.pooled(loops.free, counts), loops.pooled(loops.held, counts)
+    free, held = loops.pooled(counts)
     found = np.zeros(0)
     if shares is not None:
         found = _shared(model, loops, free, shares)

@@ -6,9 +6,8 @@ force N on the foot. In the air N = 0; on the ground two points tell both."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,7 +130,7 @@ class Sums:
     count; basis (p,), motion (np,): sums; squares (p, p), cross (p, np), motions (np, np): sums of products.
     """
 
-    count: float
+    count: float | Floats
     basis: Floats
     motion: Floats
     squares: Floats
@@ -150,27 +149,27 @@ class Sums:
             motion.T @ motion,
         )
 
-    def __mul__(self, weight: float) -> Sums:
-        return Sums(*(weight * part for part in self._parts()))
+    @staticmethod
+    def stacked(parts: Sequence[Sums]) -> Sums:
+        """The same of many blocks at once, a leading axis longer."""
+        return Sums(*(np.array([getattr(one, each.name) for one in parts]) for each in fields(Sums)))
 
-    def __add__(self, other: Sums) -> Sums:
-        return Sums(*(a + b for a, b in zip(self._parts(), other._parts(), strict=True)))
-
-    def _parts(self) -> tuple[Any, ...]:
-        return self.count, self.basis, self.motion, self.squares, self.cross, self.motions
+    def weighed(self, weights: Floats) -> Sums:
+        """Sums (nt, ...) over blocks (nb, ...) with weights (nt, nb)."""
+        return Sums(*(np.tensordot(weights, getattr(self, each.name), 1) for each in fields(Sums)))
 
     def centred(self) -> Sums:
-        """The same about the means: zeros that a record does not know no longer matter."""
-        if self.count <= 0.0:
-            return self
-        mean_b, mean_m = self.basis / self.count, self.motion / self.count
+        """The sum over a leading axis of each about its own means: zeros that a record does not know no longer
+        matter."""
+        count = np.maximum(self.count, 1.0)  # a record without samples has sums of 0
+        mean_b, mean_m = self.basis / count[:, None], self.motion / count[:, None]
         return Sums(
-            self.count,
-            np.zeros_like(self.basis),
-            np.zeros_like(self.motion),
-            self.squares - np.outer(self.basis, mean_b),
-            self.cross - np.outer(self.basis, mean_m),
-            self.motions - np.outer(self.motion, mean_m),
+            np.sum(self.count),
+            np.zeros(self.basis.shape[1:]),
+            np.zeros(self.motion.shape[1:]),
+            self.squares.sum(axis=0) - self.basis.T @ mean_b,
+            self.cross.sum(axis=0) - self.basis.T @ mean_m,
+            self.motions.sum(axis=0) - self.motion.T @ mean_m,
         )
 
 

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from tarsus.report.figures import MOST_FEET, Plate
+from tarsus.report.panels import Drawing, Panel
 from tarsus.report.series import Series, Trace, foot_traces
-from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, to_svg, upright
+from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
 
 TURNS = 12
 """Drive periods laid over each other."""
+
+TITLE = 0.2
+"""Height of a title [inch]."""
 
 NOTHING = 1e-3
 """A height below the ground's level by less than this part of the largest is none."""
@@ -36,16 +38,8 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     across = min(len(traces), across)
     down = -(-len(traces) // across)
     size = min(7.2 / across, 3.6)
-    figure = Figure(figsize=(size * across, (size + 0.2 * titled) * down))
-    grid = figure.subplots(down, across, squeeze=False)
-    figure.subplots_adjust(
-        left=0.0,
-        right=1.0,
-        bottom=0.0,
-        top=1.0 - 0.19 * titled / ((size + 0.2) * down),
-        wspace=0.02,
-        hspace=0.08,
-    )
+    head = TITLE * titled
+    figure = Drawing(size * across, (size + head) * down)
     spans = [trace.last_periods(TURNS) for trace in traces]
     shown = [
         trace.height[trace.inside((first * trace.period, last * trace.period))]
@@ -55,14 +49,14 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     largest = max(float(np.max(part, initial=0.0)) for part in shown) / scale.step
     least = min(float(np.min(part, initial=0.0)) for part in shown) / scale.step
     rings = _Rings(largest, least)
-    for axes, trace, (first, last) in zip(grid.flat, traces, spans, strict=False):
+    for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
+        down, right = divmod(number, across)
+        axes = figure.add(size * right, (size + head) * down + head, size, size, bare=True)
         _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
         if titled:
-            axes.set_title(trace.title, color=INK)
-    for axes in list(grid.flat)[len(traces) :]:
-        axes.set_axis_off()
+            axes.set_title(trace.title, centred=True)
     caption = _caption(traces, spans, rings, scale)
-    return Plate(to_svg(figure, caption), caption, wide=len(traces) > 1)
+    return Plate(figure.svg(caption), caption, wide=len(traces) > 1)
 
 
 class _Rings:
@@ -80,7 +74,9 @@ class _Rings:
         return np.maximum(np.asarray(height) - self.centre, 0.0)
 
 
-def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale, frame: float) -> None:
+def _dial(
+    axes: Panel, trace: Trace, first: int, last: int, rings: _Rings, scale: Scale, frame: float
+) -> None:
     rim, period = rings.rim, trace.period
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     for height in rings.heights:
@@ -91,8 +87,7 @@ def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale:
         at = np.deg2rad(45.0)
         axes.text(
             float(radius * np.sin(at)), float(radius * np.cos(at)), f"{0.0 if level else height:g}".replace("-", "−"),
-            color=MUTED, fontsize=7 if frame < 1.5 else 6, ha="center", va="center",
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+            color=MUTED, size=7.0 if frame < 1.5 else 6.0, halo=True,
         )  # fmt: skip
     axes.plot([-rim, rim], [0, 0], color=RULE, lw=0.6, zorder=0)
     axes.plot([0, 0], [-rim, rim], color=RULE, lw=0.6, zorder=0)
@@ -110,9 +105,7 @@ def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale:
         a, b = max(start, (last - 1) * period), min(end, last * period)
         if b > a:
             angle = 2.0 * np.pi * (np.linspace(a, b, 60) / period - (last - 1))
-            axes.plot(
-                rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, solid_capstyle="butt", zorder=4
-            )
+            axes.plot(rim * np.sin(angle), rim * np.cos(angle), color=INK, lw=2.4, zorder=4)
     inside = trace.inside(((last - 1) * period, last * period))
     when, volts = decimate(*upright(trace.time[inside], trace.volts[inside]), bins=180)
     swing = float(np.max(np.abs(volts), initial=0.0)) or 1.0
@@ -121,11 +114,9 @@ def _dial(axes: Axes, trace: Trace, first: int, last: int, rings: _Rings, scale:
     axes.plot(around * np.sin(angle), around * np.cos(angle), color=MUTED, lw=0.9)
     for turn, text in enumerate(("0", "T/4", "T/2", "3T/4")):
         at, far = 0.5 * np.pi * turn, (1.29 + (turn % 2) * (frame - 1.38) / 2.0) * rim
-        axes.text(far * np.sin(at), far * np.cos(at), text, color=INK, ha="center", va="center")
-    axes.set_aspect("equal")
+        axes.text(far * np.sin(at), far * np.cos(at), text, color=INK)
     axes.set_xlim(-frame * rim, frame * rim)
     axes.set_ylim(-frame * rim, frame * rim)
-    axes.set_axis_off()
 
 
 def _caption(traces: Sequence[Trace], spans: Sequence[tuple[int, int]], rings: _Rings, scale: Scale) -> str:

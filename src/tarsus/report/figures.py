@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
+from tarsus.report.panels import Dash, Panel, stack
 from tarsus.report.series import Series, Window, ever, joined
 from tarsus.report.style import (
     BLUE,
@@ -25,19 +26,19 @@ from tarsus.report.style import (
     VERMILION,
     Scale,
     decimate,
-    few_ticks,
     scale_of,
-    stack,
     time_axis,
-    to_svg,
     upright,
 )
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_FEET = 4
 """Feet drawn one by one; a robot with more shows its first ones."""
 
 
-Dash = str | tuple[int, tuple[float, ...]]
+LEGEND_COLUMNS = 6
 
 LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 """Colours of the laws on the feet, in their order."""
@@ -81,11 +82,11 @@ def motion(series: Series, window: Window) -> Plate:
     for level in sorted(set(series.ground_levels)):
         axes.axhline(level / scale.step, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
     axes.set_ylabel(f"displacement ({scale.label})")
-    few_ticks(axes, y=6)
+    axes.few_ticks(6)
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
     if shaded:
         shade(axes, series.contacts[0], window, clock)
-    _legend(axes, contact=shaded, ground=bool(series.feet))
+    axes.legend(LEGEND_COLUMNS, contact=CONTACT if shaded else "", ground=bool(series.feet))
     if several:
         _contact_rows(panels[-1], series, window, clock)
     time_axis(panels[-1], window, clock)
@@ -97,7 +98,7 @@ def motion(series: Series, window: Window) -> Plate:
     if series.feet:
         caption += "; the dashed line is the displacement at which the foot touches the ground"
     caption += "."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def forces(series: Series, window: Window, foot: int = 0) -> Plate:
@@ -133,7 +134,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
     if drive:
         panels[1].set_ylabel(f"drive\n({scale.label})")
     if len(drive) > 1:
-        _legend(panels[1])
+        panels[1].legend(LEGEND_COLUMNS)
 
     for axes, (label, values, color) in zip(panels[1 + bool(drive) :], rows, strict=False):
         scale = scale_of("N", values[part])
@@ -150,10 +151,10 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         _line(axes, series, window, clock, contact, scale, color=INK, label="contact force")
         axes.set_ylabel(f"contact\n({scale.label})")
         if ever(limit[part]):
-            _legend(axes)
+            axes.legend(LEGEND_COLUMNS)
     for axes in panels:
         shade(axes, series.contacts[foot], window, clock)
-        few_ticks(axes, y=3)
+        axes.few_ticks(3)
         if axes is not panels[0]:
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
     time_axis(panels[-1], window, clock)
@@ -168,7 +169,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         )
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def energies(series: Series, companion: Series | None, window: Window) -> Plate:
@@ -189,11 +190,11 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             _line(axes, companion, window, clock, companion[name], scale, **style)
         axes.set_ylabel(f"{label}\n({scale.label})")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-        few_ticks(axes, y=4)
+        axes.few_ticks(4)
         if len(series.feet) == 1:
             shade(axes, series.contacts[0], window, clock)
     if companion is not None:
-        _legend(panels[0])
+        panels[0].legend(LEGEND_COLUMNS)
     time_axis(panels[-1], window, clock)
     caption = "Kinetic energy and elastic (potential) energy of the structure"
     if companion is not None:
@@ -205,7 +206,7 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             else ", contact shaded"
         )
     caption += "."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
@@ -238,14 +239,14 @@ def ledger(series: Series) -> Plate:
         width = 1.3 if name == "work_in" else 1.0
         _line(axes, series, window, clock, curves[name], scale, color=color, lw=width, ls=dash, label=label)
     axes.set_ylabel(f"energy since start ({scale.label})")
-    few_ticks(axes, y=6)
-    _legend(axes, columns=4)
+    axes.few_ticks(6)
+    axes.legend(4)
     time_axis(axes, window, clock)
     caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
     if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
         caption += "; dashed is work on the structure"
     caption += "."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def _clock(window: Window) -> Scale:
@@ -253,7 +254,7 @@ def _clock(window: Window) -> Scale:
 
 
 def _line(
-    axes: Axes,
+    axes: Panel,
     series: Series,
     window: Window,
     clock: Scale,
@@ -266,7 +267,7 @@ def _line(
     axes.plot(time / clock.step, thin / scale.step, **style)  # type: ignore[arg-type]
 
 
-def _voltage(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
+def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
     part = series.inside(window)
     scale = scale_of("V", series["volts"][:, part])
     for index, name in enumerate(series.drives):
@@ -277,23 +278,20 @@ def _voltage(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
         _line(axes, series, window, clock, series["volts"][index], scale, color=color, lw=1.0, label=name)
     axes.set_ylabel(f"drive ({scale.label})")
     axes.margins(y=0.12)
-    few_ticks(axes, y=3)
+    axes.few_ticks(3)
     if len(series.drives) > 1:
-        _legend(axes)
+        axes.legend(LEGEND_COLUMNS)
 
 
-def shade(axes: Axes, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
+def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
     """Shade the stretches of contact [s] within a window."""
     least = (window[1] - window[0]) / 1500.0
-    bars = [(a, max(b - a, least)) for a, b in contacts if b > window[0] and a < window[1]]
-    if bars:
-        spans = [(a / clock.step, width / clock.step) for a, width in bars]
-        axes.broken_barh(
-            spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=CONTACT, lw=0, zorder=0
-        )
+    for a, b in contacts:
+        if b > window[0] and a < window[1]:
+            axes.axvspan(a / clock.step, max(b, a + least) / clock.step, color=CONTACT, lw=0.0, zorder=0.0)
 
 
-def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> None:
+def _contact_rows(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
     for row, contacts in enumerate(series.contacts):
         spans = [
             (a / clock.step, (b - a) / clock.step) for a, b in contacts if b > window[0] and a < window[1]
@@ -301,23 +299,4 @@ def _contact_rows(axes: Axes, series: Series, window: Window, clock: Scale) -> N
         axes.broken_barh(spans, (row - 0.35, 0.7), color=MUTED, lw=0)
     axes.set_yticks(range(len(series.feet)), series.feet)
     axes.set_ylim(len(series.feet) - 0.5, -0.5)
-    axes.set_title("contact", loc="left", pad=2.0)
-
-
-LEGEND_COLUMNS = 6
-
-
-def _legend(
-    axes: Axes, *, contact: bool = False, ground: bool = False, columns: int = LEGEND_COLUMNS
-) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    if contact:
-        handles.append(axes.fill_between([], [], color=CONTACT, lw=0))
-        labels.append("contact")
-    if ground:
-        handles.extend(axes.plot([], [], color=INK, lw=0.7, ls=(0, (5, 3))))
-        labels.append("ground")
-    axes.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=columns, borderaxespad=0.0,
-        borderpad=0.15, columnspacing=1.4, handletextpad=0.5,
-    )  # fmt: skip
+    axes.set_title("contact")

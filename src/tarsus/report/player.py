@@ -15,7 +15,6 @@ import numpy as np
 from tarsus.report.html import amount
 from tarsus.report.motion import Motion, frame_limit
 from tarsus.report.stage import BACK, Stage, stage_of
-from tarsus.report.style import figure_style
 from tarsus.report.walk_figures import still
 
 CHARACTERS = 290_000
@@ -39,8 +38,7 @@ def walk_section(motion: Motion, index: int | None = None) -> str:
     drives = _distinct(motion)
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
     stage = stage_of(thin)
-    with figure_style():
-        picture = still(thin, stage)
+    picture = still(thin, stage)
     return Template(_part("player.html")).substitute(
         style=_part("player.css"),
         still=picture.svg,

@@ -33,7 +33,7 @@ from tarsus.report.html import (
     warning,
 )
 from tarsus.report.series import Series, joined, series_of
-from tarsus.report.style import figure_style, scale_of
+from tarsus.report.style import scale_of
 from tarsus.report.values import value_rows
 from tarsus.report.walk_page import walk_sections
 from tarsus.study.impacts import creation_warning
@@ -71,9 +71,7 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
-    with figure_style():
-        body = "".join(_sections(run, series, other))
-    return page(f"{run.scene.name} – run report", body)
+    return page(f"{run.scene.name} – run report", "".join(_sections(run, series, other)))
 
 
 def _sections(run: RunLike, series: Series, other: Series | None) -> Iterator[str]:

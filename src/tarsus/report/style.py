@@ -1,4 +1,7 @@
-"""Look of every figure: colours, sizes, unit prefixes, decimation, and a matplotlib figure as inline SVG."""
+"""Look of every figure: colours, sizes, unit prefixes, decimation, and a matplotlib figure as inline SVG.
+
+matplotlib is loaded by what draws with it: the report of a run does not.
+"""
 
 from __future__ import annotations
 
@@ -9,14 +12,15 @@ import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from tarsus.report.panels import Panel
 
 WIDTH_IN = 7.4
 """Width of a full-width figure [inch]; the page scales it."""
@@ -80,7 +84,7 @@ class Scale:
     label: str
 
 
-def time_axis(axes: Axes, window: tuple[float, float], clock: Scale) -> None:
+def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: Scale) -> None:
     """Limits and label of a lowest axis that shows a window of time [s]."""
     axes.set_xlim(window[0] / clock.step, window[1] / clock.step)
     axes.set_xlabel(f"time ({clock.label})")
@@ -99,6 +103,8 @@ def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
 @contextmanager
 def figure_style() -> Iterator[None]:
     """The report's matplotlib settings, for the length of a `with` block only."""
+    import matplotlib
+
     with matplotlib.rc_context(_RC):
         yield
 
@@ -118,6 +124,8 @@ def stack(
     `legend_rows` leaves room above the first panel.
     Places are fixed, not fitted: laying out by measuring text would double the time a figure takes.
     """
+    from matplotlib.figure import Figure
+
     above = 0.06 + LEGEND_ROW * legend_rows
     total = sum(heights_in) + gap_in * (len(heights_in) - 1) + BOTTOM + above
     figure = Figure(figsize=(WIDTH_IN, total))
@@ -138,6 +146,8 @@ def stack(
 
 def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
     """At most so many tick intervals per axis."""
+    from matplotlib.ticker import MaxNLocator
+
     if x is not None:
         axes.xaxis.set_major_locator(MaxNLocator(x))
     if y is not None:
@@ -198,6 +208,9 @@ def to_svg(figure: Figure, label: str) -> str:
 
     The same figure always gives the same text; ids are unique to its content.
     """
+    import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     stream = io.StringIO()
     with matplotlib.rc_context({"svg.hashsalt": "tarsus"}):
         nothing = {"Date": None, "Creator": None, "Format": None, "Type": None}

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
 
 from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
+from tarsus.report.panels import Drawing, Panel, stack
 from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
@@ -25,11 +23,8 @@ from tarsus.report.style import (
     WIDTH_IN,
     Scale,
     decimate,
-    few_ticks,
     scale_of,
-    stack,
     time_axis,
-    to_svg,
 )
 
 FAR_BODY, NEAR_BODY, FAR_LEG = "#d9dee5", "#b9c3cf", "#9fb4c6"
@@ -51,15 +46,15 @@ def travel(motion: Motion) -> Plate:
         scale = scale_of("m", values)
         _line(axes, motion, clock, values / scale.step, color=BLUE)
         axes.set_ylabel(f"{label}\n({scale.label})")
-        few_ticks(axes, y=4)
+        axes.few_ticks(4)
     for axes, (name, _) in zip(panels[2:], turns, strict=True):
         _line(axes, motion, clock, motion.coordinate(name) * 1e3, color=BLUE)
         axes.set_ylabel(f"{name}\n(mrad)")
-        few_ticks(axes, y=3)
+        axes.few_ticks(3)
     time_axis(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
     more = "".join(f", its {name} {axis}" for name, axis in turns)
     caption = f"Travel of the body's centre along the way, its height above that at rest{more}."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def footfalls(motion: Motion, window: Window) -> Plate:
@@ -74,12 +69,12 @@ def footfalls(motion: Motion, window: Window) -> Plate:
             axes.broken_barh(spans, (row - height / 2.0, height), color=color, lw=0)
     for color, label in ((INK, "stuck"), (VERMILION, "slipping")):
         axes.broken_barh([], (0.0, 0.0), color=color, label=label)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
+    axes.legend(2)
     _name_rows(axes, range(count), motion.legs)
     axes.set_ylim(count - 0.4, -0.8)
     time_axis(axes, window, clock)
     caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def ground_forces(motion: Motion, window: Window) -> Plate:
@@ -99,7 +94,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         ):
             name = label if row == 0 else "_"
             _line(axes, part, clock, values[row] / step - row, color=color, lw=0.9, label=name)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0, borderpad=0.15)
+    axes.legend(2)
     _name_rows(axes, -np.arange(count), motion.legs)
     axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
     time_axis(axes, window, clock)
@@ -108,12 +103,11 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
         "its line while adhesion holds the foot back, and friction, positive forward."
     )
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
-def _name_rows(axes: Axes, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
-    axes.set_yticks(places, legs)
-    axes.tick_params(axis="y", length=0, labelsize=8.0 if len(legs) <= 12 else 6.5)
+def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
+    axes.set_yticks(places, legs, size=8.0 if len(legs) <= 12 else 6.5)
 
 
 def still(motion: Motion, stage: Stage) -> Plate:
@@ -121,27 +115,24 @@ def still(motion: Motion, stage: Stage) -> Plate:
     frames = _moments(motion)
     wide, down = 2, -(-len(frames) // 2)
     left, right, top = _extent(motion, stage, frames)
-    height = WIDTH_IN / wide * (top + 0.1 * stage.length) / (right - left)
-    figure = Figure(figsize=(WIDTH_IN, down * (height + LEGEND_ROW)))
-    grid = figure.subplots(down, wide, squeeze=False)
-    figure.subplots_adjust(
-        left=0.0, right=1.0, bottom=0.0, top=1.0 - LEGEND_ROW / (down * (height + LEGEND_ROW))
-    )
-    figure.subplots_adjust(hspace=0.16, wspace=0.03)
+    width = WIDTH_IN / wide
+    height = width * (top + 0.1 * stage.length) / (right - left)
+    figure = Drawing(WIDTH_IN, down * (height + LEGEND_ROW))
     clock = scale_of("s", float(motion.time[-1]))
-    for axes, frame in zip(grid.flat, frames, strict=False):
+    for number, frame in enumerate(frames):
+        row, column = divmod(number, wide)
+        place = (column * width, row * (height + LEGEND_ROW) + LEGEND_ROW)
+        axes = figure.add(*place, width, height, bare=True)
         _moment(axes, motion, stage, frame)
-        axes.set(xlim=(left, right), ylim=(-0.1 * stage.length, top), aspect="equal")
-        axes.set_title(f"{motion.time[frame] / clock.step:.4g} {clock.label}", loc="left", pad=1.0)
-        axes.set_axis_off()
-    for axes in list(grid.flat)[len(frames) :]:
-        axes.set_axis_off()
+        axes.set_xlim(left, right)
+        axes.set_ylim(-0.1 * stage.length, top)
+        axes.set_title(f"{motion.time[frame] / clock.step:.4g} {clock.label}")
     span = "a drive period" if motion.period is not None else "the run"
     caption = (
         f"{len(frames)} moments of {span}. Full feet are stuck, open triangles slip, open circles are in the air. "
         f"Displacements are drawn {stage.up:g} times larger upward and {stage.along:g} times along the way."
     )
-    return Plate(to_svg(figure, caption), caption)
+    return Plate(figure.svg(caption), caption)
 
 
 def _moments(motion: Motion) -> list[int]:
@@ -167,12 +158,12 @@ def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, flo
     )
 
 
-def _moment(axes: Axes, motion: Motion, stage: Stage, frame: int) -> None:
+def _moment(axes: Panel, motion: Motion, stage: Stage, frame: int) -> None:
     moment = drawn(motion, stage, frame)
     axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
     far = stage.far
-    axes.add_patch(Polygon(moment.far_face, closed=True, fc=FAR_BODY, ec=MUTED, lw=0.5, zorder=1.5))
-    axes.add_patch(Polygon(moment.near_face, closed=True, fc=NEAR_BODY, ec=INK, lw=0.6, zorder=2.5))
+    axes.polygon(moment.far_face, fill=FAR_BODY, edge=MUTED, lw=0.5, zorder=1.5)
+    axes.polygon(moment.near_face, fill=NEAR_BODY, edge=INK, lw=0.6, zorder=2.5)
     size = float(np.clip(60.0 / len(motion.legs), 1.6, 4.5))
     reach = ARROW * stage.leg / stage.force if stage.force > 0.0 else 0.0
     for leg in range(len(motion.legs)):
@@ -180,7 +171,7 @@ def _moment(axes: Axes, motion: Motion, stage: Stage, frame: int) -> None:
         (x, z), foot = moment.feet[leg], motion.state[leg, frame]
         axes.plot(*zip(moment.hips[leg], (x, z), strict=True), color=color, lw=0.9, zorder=order)
         marker, fill, edge = _MARKS[int(foot)]
-        axes.plot([x], [z], marker, ms=size, mfc=fill, mec=edge, mew=0.8, zorder=order + 1.0)
+        axes.marker(x, z, marker, size=size, fill=fill, edge=edge, zorder=order + 1.0)
         if foot != AIR and reach > 0.0:
             up, along = (
                 float(np.clip(values[leg, frame] * reach, -stage.leg, stage.leg))
@@ -208,6 +199,6 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
     return [(float(time[a]), float(time[b])) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _line(axes: Axes, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
+def _line(axes: Panel, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
     time, thin = decimate(motion.time, values)
     axes.plot(time / clock.step, thin, **style)  # type: ignore[arg-type]
