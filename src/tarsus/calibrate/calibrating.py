@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.workers import Workers
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.ensemble import Ensemble, Range, correlations, determined, ensemble_of
@@ -176,7 +177,7 @@ def calibrate(
     out: str | os.PathLike[str] | None = None,
     *,
     seed: int | None = None,
-    threads: int | None = None,
+    threads: Workers = None,
     resume: bool = False,
     laws: Mapping[str, type[Law]] | None = None,
     progress: Progress | None = None,

@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.base.workers import spread
+from tarsus.base.workers import Workers, spread
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
@@ -51,7 +53,7 @@ class Forward:
     unknowns: tuple[str, ...]
     channels: tuple[str, ...]
     sampling: Sampling
-    threads: int | None = None
+    threads: Workers = None
     _shared: Shared = field(default_factory=Shared, compare=False)
 
     @property
@@ -65,10 +67,14 @@ class Forward:
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
-        found = spread(lambda one: self._one(branch, one, tuple(rows)), list(sets), self.threads)
+        found = spread(partial(self._one, branch, tuple(rows)), list(sets), self.threads)
         return np.array(list(found), dtype=np.float32)
 
-    def _one(self, branch: int, one: Floats, rows: tuple[int, ...]) -> Floats:
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the workers: who got it is one of them."""
+        return {**self.__dict__, "threads": 1}
+
+    def _one(self, branch: int, rows: tuple[int, ...], one: Floats) -> Floats:
         chosen = self.branches[branch]
         unknowns = dict(zip(self.unknowns, map(float, one), strict=True))
         out = np.full((len(rows), len(self.channels), self.samples), np.inf)

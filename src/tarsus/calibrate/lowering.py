@@ -14,6 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.base.workers import Workers
 from tarsus.calibrate.cells import cells_of, limits_of
 from tarsus.calibrate.description import Option, Study
 from tarsus.calibrate.expressions import Expression
@@ -62,7 +63,7 @@ class Lowered:
         return tuple(" ".join(told(c, row[c]) for c in self.study.conditions) for row in self.table.rows)
 
 
-def lower_study(study: Study, table: Table, threads: int | None = None) -> Lowered:
+def lower_study(study: Study, table: Table, threads: Workers = None) -> Lowered:
     """A study and its table as a problem.
 
     Raises

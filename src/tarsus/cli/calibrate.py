@@ -16,6 +16,7 @@ def calibrate(
     output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
     seed: int | None = None,
     threads: int | None = None,
+    dask: str | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
@@ -35,6 +36,8 @@ def calibrate(
         of the search, instead of the study's own.
     threads
         worker threads; by default one for each processor that this process may use. The result does not depend on them.
+    dask
+        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
     resume
         continue what the folder holds; visited sets are not simulated again.
     overwrite
@@ -61,8 +64,12 @@ def calibrate(
     target = OutputFolder(folder, "calibrate", CALIBRATION_FILES, overwrite, resumable=True)
     target.check(resume=resume)
     try:
-        with target.writing(resume=resume), console.progress_bar("sets", time_left=True) as progress:
-            result = run(described, folder, seed=seed, threads=threads, resume=resume, progress=progress)
+        with (
+            target.writing(resume=resume),
+            console.progress_bar("sets", time_left=True) as progress,
+            requests.workers_for(dask, threads) as workers,
+        ):
+            result = run(described, folder, seed=seed, threads=workers, resume=resume, progress=progress)
             table = calibration_table(result)
             if report:
                 from tarsus.report.calibrate_page import write_calibration_report

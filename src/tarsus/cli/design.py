@@ -36,6 +36,7 @@ def landing(
     seed: int = 0,
     effort: float = 1.0,
     threads: int | None = None,
+    dask: str | None = None,
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
@@ -83,6 +84,8 @@ def landing(
         factor on the length of the search.
     threads
         worker threads; by default one for each processor that this process may use.
+    dask
+        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
     set_
         path=value, changes the scene first; may be repeated.
     law
@@ -104,10 +107,10 @@ def landing(
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
     target.check()
-    with console.progress_bar("design") as progress:
+    with console.progress_bar("design") as progress, requests.workers_for(dask, threads) as workers:
         found = made(
             the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
-            drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=threads, **options,
+            drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=workers, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_landing(found, folder)

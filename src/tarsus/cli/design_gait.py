@@ -30,6 +30,7 @@ def gait(
     duration: str | None = None,
     seed: int = 0,
     threads: int | None = None,
+    dask: str | None = None,
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
@@ -71,6 +72,8 @@ def gait(
         of the search.
     threads
         worker threads; by default one for each processor that this process may use.
+    dask
+        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
     set_
         path=value, changes the scene first; may be repeated.
     law
@@ -107,11 +110,15 @@ def gait(
         options | {"symmetry": symmetry, "dead": legs, "candidates": candidates, "look": look},
     )
     try:
-        with target.writing(resume=resume) as folder, console.progress_bar("gaits") as progress:
+        with (
+            target.writing(resume=resume) as folder,
+            console.progress_bar("gaits") as progress,
+            requests.workers_for(dask, threads) as workers,
+        ):
             found = design(
                 the_scene, given["free"], objective, given["over"], risk, folder=folder, resume=resume,
                 progress=progress, symmetry=symmetry, dead=legs, candidates=candidates, look=look, seed=seed,
-                threads=threads, **options,
+                threads=workers, **options,
             )  # fmt: skip
             write_front(found, folder)
             if report:
@@ -154,6 +161,7 @@ def adapt(
     duration: str | None = None,
     seed: int = 0,
     threads: int | None = None,
+    dask: str | None = None,
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
@@ -187,7 +195,7 @@ def adapt(
         grounds that the rule is grown on.
     noise
         standard deviation of what is sensed, as a share of it.
-    symmetry, dead, candidates, duration, seed, threads
+    symmetry, dead, candidates, duration, seed, threads, dask
         as for `tarsus design gait`.
     set_
         path=value, changes the scene first; may be repeated.
@@ -210,11 +218,11 @@ def adapt(
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design adapt", ADAPT_FILES, overwrite)
     target.check()
-    with console.progress_bar("adaptive gait") as progress:
+    with console.progress_bar("adaptive gait") as progress, requests.workers_for(dask, threads) as workers:
         found = design(
             the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden, training=training,
             progress=progress, symmetry=symmetry, dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
-            candidates=candidates, seed=seed, threads=threads, **options,
+            candidates=candidates, seed=seed, threads=workers, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_adapt(found, folder)

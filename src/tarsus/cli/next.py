@@ -29,6 +29,7 @@ def next(
     spread: str = "30 %",
     set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
     law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    dask: str | None = None,
     json: Annotated[bool, Parameter(negative=())] = False,
 ) -> int:
     """Rank drive signals by what a record of each would tell about one parameter, and choose some for a budget.
@@ -57,6 +58,8 @@ def next(
         path=value, as for tarsus simulate; may be repeated.
     law
         a Python file with laws that the scene uses; may be repeated.
+    dask
+        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
     json
         print one JSON object instead of the table.
     """
@@ -86,8 +89,8 @@ def next(
     draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
     belief = Belief.of_scene(scene, paths, share, draws)
     grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
-    with console.progress_bar("signals", time_left=True) as progress:
-        found = rank(scene, grid, belief, parameter, seconds, progress=progress)
+    with console.progress_bar("signals", time_left=True) as progress, requests.workers_for(dask) as workers:
+        found = rank(scene, grid, belief, parameter, seconds, threads=workers, progress=progress)
     if json:
         console.print_json(_object(found, paths))
     else:

@@ -5,14 +5,16 @@ Bad input ends in `InputError`, with everything found wrong.
 
 from __future__ import annotations
 
+import contextlib
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
 
 if TYPE_CHECKING:
+    from tarsus.base.workers import Workers
     from tarsus.model.laws import Law
     from tarsus.model.scene import Scene
 
@@ -154,6 +156,18 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
     if found[0] == found[1]:
         raise InputError(f"{option}: the range from {start} to {end} is empty")
     return found[0], found[1]
+
+
+@contextlib.contextmanager
+def workers_for(dask: str | None, threads: int | None = None) -> Iterator[Workers]:
+    """The workers of the Dask cluster that `--dask` names, for the length of a block; without it the threads."""
+    if dask is None:
+        yield threads
+        return
+    from tarsus.cluster.dask import dask_executor
+
+    with dask_executor(dask, threads) as executor:
+        yield executor
 
 
 def grounds_of(words: Sequence[str]) -> Any:

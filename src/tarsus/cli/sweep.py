@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
+    from tarsus.base.workers import Workers
     from tarsus.study.sweep import Sweep
 
 _Flag = Parameter(negative=())
@@ -68,7 +67,7 @@ def sweep(
         print one JSON object.
     """
     from tarsus.base.errors import InputError
-    from tarsus.cli import console
+    from tarsus.cli import console, requests
 
     if status:
         from dataclasses import asdict
@@ -90,8 +89,8 @@ def sweep(
     if slurm is not None or tasks is not None:
         with _writing(folder, overwrite, resume):
             return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume)
-    with _writing(folder, overwrite, resume), executor_for(dask, threads) as executor:
-        return _run(chosen, folder, resume, threads, executor, words, json)
+    with _writing(folder, overwrite, resume), requests.workers_for(dask, threads) as workers:
+        return _run(chosen, folder, resume, workers, words, json)
 
 
 def _chosen(
@@ -120,18 +119,6 @@ def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     target.check(resume=resume)
     with target.writing(resume=resume):
         yield
-
-
-@contextlib.contextmanager
-def executor_for(dask: str | None, threads: int | None = None) -> Iterator[Executor | None]:
-    """Workers of the Dask cluster that `--dask` names, for the length of a block; None without one."""
-    if dask is None:
-        yield None
-        return
-    from tarsus.cluster.dask import dask_executor
-
-    with dask_executor(dask, threads) as executor:
-        yield executor
 
 
 def _task(folder: Path, task: int, submission: int, threads: int | None) -> int:
@@ -172,8 +159,7 @@ def _run(
     chosen: Sweep,
     folder: Path,
     resume: bool,
-    threads: int | None,
-    executor: Executor | None,
+    threads: Workers,
     words: list[str],
     json: bool,
 ) -> int:
@@ -194,7 +180,7 @@ def _run(
                 progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
 
             result = run_sweep(
-                chosen, folder, resume=resume, threads=threads, executor=executor, progress=tell
+                chosen, folder, resume=resume, threads=threads, progress=tell
             )
     except KeyboardInterrupt:
         go_on = f"`{shlex.join(words)} --resume`"

@@ -86,7 +86,6 @@ def yields(
         print one JSON object.
     """
     from tarsus.cli import console, requests
-    from tarsus.cli.sweep import executor_for
     from tarsus.files.jsontext import json_text
     from tarsus.files.output import OutputFolder
     from tarsus.files.store import write_text
@@ -107,14 +106,14 @@ def yields(
     target = OutputFolder(folder, "yield", ("yield.json", "report.html", *names), overwrite, resumable=True)
     target.check(resume=resume)
     runs = {}
-    with target.writing(resume=resume), executor_for(dask, threads) as executor:
+    with target.writing(resume=resume), requests.workers_for(dask, threads) as workers:
         for name, sweep in (("robots", whole), ("legs", legs)):
             if sweep is None:
                 continue
             with console.progress_bar(name, time_left=True) as progress:
                 runs[name] = run_sweep(
-                    sweep, folder / name, resume=resume and (folder / name).exists(), threads=threads,
-                    executor=executor, progress=lambda done, total, who: progress(done, total, ""),
+                    sweep, folder / name, resume=resume and (folder / name).exists(), threads=workers,
+                    progress=lambda done, total, who: progress(done, total, ""),
                 )  # fmt: skip
         found = yield_of(
             robots, whole, runs["robots"].file, None if legs is None else (legs, runs["legs"].file)

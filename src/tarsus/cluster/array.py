@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tarsus.base.errors import InputError
+from tarsus.base.workers import workers
 from tarsus.files.store import write_text
 from tarsus.files.sweepstore import COLLECTED_FILE
 from tarsus.study.beats import Beats
@@ -119,7 +120,7 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
     own = [unit for unit in units[task % tasks :: tasks] if not store.has(unit)]
     with Beats(folder, task) as beats:
         if own:
-            do_units(store, layout, Threads(sweep, layout, store, threads), own, beats)
+            do_units(store, layout, Threads(sweep, layout, store, workers(threads)), own, beats)
     finished = not store.pending()
     if finished and not (folder / COLLECTED_FILE).exists():
         collect(sweep, store)

@@ -48,12 +48,10 @@ def sweep(
     """
     chosen = study if isinstance(study, Sweep) else load_sweep(study)
     name = chosen.name if isinstance(study, Sweep) else Path(study).stem
-    executor = None if client is None else executor_of(client)
     return run_sweep(
         chosen,
         output if output is not None else f"{name}.sweep",
         resume=resume,
-        threads=threads,
-        executor=executor,
+        threads=threads if client is None else executor_of(client),
         progress=progress,
     )

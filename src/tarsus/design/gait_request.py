@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.workers import Workers
 from tarsus.design.over import Over, over_of
 from tarsus.design.risk import Nominal, Risk, Worst, risk_of
 from tarsus.design.unknowns import Symmetry, Unknowns, unknowns_of
@@ -38,7 +39,7 @@ class GaitOptions:
     loss: float = 0.1
     duration: float | None = None
     seed: int = 0
-    threads: int | None = None
+    threads: Workers = None
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.base.workers import Workers
 from tarsus.design.over import Over, over_of
 from tarsus.design.pulses import Levels, OwnStep, Step
 from tarsus.design.risk import Nominal, Risk, Worst, risk_of
@@ -62,7 +63,7 @@ class Options:
     sensor: Sensor = Sensor.SPEED
     free: tuple[str, ...] = ()
     seed: int = 0
-    threads: int | None = None
+    threads: Workers = None
     effort: float = 1.0
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
 from tarsus.base.spec import with_values
+from tarsus.base.workers import Workers
 from tarsus.design.over import Grounds
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
@@ -65,7 +66,7 @@ class Trials:
     period: float
     periods: int = 2
     counted: int = 1
-    threads: int | None = None
+    threads: Workers = None
     runs: int = 0
 
     def __post_init__(self) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.base.workers import Workers
 from tarsus.design.energy import RECOVERY
 from tarsus.design.over import Grounds
 from tarsus.design.unknowns import Unknowns
@@ -41,7 +42,7 @@ class Walks:
     unknowns: Unknowns
     objectives: tuple[WalkObjective, ...]
     duration: float
-    threads: int | None = None
+    threads: Workers = None
     runs: int = 0
     _shared: Shared = field(default_factory=Shared)
 

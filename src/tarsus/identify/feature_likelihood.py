@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.workers import Workers
 from tarsus.identify.features import Features, Instrument, simulated
 from tarsus.identify.limits import field_limits
 from tarsus.model.scene import Scene
@@ -67,7 +68,7 @@ class FeatureLikelihood:
         limits: Mapping[str, tuple[float, float]] | None = None,
         instrument: Instrument | None = None,
         absent: float = 4.0,
-        threads: int | None = None,
+        threads: Workers = None,
         accuracy: Accuracy | None = None,
     ) -> None:
         if not observed:

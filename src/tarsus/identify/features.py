@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import Description, quantity
+from tarsus.base.workers import Workers
 from tarsus.measure import PER_WINDOW, Judged, Judgement, Moments, RunTable, by_period
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy, simulate_batch
@@ -125,7 +126,7 @@ def simulated(
     *,
     skip: int | None = None,
     resolution: float = 1e-7,
-    threads: int | None = None,
+    threads: Workers = None,
     accuracy: Accuracy | None = None,
 ) -> Batched:
     """Features of many runs of a scene; arguments as for `tarsus.simulate_batch` and `features_of`."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.base.workers import Workers
 from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate
 from tarsus.identify.features import Features, Instrument, simulated
@@ -82,7 +83,7 @@ def rank(
     instrument: Instrument | None = None,
     draws: int = 8,
     step: float = 0.5,
-    threads: int | None = None,
+    threads: Workers = None,
     accuracy: Accuracy | None = None,
     progress: Progress | None = None,
 ) -> Ranking:
@@ -184,7 +185,7 @@ class _Told:
 
 def _slopes(
     candidate: Candidate, scene: Scene, belief: Belief, instrument: Instrument, kinds: Sequence[str], draws: int,
-    step: float, threads: int | None, accuracy: Accuracy | None,
+    step: float, threads: Workers, accuracy: Accuracy | None,
 ) -> _Told:  # fmt: skip
     count = len(belief.paths)
     changed = candidate.on(scene)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import parse_quantity
-from tarsus.base.workers import spread
+from tarsus.base.workers import Workers, is_executor, places, spread
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import check_bounds, slot
@@ -23,6 +24,8 @@ from tarsus.solve.results import Batch, Part
 from tarsus.solve.simulate import changed_run, seconds_of
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from tarsus.solve.gradients import GradientBatch, GradientRun
 
 __all__ = ["Batch", "simulate_batch"]
@@ -36,7 +39,7 @@ def simulate_batch(
     duration: float | str | None = None,
     *,
     grid: bool = False,
-    threads: int | None = None,
+    threads: Workers = None,
     accuracy: Accuracy | None = None,
     track: bool = True,
     shared: Shared | None = None,
@@ -60,7 +63,8 @@ def simulate_batch(
         Make a run for every combination instead: the values of each path are an axis of any length, and results have
         the shape of the grid, axes in the order of the paths.
     threads
-        Worker threads; by default one for each processor that this process may use.
+        Worker threads; by default one for each processor that this process may use. Or an executor of
+        ``concurrent.futures``, whose processes, here or on other machines, make a share of the runs each.
     accuracy
         Tolerances of the engine.
     track
@@ -85,6 +89,8 @@ def simulate_batch(
     values = _combined(given) if grid else given
     axes = given if grid else {}
     count = len(next(iter(values.values()))) if values else 1
+    if is_executor(threads) and count > 1 and not ledger and gradients is None:
+        return _elsewhere(scene, values, axes, seconds, accuracy, track, threads)
     data, rest = _divided(scene, values)
     groups: dict[tuple[float, ...], list[int]] = {}
     for i, chosen in enumerate(
@@ -93,12 +99,13 @@ def simulate_batch(
         groups.setdefault(chosen, []).append(i)
     shared = Shared() if shared is None else shared
     periods = np.zeros(count)
+    local = None if is_executor(threads) else threads  # runs with accounts or derivatives do not travel
     if gradients is not None:
         return _with_gradients(
-            scene, values, axes, seconds, periods, accuracy, threads, shared, tuple(gradients)
+            scene, values, axes, seconds, periods, accuracy, local, shared, tuple(gradients)
         )
     if ledger:
-        return _with_accounts(scene, values, axes, seconds, periods, accuracy, threads, shared)
+        return _with_accounts(scene, values, axes, seconds, periods, accuracy, local, shared)
 
     def work(job: tuple[tuple[float, ...], NDArray[np.int64]]) -> Part:
         chosen, members = job
@@ -115,6 +122,42 @@ def simulate_batch(
     ]
     parts = list(spread(work, jobs, threads))
     return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)
+
+
+def _elsewhere(
+    scene: Scene,
+    values: Mapping[str, np.ndarray],
+    axes: Mapping[str, np.ndarray],
+    seconds: float,
+    accuracy: Accuracy | None,
+    track: bool,
+    executor: Executor,
+) -> Batch:
+    """The batch in shares, one after the other for each worker of an executor."""
+    count = len(next(iter(values.values())))
+    shares = np.array_split(np.arange(count), min(places(executor) * _SHARES, count))
+    work = partial(_share, scene, seconds, accuracy, track)
+    jobs = [{path: own[members] for path, own in values.items()} for members in shares]
+    found = list(spread(work, jobs, executor))
+    periods = np.concatenate([own for own, _ in found])
+    parts = [
+        Part(members[part.members], part.log)
+        for members, (_, made) in zip(shares, found, strict=True)
+        for part in made
+    ]
+    return Batch(scene, values, seconds, periods, parts, None, axes, accuracy or Accuracy(), track)
+
+
+_SHARES = 2
+"""Shares of a batch for each worker: a slow one then delays the others by half a share at most."""
+
+
+def _share(
+    scene: Scene, seconds: float, accuracy: Accuracy | None, track: bool, values: Mapping[str, np.ndarray]
+) -> tuple[NDArray[np.float64], Sequence[Part]]:
+    """Some runs of a batch on one thread: their periods, and what the engine noted."""
+    batch = simulate_batch(scene, values, seconds, threads=1, accuracy=accuracy, track=track)
+    return batch.periods, batch.parts
 
 
 def _divided(scene: Scene, values: Mapping[str, np.ndarray]) -> tuple[list[str], list[str]]:
@@ -135,7 +178,7 @@ def _with_accounts(
     seconds: float,
     periods: NDArray[np.float64],
     accuracy: Accuracy | None,
-    threads: int | None,
+    threads: Workers,
     shared: Shared,
 ) -> Batch:
     """The batch made of single runs, each with its energy account."""
@@ -157,7 +200,7 @@ def _with_gradients(
     seconds: float,
     periods: NDArray[np.float64],
     accuracy: Accuracy | None,
-    threads: int | None,
+    threads: Workers,
     shared: Shared,
     paths: tuple[str, ...],
 ) -> GradientBatch:

@@ -51,6 +51,10 @@ class Shared:
         self._made: OrderedDict[Any, Any] = OrderedDict()
         self._lock = threading.Lock()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """In another process everything is made again."""
+        return Shared, (self.resident, self._most)
+
     @property
     def keys(self) -> list[Any]:
         """What is kept, by what it depends on; the last one used comes last."""

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import workers
+from tarsus.base.workers import places
 from tarsus.files.sweepstore import SweepStore
 from tarsus.solve.engines import Shared
 from tarsus.study.layout import Layout, digest_of, versions
@@ -33,10 +33,6 @@ AHEAD = 3
 
 FEWEST = 16
 """Units handed out at least: an executor that grows must see that there is work."""
-
-UNKNOWN = 64
-"""Workers that an executor is taken to have that does not say."""
-
 
 class Crew(Protocol):
     """Does units.
@@ -64,9 +60,9 @@ class Threads:
 
     elsewhere = False
 
-    def __init__(self, sweep: Sweep, layout: Layout, store: SweepStore, threads: int | None) -> None:
+    def __init__(self, sweep: Sweep, layout: Layout, store: SweepStore, threads: int) -> None:
         self._sweep, self._layout, self._store = sweep, layout, store
-        self._count = workers(threads)
+        self._count = threads
         self._shared = Shared()
         self._pool = ThreadPoolExecutor(self._count)
         self._name = socket.gethostname()
@@ -112,9 +108,7 @@ class Remote:
         return future
 
     def wanted(self) -> int:
-        count = getattr(self._executor, "workers", None)
-        count = count() if callable(count) else getattr(self._executor, "_max_workers", UNKNOWN)
-        return max(count * AHEAD, FEWEST)
+        return max(places(self._executor) * AHEAD, FEWEST)
 
     def close(self, *, wait: bool) -> None:
         for future in list(self._waiting):

@@ -7,14 +7,14 @@ import os
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.workers import spread
+from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.files.sweepstore import SweepStore
 from tarsus.solve.engines import Shared
 from tarsus.study.beats import Beats
@@ -63,8 +63,7 @@ def run_sweep(
     folder: str | os.PathLike[str],
     *,
     resume: bool = False,
-    threads: int | None = None,
-    executor: Executor | None = None,
+    threads: Workers = None,
     progress: Progress | None = None,
 ) -> SweepResult:
     """Run a sweep into a folder; what is finished is kept whenever the process ends, and never run again.
@@ -78,10 +77,8 @@ def run_sweep(
     resume
         Continue the sweep that the folder holds.
     threads
-        Worker threads; by default one for each processor that this process may use.
-    executor
-        Who does the units instead: any executor of `concurrent.futures`, its processes here or on other machines. It
-        is left open.
+        Worker threads; by default one for each processor that this process may use. Or who does the units instead: any
+        executor of `concurrent.futures`, its processes here or on other machines. It is left open.
     progress
         Called as ``progress(runs done, runs, runs of this call by worker)`` after each unit.
 
@@ -101,9 +98,9 @@ def run_sweep(
         if pending:
             with Beats(store.folder) as beats:
                 crew: Crew = (
-                    Threads(sweep, layout, store, threads)
-                    if executor is None
-                    else Remote(sweep, layout, store, executor)
+                    Remote(sweep, layout, store, threads)
+                    if is_executor(threads)
+                    else Threads(sweep, layout, store, workers(threads))
                 )
                 do_units(store, layout, crew, pending, beats, progress)
             made += beats.runs

@@ -215,8 +215,8 @@ class Yield:
 
     values (nr,) of every measure by name, NaN of a robot that failed; lost (nr,) number of dead legs; curves by
     measure; outcomes: runs by how they ended; by_dead: for each number of dead legs robots, failed, and quantiles 5,
-    50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and its
-    standard error; indices: by measure and group, as `Saltelli.indices`.
+    50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and
+    its standard error; indices: by measure and group, as `Saltelli.indices`.
     """
 
     robots: Robots

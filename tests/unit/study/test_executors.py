@@ -7,6 +7,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
+import numpy as np
 import pytest
 from study.failing_executor import FailingExecutor
 from study.sweep_case import small
@@ -36,7 +37,7 @@ def alone(tmp_path_factory) -> Path:
 def test_an_executor_gives_the_bytes_of_one_machine(alone, tmp_path):
     said = []
     result = run_sweep(
-        SWEEP, tmp_path, executor=FailingExecutor(lambda _: False), progress=lambda *one: said.append(one)
+        SWEEP, tmp_path, threads=FailingExecutor(lambda _: False), progress=lambda *one: said.append(one)
     )
     assert files(tmp_path) == files(alone)
     assert sum(result.workers.values()) == 37 == said[-1][0] and (result.units, result.kept) == (13, 0)
@@ -44,7 +45,7 @@ def test_an_executor_gives_the_bytes_of_one_machine(alone, tmp_path):
 
 def test_workers_that_die_cost_time_only(alone, tmp_path):
     executor = FailingExecutor(lambda number: number % 3 == 0)
-    run_sweep(SWEEP, tmp_path, executor=executor)
+    run_sweep(SWEEP, tmp_path, threads=executor)
     assert executor.calls > 13 and files(tmp_path) == files(alone)
 
 
@@ -55,7 +56,7 @@ def test_a_unit_that_kills_its_workers_ends_the_sweep_and_the_others_are_kept(al
             return super().submit(fn, *args, **kwargs)
 
     with pytest.raises(ts.InputError, match=r"unit 0 was begun 5 times .*EOFError.*continue with --resume"):
-        run_sweep(SWEEP, tmp_path, executor=Unlucky(lambda _: False))
+        run_sweep(SWEEP, tmp_path, threads=Unlucky(lambda _: False))
     kept = {name: text for name, text in files(tmp_path).items() if name.startswith("units")}
     assert len(kept) == 12 and kept.items() <= files(alone).items()
     assert run_sweep(SWEEP, tmp_path, resume=True).kept == 34
@@ -76,7 +77,7 @@ def test_a_worker_of_another_version_is_named(tmp_path, monkeypatch):
     with pytest.raises(
         ts.InputError, match=r"node \S+ has engine \w+, tarsus \S+ and .* begun on login1 with engine feed"
     ):
-        run_sweep(SWEEP, tmp_path, executor=executor)
+        run_sweep(SWEEP, tmp_path, threads=executor)
 
 
 def test_units_that_another_process_made_meanwhile_are_left_out(alone, tmp_path):
@@ -89,7 +90,7 @@ def test_units_that_another_process_made_meanwhile_are_left_out(alone, tmp_path)
                 run_sweep(SWEEP, tmp_path, resume=True)
             return super().submit(fn, *args, **kwargs)
 
-    run_sweep(SWEEP, tmp_path, executor=Meanwhile(lambda _: False))
+    run_sweep(SWEEP, tmp_path, threads=Meanwhile(lambda _: False))
     assert made == [0] and files(tmp_path) == files(alone)
 
 
@@ -130,3 +131,16 @@ def test_processes_give_the_same_bytes(alone, tmp_path):
         result = ts.sweep(SWEEP, tmp_path, client=pool)
     assert files(tmp_path) == files(alone)
     assert sum(result.workers.values()) == 37
+
+
+def test_a_batch_in_shares_is_the_batch():
+    scene, points = SWEEP.scene, SWEEP.points(slice(0, 11))
+    here = ts.simulate_batch(scene, points, 0.02)
+    executor = FailingExecutor(lambda _: False)
+    executor._max_workers = 2
+    there = ts.simulate_batch(scene, points, 0.02, threads=executor)
+    assert executor.calls == 4 and there.codes == here.codes
+    assert np.array_equal(there.periods, here.periods)
+    for name in ("peak", "contact_duration"):
+        assert np.array_equal(there.measure(name), here.measure(name), equal_nan=True)
+    assert np.array_equal(there.events(7), here.events(7))
