@@ -190,13 +190,24 @@ class Factored {
  public:
   // ``matrix`` (size, size); false where it is singular.
   bool factor(const std::vector<double>& matrix, int size) {
+    begin(size);
+    for (int r = 0; r < size; r++) std::copy_n(&matrix[size_t(r) * size], size, row(r));
+    return eliminate();
+  }
+
+  // Room for a matrix of zeros, to be filled row by row (each of ``size`` numbers) and eliminated.
+  void begin(int size) {
     size_ = size;
     width_ = (size + N - 1) / N;
     rows_.assign(size_t(size) * width_, Row(0.0));
     lower_.resize(size_t(size) * size);
     order_.resize(size);
     inverse_.resize(size);
-    for (int r = 0; r < size; r++) std::copy_n(&matrix[size_t(r) * size], size, row(r));
+  }
+  double* row(int r) { return reinterpret_cast<double*>(&rows_[size_t(r) * width_]); }
+
+  bool eliminate() {
+    const int size = size_;
     for (int c = 0; c < size; c++) {
       int best = c;
       for (int r = c + 1; r < size; r++) {
@@ -230,13 +241,25 @@ class Factored {
     }
   }
 
+  // By the transposed matrix.
+  void solve_transposed(Row* x) const {
+    for (int c = 0; c < size_; c++) {
+      const double* upper = row(c);
+      x[c] = x[c] * inverse_[c];
+      for (int r = c + 1; r < size_; r++) x[r] -= x[c] * upper[r];
+    }
+    for (int c = size_ - 1; c > 0; c--) {
+      for (int r = 0; r < c; r++) x[r] -= x[c] * lower_[size_t(c) * size_ + r];
+    }
+    for (int c = size_ - 1; c >= 0; c--) std::swap(x[c], x[order_[c]]);
+  }
+
  private:
   int size_ = 0, width_ = 0;      // width: of a row of the matrix, in rows of the machine
   std::vector<Row> rows_;         // what is left of the matrix: its upper triangle counts
   std::vector<double> lower_, inverse_;
   std::vector<int> order_;
 
-  double* row(int r) { return reinterpret_cast<double*>(&rows_[size_t(r) * width_]); }
   const double* row(int r) const { return reinterpret_cast<const double*>(&rows_[size_t(r) * width_]); }
 };
 

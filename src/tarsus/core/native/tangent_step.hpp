@@ -64,11 +64,11 @@ class StepTangents {
     Row apex = Row(0.0), apex_time = Row(0.0), integral = Row(0.0);
   };
 
-  // One smooth input: its slopes at the nodes, and its tangents at fixed smooth inputs.
+  // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
   struct Smooth {
-    int foot;
-    bool rated;
-    Row by_gap, by_rate, right[N];
+    int input, foot;
+    bool rated, given;  // whether it depends on the rate; whether it has tangents of its own
+    Row by_gap, by_rate, own[N];
   };
 
   Book& book_;
@@ -99,8 +99,8 @@ class StepTangents {
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
   std::vector<Row> flowed_;     // tangents of the state at the end of the step, without the shadows' parts
   std::vector<Smooth> solved_;  // see solve_smooth
-  std::vector<double> matrix_;
-  std::vector<Row> right_;
+  std::vector<int> unknown_;    // outputs that smooth inputs depend on, of feet these act on
+  std::vector<Row> right_;      // (unknown, 8)
   Factored solver_;
   std::vector<size_t> next_;  // of each foot, its next event
   std::vector<Row> gap_slopes_;  // (feet, 8)
@@ -142,6 +142,7 @@ class StepTangents {
       for (int i : acting_) {
         if (i < 2 * sizes_.feet) smooth_.push_back(i);
       }
+      list_unknown(mode);
       std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
     }
     std::fill(value_.state.begin(), value_.state.end(), 0.0);
@@ -234,8 +235,17 @@ class StepTangents {
     }
   }
 
-  // Tangents of the nodal inputs: the drives' own, and the smooth forces' from (1 - S G) d = S dlinear + explicit part, with
-  // S their slopes by gap and rate, and G what they do to those.
+  void list_unknown(const ContactMode& mode) {
+    const int m = sizes_.feet;
+    unknown_.clear();
+    for (int i : mode.free) {
+      if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
+      if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
+    }
+  }
+
+  // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
+  // (1 - G S) dy = dlinear + G own, with S the forces' slopes by y, and G what they do to y.
   void linearise(const Recorded& step) {
     tables_ = &book_.step(*now_.mode, step.step_class);
     const int m = sizes_.feet;
@@ -244,11 +254,7 @@ class StepTangents {
     for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
-    if (smooth_.empty()) return;
-    solve_smooth(step);
-    for (int o : now_.mode->free) {
-      for (int i : smooth_) add_input(*tables_, o, i, slope_.input(i), &gap_slopes_[N * o]);
-    }
+    if (!smooth_.empty()) solve_smooth(step);
   }
 
   void output_slopes(int output, Row* to) const {
@@ -257,52 +263,66 @@ class StepTangents {
   }
 
   void solve_smooth(const Recorded& step) {
-    const int m = sizes_.feet, size = int(smooth_.size()) * N;
+    const int m = sizes_.feet, size = int(unknown_.size()) * N;
     solved_.clear();
     for (int i : smooth_) solved_.push_back(smooth_input(step, i));
-    matrix_.resize(size_t(size) * size);
-    right_.clear();
-    for (size_t a = 0; a < solved_.size(); a++) {
-      const Smooth& one = solved_[a];
-      right_.insert(right_.end(), one.right, one.right + N);
-      for (size_t b = 0; b < solved_.size(); b++) {
-        const double* by_gap = tables_->from_input(one.foot, smooth_[b]);
-        const double* by_rate = one.rated ? tables_->from_input(m + one.foot, smooth_[b]) : nullptr;
-        for (int l = 0; l < N; l++) {
-          Row column = -one.by_gap * load(by_gap + l * N);
-          if (one.rated) column -= one.by_rate * load(by_rate + l * N);
-          for (int j = 0; j < N; j++) matrix_[(a * N + j) * size + b * N + l] = (a == b && j == l) + column[j];
+    right_.resize(size);
+    solver_.begin(size);  // of the transposed matrix: one row is what a node of an unknown does to all
+    for (int r = 0; r < size; r++) solver_.row(r)[r] = 1.0;
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int output = unknown_[a];
+      if (output < m) {
+        std::copy_n(&gap_slopes_[N * output], N, &right_[N * a]);
+      } else {
+        output_slopes(output, &right_[N * a]);
+      }
+      for (const Smooth& one : solved_) {
+        if (one.given) add_input(*tables_, output, one.input, one.own, &right_[N * a]);
+        for (size_t b = 0; b < unknown_.size(); b++) {
+          if (unknown_[b] % m != one.foot || (unknown_[b] >= m && !one.rated)) continue;
+          const Row& by = unknown_[b] < m ? one.by_gap : one.by_rate;
+          const double* effect = tables_->from_input(output, one.input);
+          for (int l = 0; l < N; l++) {
+            double* to = solver_.row(int(b) * N + l) + a * N;
+            store(to, load(to) - load(effect + l * N) * by[l]);
+          }
         }
       }
     }
-    if (!solver_.factor(matrix_, size)) return lose(event_);
-    solver_.solve(right_.data());
-    for (size_t a = 0; a < solved_.size(); a++) std::copy_n(&right_[a * N], N, slope_.input(smooth_[a]));
+    if (!solver_.eliminate()) return lose(event_);
+    solver_.solve_transposed(right_.data());
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int foot = unknown_[a] % m;
+      const Row* found = &right_[N * a];
+      if (unknown_[a] < m) std::copy_n(found, N, &gap_slopes_[N * foot]);
+      for (Smooth& one : solved_) {
+        if (one.foot != foot || (unknown_[a] >= m && !one.rated)) continue;
+        for (int j = 0; j < N; j++) one.own[j] += found[j] * (unknown_[a] < m ? one.by_gap : one.by_rate)[j];
+      }
+    }
+    for (const Smooth& one : solved_) std::copy_n(one.own, N, slope_.input(one.input));
+    for (int o : now_.mode->free) {
+      if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE)) continue;
+      for (int i : smooth_) add_input(*tables_, o, i, slope_.input(i), &gap_slopes_[N * o]);
+    }
   }
 
   Smooth smooth_input(const Recorded& step, int i) {
     const int m = sizes_.feet, foot = i % m;
     const bool force = i >= m;
-    Smooth out = {foot, force && laws_.has(foot, USES_RATE), Row(0.0), Row(0.0), {}};
+    Smooth out = {i, foot, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}};
     double gap[N], rate[N] = {};
-    Row rates[N];
-    const Row* gaps = &gap_slopes_[N * foot];
     outputs_at_nodes(*tables_, acting_, value_, foot, gap);
-    if (out.rated) {
-      outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
-      output_slopes(m + foot, rates);
-    }
+    if (out.rated) outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
     const int c = force ? channel_of(foot) : -1;
     const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]), times = nodes_.times() * step.length + step.time;
     const Row arguments[4] = {load(gap), load(rate), volts, times};
     const Hook hook = force ? FORCE : MOMENTUM;
     laws_.slopes(hook, foot, arguments, force ? 4 : 1, out.by_gap, out.by_rate);
-    for (int j = 0; j < N; j++) {
-      out.right[j] = gaps[j] * out.by_gap[j];
-      if (out.rated) out.right[j] += rates[j] * out.by_rate[j];
-    }
-    if (laws_.varied[foot] || c >= 0) {
-      laws_.add_explicit(hook, foot, arguments, force ? 4 : 1, c < 0 ? nullptr : &channel_slopes_[N * c], out.right);
+    std::fill_n(out.own, N, Row(0.0));
+    out.given = laws_.varied[foot] || c >= 0;
+    if (out.given) {
+      laws_.add_explicit(hook, foot, arguments, force ? 4 : 1, c < 0 ? nullptr : &channel_slopes_[N * c], out.own);
     }
     return out;
   }
