@@ -30,6 +30,37 @@ inline Recorded recorded(Book& book, const double* row) {
   return {row[0], row[1], row[2], &book.numbered(int(row[3])), int(row[4]), state, state + 2 * book.sizes.coordinates};
 }
 
+// What values at the nodes of a step make of its moment s: weights of the value and of its derivatives by s.
+struct Weights {
+  Row value = Row(0.0), slope = Row(0.0), bend = Row(0.0);
+
+  Weights(const Nodes& nodes, double s) {
+    for (int c = N - 1; c >= 0; c--) {
+      bend = bend * s + slope * 2.0;
+      slope = slope * s + value;
+      value = value * s + load(nodes.monomial[c]);
+    }
+    value = Row(1.0);  // by Lagrange's polynomials, which round less than powers
+    for (int k = 0; k < N; k++) {
+      Row share = Row(s - nodes.tau[k]), apart = nodes.times() - nodes.tau[k];
+      share.set(k, 1.0);
+      apart.set(k, 1.0);
+      value *= share / apart;
+    }
+  }
+};
+
+// sum_j weights[j] values[j]
+template <class Real>
+TARSUS_INLINE Real weighted(const Row& weights, const Real* values) {
+  Real even = values[0] * weights[0], odd = values[1] * weights[1];
+  for (int j = 2; j < N; j += 2) {
+    even += values[j] * weights[j];
+    odd += values[j + 1] * weights[j + 1];
+  }
+  return even + odd;
+}
+
 // What enters a step, and with it the values of its inputs anywhere.
 template <class Real>
 struct Entering {
@@ -40,24 +71,6 @@ struct Entering {
 
   const Real* input(int i) const { return inputs.data() + N * i; }
   Real* input(int i) { return inputs.data() + N * i; }
-
-  // Value of an input at scaled time s, and its derivatives by it.
-  void at(const Nodes& nodes, int i, double s, Real& value, Real& slope, Real& bend) const {
-    value = slope = bend = Real(0.0);
-    for (int c = N - 1; c >= 0; c--) {
-      Real k = Real(0.0);
-      for (int j = 0; j < N; j++) k += input(i)[j] * nodes.monomial[c][j];
-      bend = bend * s + slope * 2.0;
-      slope = slope * s + value;
-      value = value * s + k;
-    }
-    value = Real(0.0);  // by Lagrange's polynomials, which round less than powers
-    for (int j = 0; j < N; j++) {
-      double share = 1.0;
-      for (int k = 0; k < N; k++) share *= k == j ? 1.0 : (s - nodes.tau[k]) / (nodes.tau[j] - nodes.tau[k]);
-      value += input(i)[j] * share;
-    }
-  }
 };
 
 // The state of a recorded step with momenta counted from its start, so that little motion is no difference of large numbers.
@@ -85,6 +98,15 @@ TARSUS_INLINE Real dot(const double* rows, const std::vector<Real>& x) {
   return sum;
 }
 
+// What nodal inputs add to an output at the nodes of a step (8).
+template <class Real>
+TARSUS_INLINE void add_input(const StepClass& step, int output, int input, const Real* values, Real* to) {
+  const double* rows = step.from_input(output, input);
+  for (int l = 0; l < N; l++) {
+    for (int j = 0; j < N; j++) to[j] += values[l] * rows[l * N + j];
+  }
+}
+
 // An output at the nodes of a step (8); ``acting``: inputs that may differ from zero.
 template <class Real>
 inline void outputs_at_nodes(const StepClass& step, const std::vector<int>& acting, const Entering<Real>& from, int output,
@@ -99,12 +121,7 @@ inline void outputs_at_nodes(const StepClass& step, const std::vector<int>& acti
       for (int j = 0; j < N; j++) to[j] += x * rows[j];
     }
   }
-  for (int i : acting) {
-    const double* rows = step.from_input(output, i);
-    for (int l = 0; l < N; l++) {
-      for (int j = 0; j < N; j++) to[j] += from.input(i)[l] * rows[l * N + j];
-    }
-  }
+  for (int i : acting) add_input(step, output, i, from.input(i), to);
   for (int q = 0; q < s.sources(); q++) {
     const double* rows = step.node_bias + (q * s.outputs + output) * N;
     for (int j = 0; j < N; j++) to[j] += from.sources[q] * rows[j];
@@ -154,53 +171,79 @@ inline void rate_of_state(const ContactMode& mode, const std::vector<int>& actin
   }
 }
 
+// Room for going to a moment inside a step.
+template <class Real>
+struct Inside {
+  Entering<Real> part, left;
+  std::vector<Real> middle, term;
+
+  explicit Inside(const Sizes& s) : part(s), left(s) {}
+};
+
+// The half of a step that holds its moment s, in place of the whole one in ``room.part``; s becomes that of the half.
+template <class Real>
+inline void halve(const StepClass& half, const Halves& halves, const std::vector<int>& acting, Inside<Real>& room, double& s) {
+  const auto on = [](const double (*matrix)[N], const Real* from, Real* to) {
+    for (int j = 0; j < N; j++) to[j] = weighted(load(matrix[j]), from);
+  };
+  for (int i : acting) on(halves.left, room.part.input(i), room.left.input(i));
+  const bool late = s >= 0.5;
+  if (late) {
+    room.left.state = room.part.state;
+    room.left.sources = room.part.sources;
+    end_of_step(half, acting, room.left, room.middle);
+    room.part.state.swap(room.middle);
+    for (int i : acting) on(halves.right, room.part.input(i), room.left.input(i));
+  }
+  for (int i : acting) std::copy_n(room.left.input(i), N, room.part.input(i));
+  s = late ? 2.0 * s - 1.0 : 2.0 * s;
+}
+
 // The state at scaled time s of a step of class k, by halving it until its Taylor polynomial carries, and that.
 template <class Real>
 inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, const ContactMode& mode, int k, double s,
-                        const std::vector<int>& acting, Entering<Real> from, std::vector<Real>& to) {
-  const int size = mode.sizes.state();
-  const auto half = [&](const Entering<Real>& whole, const double (*matrix)[N]) {
-    Entering<Real> out = whole;
-    for (int i : acting) {
-      for (int j = 0; j < N; j++) {
-        Real sum = Real(0.0);
-        for (int l = 0; l < N; l++) sum += whole.input(i)[l] * matrix[j][l];
-        out.input(i)[j] = sum;
-      }
-    }
-    return out;
-  };
+                        const std::vector<int>& acting, const Entering<Real>& whole, Inside<Real>& room, std::vector<Real>& to) {
+  const int ns = mode.sizes.stride, size = 2 * ns;
+  const Entering<Real>* from = &whole;
   while (mode.terms[k] == 0 && k + 1 < book.classes()) {
     k++;
-    Entering<Real> part = half(from, halves.left);
-    if (s >= 0.5) {
-      std::vector<Real> middle;
-      end_of_step(book.step(mode, k), acting, part, middle);
-      part = half(from, halves.right);
-      part.state = middle;
-      s = 2.0 * s - 1.0;
-    } else {
-      s *= 2.0;
+    if (from == &whole) {
+      room.part.state = whole.state;
+      room.part.sources = whole.sources;
+      for (int i : acting) std::copy_n(whole.input(i), N, room.part.input(i));
+      from = &room.part;
     }
-    from = std::move(part);
+    halve(book.step(mode, k), halves, acting, room, s);
   }
-  const double span = s * book.lengths[k];
-  std::vector<Real> term = from.state, next;
-  std::vector<Real> coefficient(mode.sizes.inputs(), Real(0.0));
-  to = term;
+  const double span = s * book.lengths[k], *t = mode.blocks;
+  std::vector<Real>& term = room.term;
+  to = term = from->state;
   double power = 1.0;
-  const int count = std::max(mode.terms[k], N + 2);
-  for (int c = 0; c < count; c++, power *= s) {
+  for (int c = 0; c < N; c++, power *= s) {  // while inputs come in
+    const double by = span / (c + 1);
+    for (int b = 0; b < ns; b++) {
+      const Real x = term[b] * by, y = term[ns + b] * by;
+      term[b] = x * t[b] + y * t[ns + b];
+      term[ns + b] = x * t[2 * ns + b] + y * t[3 * ns + b];
+    }
     for (int i : acting) {
-      coefficient[i] = Real(0.0);
-      if (c >= N) continue;
-      for (int j = 0; j < N; j++) coefficient[i] += from.input(i)[j] * (nodes.monomial[c][j] * power);
+      const Real value = weighted(load(nodes.monomial[c]) * (power * by), from->input(i));
+      for (int r = 0; r < size; r++) term[r] += value * mode.inputs[i * size + r];
     }
-    rate_of_state(mode, acting, term, coefficient, c == 0 ? from.sources : std::vector<Real>(from.sources.size(), Real(0.0)), next);
-    for (int r = 0; r < size; r++) {
-      term[r] = next[r] * (span / (c + 1));
-      to[r] += term[r];
+    for (int q = 0; c == 0 && q < mode.sizes.sources(); q++) {
+      for (int r = 0; r < size; r++) term[r] += from->sources[q] * (mode.bias_inputs[q * size + r] * by);
     }
+    for (int r = 0; r < size; r++) to[r] += term[r];
+  }
+  const int rest = std::max(mode.terms[k] - N, 2);  // then powers of T alone
+  for (int b = 0; b < ns; b++) {
+    double sum[4] = {}, factor = 1.0;
+    for (int c = 1; c <= rest; c++) {
+      factor *= span * mode.rate / (N + c);
+      for (int e = 0; e < 4; e++) sum[e] += factor * mode.powers[(4 * c + e) * ns + b];
+    }
+    to[b] += term[b] * sum[0] + term[ns + b] * sum[1];
+    to[ns + b] += term[b] * sum[2] + term[ns + b] * sum[3];
   }
 }
 
@@ -209,45 +252,63 @@ inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, co
 template <class Real>
 struct Shown {
   std::vector<Real> place, gap, rate, resistive, smooth, pull;
+  std::vector<Real> modal, value, slope;  // what they are made of: the modal state; the inputs, and their rates
 
   explicit Shown(const Sizes& s)
-      : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap) {}
+      : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap),
+        modal(s.state(), Real(0.0)), value(s.inputs(), Real(0.0)), slope(value) {}
 };
 
 // Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
 inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
 
+// What constant parts of a contact mode's rows come to with these sources.
 template <class Real>
-inline void show(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
-                 const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
+TARSUS_INLINE Real with_sources(const std::vector<Real>& sources, const double* unit, int count, int row) {
+  Real sum = Real(0.0);
+  for (size_t q = 0; q < sources.size(); q++) sum += sources[q] * unit[q * count + row];
+  return sum;
+}
+
+// Its feet alone.
+template <class Real>
+inline void show_feet(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
+                      const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
   const Sizes& size = mode.sizes;
-  const int m = size.feet, ni = size.inputs(), n2 = 2 * size.coordinates;
-  std::vector<Real> y = state, value(ni, Real(0.0)), slope(value);
-  Real bend;
+  const int m = size.feet, ni = size.inputs();
+  const Weights weights(nodes, s);
+  const Row rates = weights.slope * (1.0 / length);
+  to.modal = state;
+  std::fill(to.value.begin(), to.value.end(), Real(0.0));
+  std::fill(to.slope.begin(), to.slope.end(), Real(0.0));
   for (int i : acting) {
-    from.at(nodes, i, s, value[i], slope[i], bend);
-    slope[i] = slope[i] / length;
+    to.value[i] = weighted(weights.value, from.input(i));
+    to.slope[i] = weighted(rates, from.input(i));
     if (i >= m) continue;
-    for (size_t k = 0; k < y.size(); k++) y[k] += value[i] * mode.beta[i * y.size() + k];
+    for (size_t k = 0; k < state.size(); k++) to.modal[k] += to.value[i] * mode.beta[i * state.size() + k];
   }
-  const auto biased = [&](const double* unit, int count, int row) {
-    Real sum = Real(0.0);
-    for (int q = 0; q < size.sources(); q++) sum += from.sources[q] * unit[q * count + row];
-    return sum;
-  };
-  for (int r = 0; r < n2; r++) to.place[r] = dot(mode.to_physical + size_t(r) * size.state(), y) + biased(mode.bias_offset, n2, r);
   for (int i = 0; i < m; i++) {
     to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = Real(0.0);
-    const Real along = dot(mode.outputs + size_t(i) * size.state(), state) + biased(mode.bias_feed, 2 * m, i);
+    const Real along = dot(mode.outputs + size_t(i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, i);
     if (!mode.is_held[i]) {
       to.gap[i] = along;
-      to.rate[i] = dot(mode.outputs + size_t(m + i) * size.state(), y);
-      to.resistive[i] = slope[i];
-      to.smooth[i] = value[m + i];
+      to.rate[i] = dot(mode.outputs + size_t(m + i) * size.state(), to.modal);
+      to.resistive[i] = to.slope[i];
+      to.smooth[i] = to.value[m + i];
       continue;
     }
     to.pull[i] = along;
-    for (int k : acting) to.pull[i] += value[k] * mode.feed[i * ni + k] + slope[k] * mode.feed_rate[i * ni + k];
+    for (int k : acting) to.pull[i] += to.value[k] * mode.feed[i * ni + k] + to.slope[k] * mode.feed_rate[i * ni + k];
+  }
+}
+
+template <class Real>
+inline void show(const ContactMode& mode, const Nodes& nodes, double length, double s, const std::vector<int>& acting,
+                 const Entering<Real>& from, const std::vector<Real>& state, Shown<Real>& to) {
+  const int n2 = 2 * mode.sizes.coordinates;
+  show_feet(mode, nodes, length, s, acting, from, state, to);
+  for (int r = 0; r < n2; r++) {
+    to.place[r] = dot(mode.to_physical + size_t(r) * state.size(), to.modal) + with_sources(from.sources, mode.bias_offset, n2, r);
   }
 }
 

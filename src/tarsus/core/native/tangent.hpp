@@ -36,6 +36,11 @@ struct DriveTangents {
   DriveTangents(const Signals& s, const Nodes& n, const DataTangents& d, const RunData& run, size_t channels)
       : signals(s), data(d), player(s, n, channels), chosen_(run.channels, run.channels + channels) {
     player.restart(run.channels, run.changes);
+    for (size_t p = 0; p < s.start.size(); p++) {
+      int most = DEGREE - 1;
+      while (most > 0 && s.coef[DEGREE * p + most] == 0.0 && !any_less(Row(0.0), magnitude(d.coef[DEGREE * p + most]))) most--;
+      degrees_.push_back(most);
+    }
   }
 
   // Where a piece begins [s], in the run's time.
@@ -50,7 +55,7 @@ struct DriveTangents {
     const double* k = signals.coef.data() + DEGREE * p;
     double u = 0.0, slope = 0.0;
     Row du = Row(0.0);
-    for (int n = DEGREE - 1; n >= 0; n--) {
+    for (int n = degrees_[p]; n >= 0; n--) {
       slope = slope * x + u;
       u = u * x + k[n];
       du = du * x + data.coef[DEGREE * p + n];
@@ -78,6 +83,7 @@ struct DriveTangents {
 
  private:
   std::vector<int64_t> chosen_;
+  std::vector<int> degrees_;  // of the pieces' values and their derivatives
 
   Row moved(int c, const Cursor& at, const Row& end) const {
     return end + data.loops[chosen_[c]] * double(at.turns) - data.changes[3 * c + 2];
@@ -91,7 +97,8 @@ struct LawTangents {
 
   // ``slopes``: derivatives of the parameters.
   LawTangents(const Laws& l, const double* parameters, const std::vector<Row>& slopes)
-      : laws(l), varied(l.feet, 0), plain_(l), fixed_(size_t(l.feet) * l.fixed), registers_(l.registers), rows_(l.registers) {
+      : laws(l), varied(l.feet, 0), plain_(l), fixed_(size_t(l.feet) * l.fixed), registers_(l.registers), rows_(l.registers),
+        spread_(fixed_.size()), wide_(l.registers) {
     plain_.take(parameters);
     for (const auto& terms : laws.terms) {
       for (const Term& term : terms) {
@@ -106,6 +113,10 @@ struct LawTangents {
           prepare(program, given.data(), fixed_.data() + size_t(i) * laws.fixed + term.fixed);
         }
       }
+    }
+    for (size_t n = 0; n < fixed_.size(); n++) {
+      spread_[n].value = Row(fixed_[n].value);
+      for (int lane = 0; lane < LANES; lane++) spread_[n].slope[lane] = Row(fixed_[n].slope[lane]);
     }
   }
 
@@ -151,32 +162,69 @@ struct LawTangents {
     }
   }
 
+  // Add to tangents at eight nodes what a hook's function has by its parameters, and by its third argument, volts, which has
+  // the tangents ``by_volts`` there (none where null).
+  void add_explicit(Hook hook, int foot, const Row* arguments, int count, const Row* by_volts, Row* to) {
+    for (const Term& term : laws.terms[hook]) {
+      for (int a = 0; a < count; a++) wide_[a] = Dual<Row, LANES>(arguments[a]);
+      for (int lane = 0; by_volts != nullptr && lane < LANES; lane++) {
+        for (int j = 0; j < N; j++) wide_[2].slope[lane].set(j, by_volts[j][lane]);
+      }
+      const auto& found = evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data());
+      for (int j = 0; j < N; j++) {
+        if (!std::isfinite(found.value[j])) continue;
+        for (int lane = 0; lane < LANES; lane++) to[j].set(lane, to[j][lane] + found.slope[lane][j]);
+      }
+    }
+  }
+
  private:
   ActingLaws plain_;
   std::vector<Jet> fixed_, registers_;
   std::vector<Dual<Row, 2>> rows_;
+  std::vector<Dual<Row, LANES>> spread_, wide_;  // as ``fixed_`` and registers, for eight nodes
 };
 
 // A square matrix once eliminated, for right sides of eight lanes.
 class Factored {
  public:
   // ``matrix`` (size, size); false where it is singular.
-  bool factor(std::vector<double>&& matrix, int size) {
-    matrix_ = std::move(matrix);
+  bool factor(const std::vector<double>& matrix, int size) {
+    begin(size);
+    for (int r = 0; r < size; r++) std::copy_n(&matrix[size_t(r) * size], size, row(r));
+    return eliminate();
+  }
+
+  // Room for a matrix of zeros, to be filled row by row (each of ``size`` numbers) and eliminated.
+  void begin(int size) {
     size_ = size;
+    width_ = (size + N - 1) / N;
+    rows_.assign(size_t(size) * width_, Row(0.0));
+    lower_.resize(size_t(size) * size);
     order_.resize(size);
+    inverse_.resize(size);
+  }
+  double* row(int r) { return reinterpret_cast<double*>(&rows_[size_t(r) * width_]); }
+
+  bool eliminate() {
+    const int size = size_;
     for (int c = 0; c < size; c++) {
       int best = c;
       for (int r = c + 1; r < size; r++) {
-        if (std::fabs(at(r, c)) > std::fabs(at(best, c))) best = r;
+        if (std::fabs(row(r)[c]) > std::fabs(row(best)[c])) best = r;
       }
-      if (!(std::fabs(at(best, c)) > 0.0)) return false;
+      const double pivot = row(best)[c];
+      if (!(std::fabs(pivot) > 0.0)) return false;
       order_[c] = best;
-      for (int j = 0; best != c && j < size; j++) std::swap(at(best, j), at(c, j));
+      inverse_[c] = 1.0 / pivot;
+      if (best != c) {
+        for (int j = 0; j < width_; j++) std::swap(rows_[size_t(best) * width_ + j], rows_[size_t(c) * width_ + j]);
+        for (int j = 0; j < c; j++) std::swap(lower_[size_t(best) * size + j], lower_[size_t(c) * size + j]);
+      }
       for (int r = c + 1; r < size; r++) {
-        const double factor = at(r, c) /= at(c, c);
+        const double factor = lower_[size_t(r) * size + c] = row(r)[c] * inverse_[c];
         if (factor == 0.0) continue;
-        for (int j = c + 1; j < size; j++) at(r, j) -= factor * at(c, j);
+        for (int j = c / N; j < width_; j++) rows_[size_t(r) * width_ + j] -= rows_[size_t(c) * width_ + j] * factor;
       }
     }
     return true;
@@ -184,22 +232,35 @@ class Factored {
 
   void solve(Row* x) const {
     for (int c = 0; c < size_; c++) std::swap(x[c], x[order_[c]]);
-    for (int r = 0; r < size_; r++) {
-      for (int c = 0; c < r; c++) x[r] -= x[c] * at(r, c);
+    for (int c = 0; c < size_; c++) {
+      for (int r = c + 1; r < size_; r++) x[r] -= x[c] * lower_[size_t(r) * size_ + c];
     }
-    for (int r = size_ - 1; r >= 0; r--) {
-      for (int c = r + 1; c < size_; c++) x[r] -= x[c] * at(r, c);
-      x[r] = x[r] / at(r, r);
+    for (int c = size_ - 1; c >= 0; c--) {
+      x[c] = x[c] * inverse_[c];
+      for (int r = 0; r < c; r++) x[r] -= x[c] * row(r)[c];
     }
   }
 
+  // By the transposed matrix.
+  void solve_transposed(Row* x) const {
+    for (int c = 0; c < size_; c++) {
+      const double* upper = row(c);
+      x[c] = x[c] * inverse_[c];
+      for (int r = c + 1; r < size_; r++) x[r] -= x[c] * upper[r];
+    }
+    for (int c = size_ - 1; c > 0; c--) {
+      for (int r = 0; r < c; r++) x[r] -= x[c] * lower_[size_t(c) * size_ + r];
+    }
+    for (int c = size_ - 1; c >= 0; c--) std::swap(x[c], x[order_[c]]);
+  }
+
  private:
-  int size_ = 0;
-  std::vector<double> matrix_;
+  int size_ = 0, width_ = 0;      // width: of a row of the matrix, in rows of the machine
+  std::vector<Row> rows_;         // what is left of the matrix: its upper triangle counts
+  std::vector<double> lower_, inverse_;
   std::vector<int> order_;
 
-  double& at(int r, int c) { return matrix_[size_t(r) * size_ + c]; }
-  double at(int r, int c) const { return matrix_[size_t(r) * size_ + c]; }
+  const double* row(int r) const { return reinterpret_cast<const double*>(&rows_[size_t(r) * width_]); }
 };
 
 }  // namespace tarsus

@@ -54,6 +54,7 @@ class ModalTangent : StepTangents {
     event_ = event;
     first_foot_ = -1;
     struck_.clear();
+    if (same_instant(event, steps)) end_values();
     for (; same_instant(event, steps); event++) {
       if (record_->notes[event].origin == MARKED) {
         note_mark(event);
@@ -95,7 +96,7 @@ class ModalTangent : StepTangents {
     }
     first_foot_ = foot;
     if (!(step_.fraction == 0.0 && shared_at_ >= now_.time.value - settings_.least_progress)) {
-      const Shown<Row> shown = shown_at(step_, step_.fraction);
+      const Shown<Row>& shown = shown_at_end();
       const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
       shared_ = -found.by / found.rate;
       shared_at_ = now_.time.value;
@@ -142,9 +143,9 @@ class ModalTangent : StepTangents {
   Margin hold_margin(int i, const Shown<Row>& shown) {
     const int ni = sizes_.inputs();
     double pulling = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
+    const Weights weights(nodes_, step_.fraction);
     for (int k : acting_) {
-      double v, v1, v2;
-      value_.at(nodes_, k, step_.fraction, v, v1, v2);
+      const double v1 = weighted(weights.slope, value_.input(k)), v2 = weighted(weights.bend, value_.input(k));
       pulling += (v1 * now_.mode->feed[i * ni + k] + v2 * now_.mode->feed_rate[i * ni + k] / step_.length) / step_.length;
     }
     const int c = channel_of(i);

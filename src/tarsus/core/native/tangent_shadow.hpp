@@ -62,7 +62,8 @@ class Shadow {
   Shown<double> at(const Nodes& nodes, const Halves& halves, double length, double s, const std::vector<int>& acting) const {
     Shown<double> out(mode_->sizes);
     std::vector<double> state;
-    within_step(book_, nodes, halves, *mode_, step_class_, s, acting, entering_, state);
+    Inside<double> room(mode_->sizes);
+    within_step(book_, nodes, halves, *mode_, step_class_, s, acting, entering_, room, state);
     show(*mode_, nodes, length, s, acting, entering_, state, out);
     return out;
   }

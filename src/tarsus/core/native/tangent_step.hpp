@@ -39,7 +39,8 @@ class StepTangents {
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
-        channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_) {
+        channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
+        value_room_(sizes_), slope_room_(sizes_), shown_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
     FootSet on(sizes_.feet);
@@ -63,6 +64,13 @@ class StepTangents {
     Row apex = Row(0.0), apex_time = Row(0.0), integral = Row(0.0);
   };
 
+  // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
+  struct Smooth {
+    int input, foot;
+    bool rated, given;  // whether it depends on the rate; whether it has tangents of its own
+    Row by_gap, by_rate, own[N];
+  };
+
   Book& book_;
   const Sizes sizes_;
   const Nodes& nodes_;
@@ -82,7 +90,19 @@ class StepTangents {
   size_t channels_;
   Entering<double> value_;  // what enters the step, and its tangents
   Entering<Row> slope_;
-  std::vector<int> acting_;
+  mutable Inside<double> value_room_;
+  mutable Inside<Row> slope_room_;
+  mutable Shown<Row> shown_;  // see shown_at
+  mutable std::vector<Row> inside_;
+  std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones
+  const ContactMode* acting_in_ = nullptr;
+  bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
+  std::vector<Row> flowed_;     // tangents of the state at the end of the step, without the shadows' parts
+  std::vector<Smooth> solved_;  // see solve_smooth
+  std::vector<int> unknown_;    // outputs that smooth inputs depend on, of feet these act on
+  std::vector<Row> right_;      // (unknown, 8)
+  Factored solver_;
+  std::vector<size_t> next_;  // of each foot, its next event
   std::vector<Row> gap_slopes_;  // (feet, 8)
   std::vector<double> end_, rate_;  // the flowing state at the end of the step, and its rate there
   const StepClass* tables_ = nullptr;
@@ -114,7 +134,17 @@ class StepTangents {
     const ContactMode& mode = *now_.mode;
     const int ns = sizes_.stride, nb = mode.blocks_used;
     step_ = step;
-    acting_ = acting_inputs(mode, laws_.plain());
+    ended_ = false;
+    if (acting_in_ != &mode) {
+      acting_in_ = &mode;
+      acting_ = acting_inputs(mode, laws_.plain());
+      smooth_.clear();
+      for (int i : acting_) {
+        if (i < 2 * sizes_.feet) smooth_.push_back(i);
+      }
+      list_unknown(mode);
+      std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
+    }
     std::fill(value_.state.begin(), value_.state.end(), 0.0);
     std::copy(step.state, step.state + nb, value_.state.begin());
     std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
@@ -205,21 +235,26 @@ class StepTangents {
     }
   }
 
-  // Tangents of the nodal inputs: the drives' own, and the smooth forces' from (1 - S G) d = S dlinear + explicit part, with
-  // S their slopes by gap and rate, and G what they do to those.
+  void list_unknown(const ContactMode& mode) {
+    const int m = sizes_.feet;
+    unknown_.clear();
+    for (int i : mode.free) {
+      if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
+      if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
+    }
+  }
+
+  // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
+  // (1 - G S) dy = dlinear + G own, with S the forces' slopes by y, and G what they do to y.
   void linearise(const Recorded& step) {
     tables_ = &book_.step(*now_.mode, step.step_class);
     const int m = sizes_.feet;
-    std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
-    std::vector<int> smooth;
-    for (int i : acting_) {
-      if (i < 2 * m) smooth.push_back(i);
-    }
-    if (!smooth.empty()) solve_smooth(step, smooth);
+    for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
+    if (!smooth_.empty()) solve_smooth(step);
   }
 
   void output_slopes(int output, Row* to) const {
@@ -227,63 +262,67 @@ class StepTangents {
     for (const Shadow& one : shadows_) one.add_outputs(acting_, output, to);
   }
 
-  // One smooth input: its slopes at the nodes, and its tangents at fixed smooth inputs.
-  struct Smooth {
-    int foot;
-    bool rated;
-    Row by_gap, by_rate, right[N];
-  };
-
-  void solve_smooth(const Recorded& step, const std::vector<int>& smooth) {
-    const int m = sizes_.feet, size = int(smooth.size()) * N;
-    std::vector<Smooth> all;
-    for (int i : smooth) all.push_back(smooth_input(step, i));
-    std::vector<double> matrix(size_t(size) * size, 0.0);
-    std::vector<Row> right;
-    for (size_t a = 0; a < all.size(); a++) {
-      const Smooth& one = all[a];
-      right.insert(right.end(), one.right, one.right + N);
-      for (size_t b = 0; b < all.size(); b++) {
-        const double* by_gap = tables_->from_input(one.foot, smooth[b]);
-        const double* by_rate = one.rated ? tables_->from_input(m + one.foot, smooth[b]) : nullptr;
-        for (int j = 0; j < N; j++) {
+  void solve_smooth(const Recorded& step) {
+    const int m = sizes_.feet, size = int(unknown_.size()) * N;
+    solved_.clear();
+    for (int i : smooth_) solved_.push_back(smooth_input(step, i));
+    right_.resize(size);
+    solver_.begin(size);  // of the transposed matrix: one row is what a node of an unknown does to all
+    for (int r = 0; r < size; r++) solver_.row(r)[r] = 1.0;
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int output = unknown_[a];
+      if (output < m) {
+        std::copy_n(&gap_slopes_[N * output], N, &right_[N * a]);
+      } else {
+        output_slopes(output, &right_[N * a]);
+      }
+      for (const Smooth& one : solved_) {
+        if (one.given) add_input(*tables_, output, one.input, one.own, &right_[N * a]);
+        for (size_t b = 0; b < unknown_.size(); b++) {
+          if (unknown_[b] % m != one.foot || (unknown_[b] >= m && !one.rated)) continue;
+          const Row& by = unknown_[b] < m ? one.by_gap : one.by_rate;
+          const double* effect = tables_->from_input(output, one.input);
           for (int l = 0; l < N; l++) {
-            double& to = matrix[(a * N + j) * size + b * N + l];
-            to = (a == b && j == l) - one.by_gap[j] * by_gap[l * N + j];
-            if (one.rated) to -= one.by_rate[j] * by_rate[l * N + j];
+            double* to = solver_.row(int(b) * N + l) + a * N;
+            store(to, load(to) - load(effect + l * N) * by[l]);
           }
         }
       }
     }
-    Factored solver;
-    if (!solver.factor(std::move(matrix), size)) return lose(event_);
-    solver.solve(right.data());
-    for (size_t a = 0; a < all.size(); a++) std::copy_n(&right[a * N], N, slope_.input(smooth[a]));
+    if (!solver_.eliminate()) return lose(event_);
+    solver_.solve_transposed(right_.data());
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int foot = unknown_[a] % m;
+      const Row* found = &right_[N * a];
+      if (unknown_[a] < m) std::copy_n(found, N, &gap_slopes_[N * foot]);
+      for (Smooth& one : solved_) {
+        if (one.foot != foot || (unknown_[a] >= m && !one.rated)) continue;
+        for (int j = 0; j < N; j++) one.own[j] += found[j] * (unknown_[a] < m ? one.by_gap : one.by_rate)[j];
+      }
+    }
+    for (const Smooth& one : solved_) std::copy_n(one.own, N, slope_.input(one.input));
+    for (int o : now_.mode->free) {
+      if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE)) continue;
+      for (int i : smooth_) add_input(*tables_, o, i, slope_.input(i), &gap_slopes_[N * o]);
+    }
   }
 
   Smooth smooth_input(const Recorded& step, int i) {
     const int m = sizes_.feet, foot = i % m;
     const bool force = i >= m;
-    Smooth out = {foot, force && laws_.has(foot, USES_RATE), Row(0.0), Row(0.0), {}};
+    Smooth out = {i, foot, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}};
     double gap[N], rate[N] = {};
-    Row gaps[N], rates[N];
     outputs_at_nodes(*tables_, acting_, value_, foot, gap);
-    output_slopes(foot, gaps);
-    if (out.rated) {
-      outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
-      output_slopes(m + foot, rates);
-    }
+    if (out.rated) outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
     const int c = force ? channel_of(foot) : -1;
     const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]), times = nodes_.times() * step.length + step.time;
     const Row arguments[4] = {load(gap), load(rate), volts, times};
-    laws_.slopes(force ? FORCE : MOMENTUM, foot, arguments, force ? 4 : 1, out.by_gap, out.by_rate);
-    for (int j = 0; j < N; j++) {
-      out.right[j] = gaps[j] * out.by_gap[j];
-      if (out.rated) out.right[j] += rates[j] * out.by_rate[j];
-      if (!laws_.varied[foot] && c < 0) continue;
-      const Jet u = c < 0 ? Jet(0.0) : jet(volts[j], channel_slopes_[N * c + j]);
-      const Jet found = force ? laws_.force(foot, Jet(gap[j]), Jet(rate[j]), u, Jet(times[j])) : laws_.momentum(foot, Jet(gap[j]));
-      if (std::isfinite(found.value)) out.right[j] += slope_of(found);
+    const Hook hook = force ? FORCE : MOMENTUM;
+    laws_.slopes(hook, foot, arguments, force ? 4 : 1, out.by_gap, out.by_rate);
+    std::fill_n(out.own, N, Row(0.0));
+    out.given = laws_.varied[foot] || c >= 0;
+    if (out.given) {
+      laws_.add_explicit(hook, foot, arguments, force ? 4 : 1, c < 0 ? nullptr : &channel_slopes_[N * c], out.own);
     }
     return out;
   }
@@ -296,11 +335,15 @@ class StepTangents {
     to.insert(to.end(), slope_.inputs.begin(), slope_.inputs.end());
   }
 
-  // Tangents of what is shown at scaled time s of the step.
-  Shown<Row> shown_at(const Recorded& step, double s) const {
-    std::vector<Row> state;
-    within_step(book_, nodes_, halves_, *now_.mode, step.step_class, s, acting_, slope_, state);
-    Shown<Row> out(sizes_);
+  // Tangents of what is shown at scaled time s of the step, until the next are asked for.
+  const Shown<Row>& shown_at(const Recorded& step, double s) const {
+    within_step(book_, nodes_, halves_, *now_.mode, step.step_class, s, acting_, slope_, slope_room_, inside_);
+    return shown_with(step, s, inside_);
+  }
+  const Shown<Row>& shown_at_end() const { return shown_with(step_, step_.fraction, flowed_); }
+
+  const Shown<Row>& shown_with(const Recorded& step, double s, const std::vector<Row>& state) const {
+    Shown<Row>& out = shown_;
     show(*now_.mode, nodes_, step.length, s, acting_, slope_, state, out);
     for (const Shadow& one : shadows_) {
       const Shown<double> own = one.at(nodes_, halves_, step.length, s, acting_);
@@ -315,7 +358,7 @@ class StepTangents {
   }
 
   void take_sample(const Recorded& step, double s, size_t n) {
-    const Shown<Row> shown = shown_at(step, s);
+    const Shown<Row>& shown = shown_at(step, s);
     Row* to = out_->samples.data() + n * (sample_width(sizes_) - sizes_.feet);
     to = std::copy(shown.place.begin(), shown.place.end(), to);
     for (const auto* part : {&shown.gap, &shown.rate, &shown.resistive, &shown.smooth, &shown.pull}) {
@@ -325,15 +368,14 @@ class StepTangents {
 
   // The highest gap of the flights that end next, and integrals of the gaps: what of them lies in this step.
   void track(const Recorded& step, size_t event) {
+    Row weights = Row(0.0);  // of the integral up to the end of the step
+    double power = step.fraction * step.length;
+    for (int c = 0; c < N; c++, power *= step.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
+    next_.resize(sizes_.feet, 0);
     for (int i : now_.mode->free) {
-      const Row* line = &gap_slopes_[N * i];
-      double power = step.fraction * step.length;
-      for (int c = 0; c < N; c++, power *= step.fraction) {
-        Row k = Row(0.0);
-        for (int j = 0; j < N; j++) k += line[j] * nodes_.monomial[c][j];
-        feet_[i].integral += k * (power / (c + 1));
-      }
-      size_t next = event;
+      feet_[i].integral += weighted(weights, &gap_slopes_[N * i]);
+      size_t& next = next_[i];
+      next = std::max(next, event);
       while (next < record_->count && record_->events[next].foot != i) next++;
       if (next == record_->count || !(record_->events[next].apex > 0.0)) continue;
       const double s = (record_->events[next].apex_time - step.time) / step.length;
@@ -342,7 +384,7 @@ class StepTangents {
   }
 
   void note_apex(const Recorded& step, int i, double s) {
-    const Shown<Row> shown = shown_at(step, s);
+    const Shown<Row>& shown = shown_at(step, s);
     feet_[i].apex = shown.gap[i];
     const double bend = bend_of(i, s);
     // one at the beginning or the end of a flight stays there
@@ -352,27 +394,35 @@ class StepTangents {
 
   // Second derivative of a gap by the scaled time.
   double bend_of(int i, double s) const {
-    Entering<double> plain(sizes_);
-    outputs_at_nodes(*tables_, acting_, value_, i, plain.input(0));
-    double value, slope, bend;
-    plain.at(nodes_, 0, s, value, slope, bend);
-    return bend;
+    double gap[N];
+    outputs_at_nodes(*tables_, acting_, value_, i, gap);
+    return weighted(Weights(nodes_, s).bend, gap);
   }
 
-  // The state and its rate at the end of a step, inputs as they are just before it.
+  // Tangents of the state at the end of a step.
   void end_step(const Recorded& step) {
     if (step.fraction == 1.0) {
-      end_of_step(*tables_, acting_, slope_, dw_);
-      end_of_step(*tables_, acting_, value_, end_);
+      end_of_step(*tables_, acting_, slope_, flowed_);
     } else {
-      within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, slope_, dw_);
-      within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, value_, end_);
+      within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, slope_, slope_room_, flowed_);
     }
+    dw_ = flowed_;
     for (const Shadow& one : shadows_) add_place(one, one.at(nodes_, halves_, step.length, step.fraction, acting_).place);
     now_.time = Jet(step.time + step.length * step.fraction);
+  }
+
+  // And, where something happens there, the state itself and its rate, inputs as they are just before it.
+  void end_values() {
+    if (ended_) return;
+    ended_ = true;
+    if (step_.fraction == 1.0) {
+      end_of_step(*tables_, acting_, value_, end_);
+    } else {
+      within_step(book_, nodes_, halves_, *now_.mode, step_.step_class, step_.fraction, acting_, value_, value_room_, end_);
+    }
     std::vector<double> values(sizes_.inputs(), 0.0);
-    double slope, bend;
-    for (int i : acting_) value_.at(nodes_, i, step.fraction, values[i], slope, bend);
+    const Weights weights(nodes_, step_.fraction);
+    for (int i : acting_) values[i] = weighted(weights.value, value_.input(i));
     rate_of_state(*now_.mode, acting_, end_, values, value_.sources, rate_);
   }
 

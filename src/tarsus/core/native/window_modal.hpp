@@ -40,6 +40,7 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
   const size_t width = recorded_width(sizes);
   std::vector<double> out(count * sample_width(sizes)), state;
   Entering<double> entering(sizes);
+  Inside<double> room(sizes);
   Shown<double> shown(sizes);
   std::vector<int> acting;
   size_t last = rows;
@@ -54,7 +55,7 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
       }
       last = at.row;
     }
-    within_step(book, nodes, halves, *step.mode, step.step_class, at.s, acting, entering, state);
+    within_step(book, nodes, halves, *step.mode, step.step_class, at.s, acting, entering, room, state);
     show(*step.mode, nodes, step.length, at.s, acting, entering, state, shown);
     double* to = out.data() + n * sample_width(sizes);
     to = std::copy(shown.place.begin(), shown.place.end(), to);
