@@ -29,13 +29,14 @@ __all__ = ["Transfer", "transfers"]
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SPREAD, ROUNDS = 10, 16
-"""Transfers begun for every family, as a power of two, and steps of least squares."""
-CORRECTIONS = 1
-"""Times that a run of the scene corrects where transfers are aimed at; another one finds hardly anything."""
+SPREAD, ROUNDS = 10, 14
+"""Transfers begun for every family, as a power of two, and steps of least squares; the nearest quarter goes on for
+twice as many."""
+CORRECTIONS = 2
+"""Times that a run of the scene corrects where transfers are aimed at; a third time finds hardly anything."""
 GENTLE = 0.02
 """Speed with which they are to touch down, in parts of that of the plain step: at none at all they would graze."""
-KEPT = 24
+KEPT = 12
 """Of every family's, those that are best: others are no better than the scan's own points."""
 LEVELS = 17
 """Voltages at which the drive's force is asked for; between them it is taken for a line."""
@@ -161,10 +162,12 @@ def transfers(
             return np.column_stack([x[:, :m], np.tile(share, (len(x), 1))]) if step.levels.free else x[:, :m]
 
         aim = _Aim(transfer, step, landing, release)
-        x = aim.best(aim.solved(qmc.Sobol(m + 1, rng=rng).random_base2(SPREAD), ROUNDS))
+        x = aim.solved(qmc.Sobol(m + 1, rng=rng).random_base2(SPREAD), ROUNDS)
+        nearest = np.argsort((aim.left(x) ** 2).sum(axis=1), kind="stable")[: len(x) // 4]
+        x = aim.best(aim.solved(x[nearest], 2 * ROUNDS))
         for _ in range(CORRECTIONS):
             aim.correct(trials, step.place(choices, np.full(len(x), number), placed(x)), x)
-            x = aim.solved(x, ROUNDS // 2)
+            x = aim.solved(x, ROUNDS)
         numbers.append(np.full(len(x), number))
         points.append(placed(x))
     return np.concatenate(numbers), np.concatenate(points)
