@@ -8,12 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_TIME
 from tarsus.measure import Judgement, RunTable, measured
 from tarsus.measure.history import RESOLUTION
-from tarsus.solve.codes import structured_events
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Kind, slot
+from tarsus.solve.codes import structured_events, structured_marks
 
-__all__ = ["Log", "directional_slopes", "measure_slopes"]
+__all__ = ["Log", "Ways", "directional_slopes", "measure_slopes"]
 
 Floats = NDArray[np.float64]
 
@@ -33,30 +36,55 @@ KINK = 1e-4
 
 
 @dataclass(frozen=True)
+class Ways:
+    """What a walker's run has beside its events: rows of marks (nm, width) and their derivatives slopes (nm, width, P)
+    by the numbers of its scene at paths (P)."""
+
+    rows: Floats
+    slopes: Floats
+    scene: Scene
+    paths: Sequence[str]
+
+    def values(self) -> Floats:
+        """The numbers (P,)."""
+        return np.array([float(get_value(self.scene, path)) for path in self.paths])
+
+    def described(self, p: int, along: float) -> Scene:
+        """The scene with number p changed by so much, where that is none of its ground's or its start's: of those
+        measures know by the run alone."""
+        path = self.paths[p]
+        place = slot(self.scene, path)
+        if place is None or place.kind not in (Kind.DRIVE, Kind.GAIT, Kind.GRAVITY):
+            return self.scene
+        return with_values(self.scene, {path: float(get_value(self.scene, path)) + along})
+
+
+@dataclass(frozen=True)
 class Log:
     """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s],
-    drive period [s] and its derivatives by_period (P,)."""
+    drive period [s] and its derivatives by_period (P,); ways: of a walker's run."""
 
     rows: Floats
     slopes: Floats
     end: float
     period: float
     by_period: Floats
+    ways: Ways | None = None
 
 
 def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
-    return directional_slopes(log, lambda rows, periods: _values(rows, feet, log.end, periods, name))
+    return directional_slopes(log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name))
 
 
-def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
-    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each run,
-    and where (P,) it has a kink or a jump."""
+def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
+    """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P) along
+    the derivatives, a number of each run, and where (P,) it has a kink or a jump."""
     size = np.array([_step(log, p) for p in range(len(log.by_period))])
     along = _STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]
-    values = of(rows.reshape(-1, *log.rows.shape), periods.ravel()).reshape(len(size), len(_STEPS))
+    values = of(rows.reshape(-1, *log.rows.shape), periods.ravel(), along).reshape(len(size), len(_STEPS))
     ahead, behind = values[:, 3] - values[:, 2], values[:, 2] - values[:, 1]
     largest = np.maximum(np.abs(ahead), np.abs(behind))
     rounding = 1e-13 * np.abs(values).max(axis=1, initial=0.0)
@@ -64,12 +92,20 @@ def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tupl
     return values @ _WEIGHTS / size, kinked
 
 
-def _values(rows: Floats, feet: Sequence[str], end: float, periods: Floats, name: str) -> Floats:
-    """The measure of runs that differ in their events (nr, ne, 12) and periods."""
+def _values(
+    log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str
+) -> Floats:
+    """The measure of runs that differ in their events (nr, ne, 12), periods and steps along the derivatives."""
     runs, events = rows.shape[:2]
+    ways, marks, first = log.ways, None, None
+    if ways is not None:
+        moved = ways.rows + along[:, :, None, None] * np.moveaxis(ways.slopes, 2, 0)[:, None]
+        marks = structured_marks(moved.reshape(-1, ways.rows.shape[1]), len(feet))
+        first = len(ways.rows) * np.arange(runs + 1)
     table = RunTable(
         np.concatenate([structured_events(np.ascontiguousarray(one)) for one in rows]), events * np.arange(runs + 1),
-        tuple(feet), np.full(runs, end), periods, np.zeros(runs, dtype=np.intp), lambda _: None,
+        tuple(feet), np.full(runs, log.end), periods, np.arange(runs) if ways else np.zeros(runs, dtype=np.intp),
+        lambda r: ways and ways.described(r // len(_STEPS), float(along.ravel()[r])), marks, first,
     )  # fmt: skip
     return measured(Judgement(table), [name])[name].value
 
@@ -94,6 +130,10 @@ def _step(log: Log, p: int) -> float:
     apex = events[:, E_APEX]
     hold(np.abs(apex - RESOLUTION), slopes[:, E_APEX], MOVED)
     hold(np.abs(apex), slopes[:, E_APEX], LARGEST)
+    if log.ways is not None:
+        tops = np.abs(log.ways.rows).max(axis=0, initial=0.0)
+        hold(tops, np.abs(log.ways.slopes[..., p]).max(axis=0, initial=0.0), LARGEST)
+        hold(np.abs(log.ways.values()[p : p + 1]), np.ones(1), LARGEST)
     numbers = np.abs(events).max(axis=0, initial=0.0)
     hold(numbers, np.abs(slopes).max(axis=0, initial=0.0), LARGEST)
     return float(min(limits, default=1.0))

@@ -19,10 +19,11 @@ from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
-from tarsus.solve.engine import SharedBook
+from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.window import Contacts, Recorded
 
-__all__ = ["DataTangents", "Entering", "Tangents", "entering", "tangents"]
+__all__ = ["DataTangents", "Entering", "Tangents", "WalkTangents", "entering", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -149,6 +150,11 @@ def entering(
     pieces.
     """
     known = [slot(scene, path) is not None for path in paths]
+    if plan.legs is not None and not all(known):
+        raise InputError(
+            [f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by its structure"
+             for path, is_slot in zip(paths, known, strict=True) if not is_slot]
+        )  # fmt: skip
     longest = duration if longest is None else longest
     stencils = [
         Stencil.of(scene, path, STEP if is_slot else _structure_step(scene, plan, path, longest))
@@ -334,6 +340,57 @@ def tangents(
     ]
     all_flags = np.concatenate(flags)
     return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
+
+
+@dataclass(frozen=True)
+class WalkTangents:
+    """Derivatives of a walker's run by P numbers, last axis.
+
+    events (ne, 12, P), marks (nm, 3 + nb + 2 m, P): of the rows of events and marks; samples (nt, 2n + 5m, P): of
+    displacements, velocities, gaps, gap rates, resistive and smooth forces and pulls at sample times; since (m, P) [s]:
+    of the begins of the contacts at the end; energies (5, P): as in samples of a run, where an account was asked for;
+    flags (nf, 3): as in `Tangents`.
+    """
+
+    events: Floats
+    marks: Floats
+    samples: Floats
+    since: Floats
+    energies: Floats
+    flags: NDArray[np.int64]
+
+
+def walk_tangents(
+    plan: Plan,
+    duration: float,
+    given: Entering,
+    *,
+    tables: _native.LegTables | None = None,
+    accuracy: Accuracy | None = None,
+    account: bool = False,
+    times: Floats | None = None,
+    start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
+) -> WalkTangents:
+    """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
+    these follow it. Other parameters as for `walk`."""
+    assert plan.legs is not None
+    tables = tables if tables is not None else tables_of(plan, duration)
+    settings, when = walk_settings(plan, duration, accuracy, True), np.zeros(0) if times is None else np.array(times, dtype=float)
+    nb, n, m = len(plan.legs.body.body_mass), len(plan.system.mass), plan.feet
+    sizes = (12, 3 + nb + 2 * m, 2 * n + 5 * m, 1, 1)
+    parts, flags = [], []
+    for first in range(0, max(len(given.paths), 1), LANES):
+        *found, flag = _native.tangents_legged(
+            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, _by_programs(plan.laws), given.row,
+            settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
+        )  # fmt: skip
+        parts.append([np.asarray(one).reshape(-1, size, LANES) for one, size in zip(found, sizes, strict=True)])
+        rows = np.asarray(flag).reshape(-1, 3).astype(np.int64)
+        rows[rows[:, 2] >= 0, 2] += first
+        flags.append(rows)
+    joined = [np.concatenate(some, axis=2)[..., : len(given.paths)] for some in zip(*parts, strict=True)]
+    events, marks, samples, since, energies = joined
+    return WalkTangents(events, marks, samples, since[:, 0], energies[:, 0], np.concatenate(flags))
 
 
 def _by_programs(laws: FootLaws) -> _native.Laws:
