@@ -30,7 +30,7 @@ Floats = NDArray[np.float64]
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4
-"""Step of a difference of data, of the number itself (of one unit where it is zero). What is lowered is smooth in it, a
+"""Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What is lowered is smooth in it, a
 polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
 FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
 """Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
@@ -47,10 +47,11 @@ class Stencil:
     weights: Floats
 
     @classmethod
-    def of(cls, scene: Scene, path: str, part: float) -> Stencil:
-        """To both sides of a number of a scene, or to the one where it may vary; steps are that part of it."""
+    def of(cls, scene: Scene, path: str, part: float, unit: float = 1.0) -> Stencil:
+        """To both sides of a number of a scene, or to the one where it may vary; steps are that part of it, or of a
+        unit where it is zero."""
         value = float(get_value(scene, path))
-        size = part * abs(value) if value != 0.0 else part
+        size = part * (abs(value) if value != 0.0 else unit)
         problem = None
         for places, weights in _STENCILS:
             try:
@@ -157,7 +158,9 @@ def entering(
         )  # fmt: skip
     longest = duration if longest is None else longest
     stencils = [
-        Stencil.of(scene, path, STEP if is_slot else _structure_step(scene, plan, path, longest))
+        Stencil.of(scene, path, STEP, plan.length if path.endswith(".gap") else 1.0)
+        if is_slot
+        else Stencil.of(scene, path, _structure_step(scene, plan, path, longest))
         for path, is_slot in zip(paths, known, strict=True)
     ]
     own = [p for p, is_slot in enumerate(known) if is_slot]

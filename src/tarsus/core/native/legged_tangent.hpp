@@ -490,7 +490,11 @@ class LeggedTangent : public LeggedMarch {
     store(line, powers(rows[i].gap));
     for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
     to.gap = polynomial_at(t.rows[i].gap, s);
-    to.time = s > 0.0 && s < fraction && bend < 0.0 ? -polynomial_at(t.rows[i].rate, s) * h * h / bend : 0.0;
+    if (s <= 0.0) {  // what is highest where it began moves with that
+      to.gap += to.time * rows[i].rate[0];
+      return;
+    }
+    to.time = s < fraction && bend < 0.0 ? -polynomial_at(t.rows[i].rate, s) * h * h / bend : 0.0;
   }
 
   // ---- what is told
