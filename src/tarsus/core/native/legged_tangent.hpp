@@ -441,7 +441,13 @@ class LeggedTangent : public LeggedMarch {
       const Signals& signals = drives_.signals;
       const double rounding = 2e-12 * (signals.end[was.piece] - signals.start[was.piece]) + 1e-14 * clock.time;
       const Row by = slope_of(kink);
-      if (std::fabs(kink.value - clock.time) > rounding || !any_less(Row(0.0), magnitude(by))) continue;
+      if (std::fabs(kink.value - clock.time) > rounding) continue;
+      for (int lane = 0; lane < count_ && shared_at_ == clock.time; lane++) {
+        if (std::fabs(shared_[lane] - by[lane]) > 1e-9 * std::fabs(by[lane])) flag(APART, lane);
+      }
+      shared_ = by;
+      shared_at_ = clock.time;
+      if (!any_less(Row(0.0), magnitude(by))) continue;
       const JetPlace here = place();
       const Rates after = still_.rates(here);
       drives_.player.cursor[c] = was;
@@ -449,8 +455,6 @@ class LeggedTangent : public LeggedMarch {
       drives_.player.cursor[c] = now;
       place_ = here;
       before_ = before;
-      shared_ = by;
-      shared_at_ = clock.time;
       shift(place_, before, by);
       settle();
     }
