@@ -166,7 +166,7 @@ def amplified(signal: Signal, amplifier: Any, start: float, end: float) -> Signa
     if lag == 0.0 and slew == math.inf and amplifier.clip is None:
         return signal
     out: list[Piece] = []
-    volts = start
+    volts = start = min(max(start, low), high)  # poled beyond what it can give
     for piece in signal.pieces:
         time, stop = max(piece.start, 0.0), min(piece.end, end)
         while time < stop:

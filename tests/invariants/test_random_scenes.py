@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import pytest
 
-from random_scenes import scene_of
+import tarsus as ts
+from random_scenes import plain_scene, scene_of
 from survey import faults, look_at
 
 FAST = (2, 3, 17, 22, 34, 38, 46, 59, 63, 75, 77, 225)
@@ -21,3 +22,21 @@ def test_a_scene_nobody_chose_ends_well_or_says_what_failed(seed: int) -> None:
     except Exception as error:
         found = {"error": f"{type(error).__name__}: {error}"}
     assert [text for text in faults(found) if text != "slow"] == [], found
+
+
+def test_a_drive_that_rounding_cuts_into_a_sliver_is_followed_through_it() -> None:
+    """A slewed output comes back to its command where a play turns: 2e-16 s of it lie between the two."""
+    scene = plain_scene(30, legged=True)
+    run = ts.simulate(scene)
+    shortest = min(float((channel.start[1:] - channel.start[:-1]).min()) for channel in run.plan.channels)
+    assert shortest < 1e-15
+    assert run.ok
+    assert len(run.events) == 8  # those of the second simulator
+
+
+@pytest.mark.parametrize("seed", [83, 150, 187])
+def test_a_strong_film_in_which_feet_hardly_move_keeps_its_account(seed: int) -> None:
+    """Its momentum per mass is 1e7 times the feet's speed: counted from the step's start, it leaves them their digits."""
+    found = look_at(scene_of(seed))
+    assert found["code"] == "DONE"
+    assert found["closure"] < 2e-9

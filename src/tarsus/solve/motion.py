@@ -179,13 +179,8 @@ class Marched:
 
     @property
     def last(self) -> Floats:
-        assert self.acting.plan.legs is not None
-        body = self.acting.plan.legs.body
-        place, feet, contact, _ = self.log.end
+        place, feet, _, _ = self.log.end
         x, v = (np.concatenate([place[k], feet[:, ::-1, k].ravel()]) for k in range(2))
-        for foot in np.flatnonzero(contact == FootState.AIR):
-            i, rest = body.leg[foot], self.acting.rows.sources[0, foot]
-            v[len(body.body_mass) + 2 * i + 1] += self.acting.momentum(feet[i, 0, 0] + rest) / body.mass[i]
         return np.concatenate([x, v])
 
     @property

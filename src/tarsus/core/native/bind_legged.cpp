@@ -125,6 +125,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
       out.finish.insert(out.finish.end(),
                         {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
     }
+    system.rebase();  // so that the rates are those of the feet
     moving.assign(system.x, system.x + nb);
     moving.insert(moving.end(), system.v, system.v + nb);
     for (const LeggedFoot& foot : system.feet)

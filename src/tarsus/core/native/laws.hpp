@@ -46,6 +46,13 @@ TARSUS_INLINE Real film_momentum(const Real& gap, double coefficient, double thi
   return (0.5 * coefficient) / (distance * distance);
 }
 
+// The same less its value ``base`` [N s] at the gap ``from``.
+template <class Real>
+TARSUS_INLINE Real film_momentum_from(double from, double base, const Real& gap, double thickness) {
+  const Real distance = gap + thickness;
+  return (from - gap) * (gap + (from + 2.0 * thickness)) * base / (distance * distance);
+}
+
 // Attraction [N] along a leg that turns about its hip.
 inline double leg_attraction(double gap, double volts, double coefficient, double offset, double rest) {
   if (coefficient == 0.0) return 0.0;
@@ -118,6 +125,13 @@ struct ActingLaws {
     Real sum = Real(0.0);
     for (const Term& term : laws.terms[MOMENTUM]) sum += momentum_of(term, foot, gap);
     return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
+  }
+
+  // The momentum less ``base``, its value at the gap ``from``: to their difference's own rounding where the film is alone.
+  template <class Real>
+  TARSUS_INLINE Real momentum_from(int foot, double from, double base, const Real& gap) const {
+    if (film_alone()) return film_momentum_from(from, base, gap, of(foot, laws.terms[MOMENTUM][0])[1]);
+    return momentum(foot, gap) - base;
   }
 
   // The momentum of one law.

@@ -18,6 +18,7 @@ struct LeggedFoot {
   double u[DIRECTIONS], w[DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
   double sense, since;                  // of sliding, +-1, 0 without friction; contact since [s]
   double slipped;                       // path slid in contact [m]
+  double from, base;                    // gap [m] at which the film's momentum counts as 0, and what it is there [N s]
   Apex apex;
   Contact contact;
   Start start;
@@ -150,6 +151,23 @@ struct Legged {
   int coordinates() const { return body.coordinates(); }
   int legs() const { return int(feet.size()); }
   bool counts(int i) const { return body.legs[i].foot >= 0; }  // whether a leg can touch the ground
+
+  // Momentum [N s] of the film under a foot at a gap, from that at its base on.
+  template <class Real>
+  TARSUS_INLINE Real film(int i, const Real& gap) const {
+    return laws.momentum_from(body.legs[i].foot, feet[i].from, feet[i].base, gap);
+  }
+  // Let the momentum under every foot in the air count from where it is now.
+  void rebase() {
+    for (int i : body.leg) {
+      LeggedFoot& foot = feet[i];
+      if (!foot.filmed()) continue;
+      const double gap = foot.u[UP] + body.legs[i].gap;
+      foot.w[UP] += film(i, gap) / body.legs[i].mass;
+      foot.from = gap;
+      foot.base = laws.momentum(body.legs[i].foot, gap);
+    }
+  }
 
   // Volts at a foot's electrode at the nodes, and now.
   const Row& volts(int f) const {

@@ -97,8 +97,8 @@ struct Account {
     if (d == UP && foot.filmed()) {
       const Row film = over.of(r.film);
       rate += film * (1.0 / leg.mass);
-      const double low = s.laws.momentum(leg.foot, path.low + leg.gap);
-      const double high = s.laws.momentum(leg.foot, path.high + leg.gap);
+      const double low = s.film(i, path.low + leg.gap);
+      const double high = s.film(i, path.high + leg.gap);
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
     if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);

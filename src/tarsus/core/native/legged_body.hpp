@@ -5,7 +5,8 @@
 //
 //   u' = w + P/m,   w' = (-k u - c w + Q)/m - c P/m^2,   Q = k a + c a' + load,
 //
-// so w = u' - P/m [m/s] stays smooth where a film changes P fast. Legs of equal mass, stiffness and damping
+// so w = u' - P/m [m/s] stays smooth where a film changes P fast. A constant in P changes w by a constant and nothing else:
+// P counts from where a step begins, or little motion in a strong film were a difference of large numbers. Legs of equal mass, stiffness and damping
 // are of one kind and share tables.
 #pragma once
 #include <vector>

@@ -21,15 +21,16 @@ inline bool is_stiff(const Legged& s, const LegStep& table, int f, const Row& ga
 TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
   const Leg& leg = s.body.legs[i];
   const int f = leg.foot;
+  const double base = s.feet[i].base;
   const double tolerance = SETTLED * s.settings.gap;
   const Row alone = r.u[UP] + leg.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);
   Row columns[N], inverse[N];
   for (int round = 0; round < FILM_ROUNDS; round++) {
-    const Row film = s.laws.momentum(f, gap), slope = s.laws.momentum_slope(f, gap, s.settings.probe);
+    const Row film = s.film(i, gap), slope = s.laws.momentum_slope(f, gap, s.settings.probe);
     const Row misfit = alone - gap + combine(&table.film[0][0][0], film);
-    const Row far = each(film, slope, [](double p, double by) { return by < 0.0 ? -2.0 * p / by : INF; });
+    const Row far = each(film, slope, [base](double p, double by) { return by < 0.0 ? -2.0 * (p + base) / by : INF; });
     for (int j = 0; j < N; j++) {
       columns[j] = load(table.film[0][j]) * -slope[j];
       columns[j].set(j, columns[j][j] + 1.0);
@@ -42,7 +43,7 @@ TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i
     gap += step * share;
     if (largest <= tolerance) {
       r.gap = gap;
-      r.film = s.laws.momentum(f, gap);
+      r.film = s.film(i, gap);
       return true;
     }
   }

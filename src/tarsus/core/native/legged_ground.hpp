@@ -27,9 +27,9 @@ inline double pull_on(const Legged& s, int i) {
   return pull;
 }
 
-// Momentum [N s] of the film under a foot at a gap.
+// Momentum [N s] of the film under a foot at a gap, from that at its base on.
 inline double momentum_at(const Legged& s, int i, double gap) {
-  return s.feet[i].film ? s.laws.momentum(s.body.legs[i].foot, gap) : 0.0;
+  return s.feet[i].film ? s.film(i, gap) : 0.0;
 }
 
 // A flight or contact begins.

@@ -60,7 +60,9 @@ struct LeggedMarch : Legged {
         foot.u[d] = initial[nb + 2 * i + 1 - d];
         foot.w[d] = initial[n + nb + 2 * i + 1 - d];
       }
-      foot.w[UP] -= momentum_at(*this, i, foot.u[UP] + body.legs[i].gap) / body.legs[i].mass;
+      if (!foot.film) continue;
+      foot.from = foot.u[UP] + body.legs[i].gap;
+      foot.base = laws.momentum(f, foot.from);
     }
     energy = {};
     std::fill(shares.begin(), shares.end(), 0.0);
@@ -248,6 +250,7 @@ struct LeggedMarch : Legged {
     const Player::Kink kink = player.next_kink(clock.time);
     const double goal = std::min(settings.end, clock.mark);
     const double left = std::min(kink.left, goal - clock.time);
+    rebase();
     const Chosen chosen = choose(left, kink.reach);
     if (chosen.code != GOING_ON) return chosen.code;
     step_class = chosen.k;

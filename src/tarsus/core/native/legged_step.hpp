@@ -87,7 +87,7 @@ inline void first_guess(Legged& s, double h) {
     const double gap = foot.u[UP] + leg.gap;
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
-    if (foot.film) r.film = s.laws.momentum(leg.foot, r.gap);
+    if (foot.film) r.film = s.film(i, r.gap);
     if (!foot.force) continue;
     r.rate = Row(foot.w[UP]);
     if (foot.film) r.rate += r.film * (1.0 / leg.mass);
@@ -175,7 +175,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
       r.gap = r.u[UP] + leg.gap;
-      r.film = s.laws.momentum(leg.foot, r.gap);
+      r.film = s.film(i, r.gap);
       // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {

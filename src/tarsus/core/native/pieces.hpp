@@ -8,6 +8,7 @@ namespace tarsus {
 
 constexpr double FOREVER = 1e30;  // [s] end of the piece that holds a last value
 constexpr double SLIVER = 1e-5;   // a piece this much shorter than the longest may be shorter than any step
+constexpr double LOST = 1e-12;    // share of the span below which a sliver's term is dropped: a drive's tolerance is 1e-9
 constexpr double FAR = 1e4;       // spans that a sliver may be continued to: what it rounds then is below a drive's tolerance
 
 // A channel of ``count`` pieces: start (count + 1) [s], coef (count, 12), kink (count): value or a derivative may jump where
@@ -59,6 +60,13 @@ inline void add_channel(Signals& out, const Pieces& from) {
     if (out.end[p] - out.start[p] < FOREVER / 2.0) longest = std::max(longest, out.end[p] - out.start[p]);
   }
   const double span = top - bottom;
+  // rounded instants leave small high terms in a sliver, which would be all that is seen of it where it is continued
+  for (size_t p = begin; p < begin + count; p++) {
+    if (!(out.end[p] - out.start[p] < SLIVER * longest)) continue;
+    for (double* term = &out.coef[DEGREE * p + 1]; term < &out.coef[DEGREE * p] + DEGREE; term++) {
+      if (std::fabs(*term) < LOST * span) *term = 0.0;
+    }
+  }
   out.until.resize(begin + count, INF);
   out.over.resize(begin + count, INF);
   for (int round = 0; round < 2; round++) {  // twice round the loop
