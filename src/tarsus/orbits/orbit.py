@@ -135,7 +135,7 @@ class Orbit:
         if held:
             parts.append(f"{held} of them held")
         if isinstance(self.map, WalkMap):
-            parts.append(f"travels {format_quantity(self.travel, 'm')}")
+            parts.append(f"travels {format_quantity(float(f'{self.travel:.4g}'), 'm')}")
         return ", ".join(parts)
 
     def __str__(self) -> str:

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.orbits.returns import (
     HORIZON,
@@ -145,7 +146,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     state = np.concatenate([at.x[:, 0], at.v[:, 0]])
     along = _along(plan, state)
     stuck = tuple(i for i in contacts.held if along[i] == 0.0)
-    renewed = np.isin(run.events["kind"], (3,)) & (run.events["time"] > start - period)
+    renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
     aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
     found = WalkMap(

@@ -27,6 +27,8 @@ MOVED = 0.02
 LARGEST = 1e-3
 """Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which
 the stencil leaves 1e-14 then."""
+WAY = 1e-5
+"""Part of themselves that a walker's strides change by at most: costs per way bend by twice as much."""
 TOGETHER = 1e-9
 """Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
 they should not."""
@@ -131,8 +133,8 @@ def _step(log: Log, p: int) -> float:
     hold(np.abs(apex - RESOLUTION), slopes[:, E_APEX], MOVED)
     hold(np.abs(apex), slopes[:, E_APEX], LARGEST)
     if log.ways is not None:
-        tops = np.abs(log.ways.rows).max(axis=0, initial=0.0)
-        hold(tops, np.abs(log.ways.slopes[..., p]).max(axis=0, initial=0.0), LARGEST)
+        way, moved = log.ways.rows, log.ways.slopes[..., p]
+        hold(np.abs(np.diff(way, axis=0)).max(axis=0, initial=0.0), np.abs(np.diff(moved, axis=0)).max(axis=0, initial=0.0), WAY)
         hold(np.abs(log.ways.values()[p : p + 1]), np.ones(1), LARGEST)
     numbers = np.abs(events).max(axis=0, initial=0.0)
     hold(numbers, np.abs(slopes).max(axis=0, initial=0.0), LARGEST)

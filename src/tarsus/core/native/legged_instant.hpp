@@ -72,8 +72,9 @@ class Acting {
     return (hip(leg.hip[d], at.x) - u) * leg.stiffness[d] + hip(leg.hip[d], at.v) * leg.damping[d] + load(at, i, d);
   }
   Jet along(const JetPlace& at, int i) const { return structure(at, i, ALONG, at.of(at.u, i, ALONG)); }
+  // The film's momentum, from the run's base on; the lanes' own counts from nothing.
   Jet momentum(int i, const Jet& gap) const {
-    return s_.feet[i].film ? laws_.momentum(s_.body.legs[i].foot, gap) : Jet(0.0);
+    return s_.feet[i].film ? laws_.momentum(s_.body.legs[i].foot, gap) - s_.feet[i].base : Jet(0.0);
   }
   Jet force(const JetPlace& at, int i, const Jet& gap, const Jet& rate) const {
     const int f = s_.body.legs[i].foot;

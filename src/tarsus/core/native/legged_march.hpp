@@ -163,10 +163,8 @@ struct LeggedMarch : Legged {
         foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
       }
     }
-    for (int j = 0; j < N && nodes.tau[j] <= fraction; j++) {
-      lowest_body = std::min(lowest_body, at.x[1][j]);
-      highest_body = std::max(highest_body, at.x[1][j]);
-    }
+    lowest_body = std::min(lowest_body, extreme(nodes, at.x[1], -1.0, fraction).value);
+    highest_body = std::max(highest_body, extreme(nodes, at.x[1], 1.0, fraction).value);
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);

@@ -42,6 +42,14 @@ struct BesideStep {
       for (Row LegRows::*part : {&LegRows::film, &LegRows::gap, &LegRows::rate, &LegRows::smooth, &LegRows::bound}) {
         r.*part += d.*part * by;
       }
+      if (!s.feet[i].filmed()) continue;
+      // the momentum beside counts from what it is there where the run's has its base
+      LeggedFoot& foot = s.feet[i];
+      const double more = s.laws.momentum(s.body.legs[i].foot, foot.from) - foot.base;
+      foot.base += more;
+      foot.w[UP] += more / s.body.legs[i].mass;
+      r.w[UP] += more / s.body.legs[i].mass;
+      r.film -= more;
     }
   }
 };

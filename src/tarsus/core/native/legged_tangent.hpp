@@ -464,10 +464,9 @@ class LeggedTangent : public LeggedMarch {
     moment.legs.resize(DIRECTIONS * body.legs.size());
     motion_at(t, h, fraction, moment);
     for (int f = 0; f < body.feet(); f++) track(t, f, h, fraction);
-    for (int j = 0; j < N && nodes.tau[j] <= fraction; j++) {
-      if (at.x[1][j] == lowest_body) t.lowest_body = t.at.x[1][j];
-      if (at.x[1][j] == highest_body) t.highest_body = t.at.x[1][j];
-    }
+    const Extreme low = extreme(nodes, at.x[1], -1.0, fraction), high = extreme(nodes, at.x[1], 1.0, fraction);
+    if (low.value == lowest_body) t.lowest_body = polynomial_at(t.at.x[1], low.at);
+    if (high.value == highest_body) t.highest_body = polynomial_at(t.at.x[1], high.at);
     for (int i = 0; i < legs(); i++) {
       LeggedFoot& foot = t.feet[i];
       const double way = moment.of(i, ALONG).u - foot.u[ALONG];
