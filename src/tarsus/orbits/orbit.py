@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.events import CONTACT_BEGINS, EVENT_WORDS, IMPACTS
 from tarsus.base.spec import with_values
+from tarsus.base.units import format_quantity
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 from tarsus.model.structure.walker import Walker
@@ -30,6 +31,7 @@ from tarsus.orbits.returns import (
     middle_of_flight,
     return_map,
 )
+from tarsus.orbits.walking import WalkMap, walk_map
 from tarsus.solve import ResultCode, Run, simulate
 from tarsus.solve.window import Contacts
 
@@ -93,6 +95,17 @@ class Orbit:
         return float(np.prod(self.multipliers).real)
 
     @property
+    def travel(self) -> float:
+        """How far a walker gets in a period [m]; 0 of anything else."""
+        return self.returned.travel
+
+    @property
+    def travel_multiplier(self) -> float | None:
+        """Multiplier of a walker's place along the way, 1 but for rounding, which is none of `multipliers`; None of
+        anything else."""
+        return self.map.travel_multiplier(self.state, self.multiple) if isinstance(self.map, WalkMap) else None
+
+    @property
     def stable(self) -> bool:
         """Whether small deviations die out."""
         return not len(self.multipliers) or float(np.abs(self.multipliers[0])) < 1.0 - ON_CIRCLE
@@ -122,6 +135,8 @@ class Orbit:
         held = int(np.isin(self.returned.events["kind"], CONTACT_BEGINS).sum())
         if held:
             parts.append(f"{held} of them held")
+        if isinstance(self.map, WalkMap):
+            parts.append(f"travels {format_quantity(float(f'{self.travel:.4g}'), 'm')}")
         return ", ".join(parts)
 
     def __str__(self) -> str:
@@ -138,6 +153,7 @@ class Orbit:
             "period": self.period,
             "multiple": self.multiple,
             "impacts": self.impacts,
+            "travel": self.travel,
             "events": [
                 {"time": float(e["time"]), "foot": int(e["foot"]), "event": EVENT_WORDS[int(e["kind"])]}
                 for e in self.events
@@ -152,7 +168,7 @@ class Orbit:
 def periodic(
     scene: SceneLike, *, multiple: int | None = None, values: Mapping[str, float] | None = None
 ) -> Orbit:
-    """The periodic motion that a scene settles to.
+    """The periodic motion that a scene settles to; a walker's modulo its travel, so that it is a gait.
 
     Parameters
     ----------
@@ -166,12 +182,10 @@ def periodic(
     Raises
     ------
     InputError
-        For drives without a common period, for a robot with legs of its own (`Walker`), and where the motion after
-        `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
+        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
     scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
-    if isinstance(scene.robot.structure, Walker):
-        raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])
+    walks = isinstance(scene.robot.structure, Walker)
     period = drive_period(scene)
     wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))
     for count in SETTLE:
@@ -179,9 +193,13 @@ def periodic(
         run = simulate(scene, seconds, replace(FINE, gap=1e-10))
         if not run.ok:
             raise InputError([f"{scene.name}: {run.code}"])
-        start, contacts = _section(run, period, count)
-        returns = return_map(scene, start / period, contacts)
-        first, mismatches = _mismatches(run, returns, wanted)
+        if walks:
+            returns, first = walk_map(scene, run, count)
+            mismatches = {k: _miss(returns, first, k) for k in wanted}
+        else:
+            start, contacts = _section(run, period, count)
+            returns = return_map(scene, start / period, contacts)
+            first, mismatches = _mismatches(run, returns, wanted)
         found = _nearest(scene, returns, first, mismatches, free=multiple is None)
         if found is not None and not found.stable and multiple is None:
             first = _kicked(found, count)

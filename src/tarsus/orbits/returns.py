@@ -36,6 +36,7 @@ __all__ = [
     "follow_contact",
     "middle_of_flight",
     "return_map",
+    "returned_contacts",
 ]
 
 Floats = NDArray[np.float64]
@@ -82,12 +83,14 @@ ALIKE = 1e-9
 
 @dataclass(frozen=True)
 class Returned:
-    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order."""
+    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order; travel
+    [m] of a walker, which its state is less."""
 
     state: Floats
     contacts: Contacts
     code: ResultCode
     events: NDArray[np.void]
+    travel: float = 0.0
 
     @property
     def kinds(self) -> list[tuple[int, int]]:
@@ -126,7 +129,7 @@ class ReturnMap:
         """The state after ``multiple`` periods."""
         window = self.window(state, [self.start + multiple * self.period])
         found = window.states
-        contacts = _contacts_at_end(self.contacts, self.start, window)
+        contacts = returned_contacts(self.contacts, self.start, window)
         return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, window.events)
 
     def window(self, state: Floats, times: ArrayLike) -> Window:
@@ -199,7 +202,7 @@ def return_map(
     return ReturnMap(plan, book, rows, period, start * period, contacts)
 
 
-def _contacts_at_end(first: Contacts, start: float, window: Window) -> Contacts:
+def returned_contacts(first: Contacts, start: float, window: Window) -> Contacts:
     """Feet on the ground at the end of a window, and since when."""
     since = first.since if first.since is not None else [start] * len(first.held)
     held = dict(zip(first.held, since, strict=True))

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_TIME
 from tarsus.measure import Judgement, RunTable, measured
 from tarsus.measure.history import RESOLUTION
-from tarsus.solve.codes import structured_events
+from tarsus.model.scene import Scene
+from tarsus.plan.slots import Kind, slot
+from tarsus.solve.codes import structured_events, structured_marks
 
-__all__ = ["Log", "directional_slopes", "measure_slopes", "table_of"]
+__all__ = ["Log", "Ways", "directional_slopes", "measure_slopes", "table_of"]
 
 Floats = NDArray[np.float64]
 
@@ -24,6 +27,8 @@ MOVED = 0.02
 LARGEST = 1e-3
 """Part of themselves that times and heights move by at most: measures are ratios of sums of events' numbers, of which
 the stencil leaves 1e-14 then."""
+WAY = 1e-5
+"""Part of themselves that a walker's strides change by at most: costs per way bend by twice as much."""
 TOGETHER = 1e-9
 """Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
 they should not."""
@@ -33,30 +38,59 @@ KINK = 1e-4
 
 
 @dataclass(frozen=True)
+class Ways:
+    """What a walker's run has beside its events: rows of marks (nm, width) and their derivatives slopes (nm, width, P)
+    along directions of its scene (P): weights of its numbers by path."""
+
+    rows: Floats
+    slopes: Floats
+    scene: Scene
+    directions: Sequence[Mapping[str, float]]
+
+    def sizes(self, p: int) -> tuple[Floats, Floats]:
+        """Sizes of the numbers of direction p, and how fast each moves along it."""
+        one = self.directions[p]
+        values = [float(get_value(self.scene, path)) for path in one]
+        return np.abs(np.array(values)), np.array(list(one.values()))
+
+    def described(self, p: int, along: float) -> Scene:
+        """The scene so far along direction p, but for numbers of its ground and its start: of those measures know by
+        the run alone."""
+        known = {path: slot(self.scene, path) for path in self.directions[p]}
+        moved = {
+            path: float(get_value(self.scene, path)) + along * self.directions[p][path]
+            for path, place in known.items()
+            if place is not None and place.kind in (Kind.DRIVE, Kind.GAIT, Kind.GRAVITY)
+        }
+        return with_values(self.scene, moved) if moved else self.scene
+
+
+@dataclass(frozen=True)
 class Log:
     """Events of a run: rows (ne, 12) with its marks, and their derivatives slopes (ne, 12, P); time reached end [s],
-    drive period [s] and its derivatives by_period (P,)."""
+    drive period [s] and its derivatives by_period (P,); ways: of a walker's run."""
 
     rows: Floats
     slopes: Floats
     end: float
     period: float
     by_period: Floats
+    ways: Ways | None = None
 
 
 def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
-    return directional_slopes(log, lambda rows, periods: _values(rows, feet, log.end, periods, name))
+    return directional_slopes(log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name))
 
 
-def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
-    """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12) and periods (nr,), a number of each
-    run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
+def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
+    """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P)
+    along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
     size = np.array([_step(log, p) for p in range(len(log.by_period))])
     along = _STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]
-    made = of(rows.reshape(-1, *log.rows.shape), periods.ravel())
+    made = of(rows.reshape(-1, *log.rows.shape), periods.ravel(), along)
     values = made.reshape(len(size), len(_STEPS), *made.shape[1:])
     ahead, behind = values[:, 3] - values[:, 2], values[:, 2] - values[:, 1]
     largest = np.maximum(np.abs(ahead), np.abs(behind))
@@ -66,18 +100,26 @@ def directional_slopes(log: Log, of: Callable[[Floats, Floats], Floats]) -> tupl
     return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
 
 
-def _values(rows: Floats, feet: Sequence[str], end: float, periods: Floats, name: str) -> Floats:
-    """The measure of runs that differ in their events (nr, ne, 12) and periods."""
-    return measured(Judgement(table_of(rows, feet, end, periods)), [name])[name].value
+def _values(
+    log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str
+) -> Floats:
+    """The measure of runs that differ in their events (nr, ne, 12), periods and steps along the derivatives."""
+    return measured(Judgement(table_of(log, feet, rows, periods, along)), [name])[name].value
 
 
-def table_of(rows: Floats, feet: Sequence[str], end: float, periods: Floats) -> RunTable:
-    """Runs of feet up to ``end`` [s] that differ in their events (nr, ne, 12) and periods (nr,), as measures see
-    them."""
+def table_of(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats) -> RunTable:
+    """Runs of feet that differ in their events (nr, ne, 12), periods (nr,) and steps (P, nr / P) along the derivatives,
+    as measures see them."""
     runs, events = rows.shape[:2]
+    ways, marks, first = log.ways, None, None
+    if ways is not None:
+        moved = ways.rows + along[:, :, None, None] * np.moveaxis(ways.slopes, 2, 0)[:, None]
+        marks = structured_marks(moved.reshape(-1, ways.rows.shape[1]), len(feet))
+        first = len(ways.rows) * np.arange(runs + 1)
     return RunTable(
         np.concatenate([structured_events(np.ascontiguousarray(one)) for one in rows]), events * np.arange(runs + 1),
-        tuple(feet), np.full(runs, end), periods, np.zeros(runs, dtype=np.intp), lambda _: None,
+        tuple(feet), np.full(runs, log.end), periods, np.arange(runs) if ways else np.zeros(runs, dtype=np.intp),
+        lambda r: ways and ways.described(r // len(_STEPS), float(along.ravel()[r])), marks, first,
     )  # fmt: skip
 
 
@@ -101,6 +143,11 @@ def _step(log: Log, p: int) -> float:
     apex = events[:, E_APEX]
     hold(np.abs(apex - RESOLUTION), slopes[:, E_APEX], MOVED)
     hold(np.abs(apex), slopes[:, E_APEX], LARGEST)
+    if log.ways is not None:
+        way, moved = log.ways.rows, log.ways.slopes[..., p]
+        strides, change = (np.abs(np.diff(one, axis=0)).max(axis=0, initial=0.0) for one in (way, moved))
+        hold(strides, change, WAY)
+        hold(*log.ways.sizes(p), LARGEST)
     numbers = np.abs(events).max(axis=0, initial=0.0)
     hold(numbers, np.abs(slopes).max(axis=0, initial=0.0), LARGEST)
     return float(min(limits, default=1.0))

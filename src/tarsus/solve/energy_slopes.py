@@ -21,9 +21,9 @@ from tarsus.core.replay import integrate, sample
 
 if TYPE_CHECKING:
     from tarsus.solve.gradients import GradientRun
-    from tarsus.solve.tangents import Entering, Tangents
+    from tarsus.solve.tangents import Entering, Tangents, WalkTangents
 
-__all__ = ["energy_slopes"]
+__all__ = ["energy_slopes", "walk_energy_slopes"]
 
 Floats = NDArray[np.float64]
 
@@ -36,14 +36,28 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
     count = len(given.paths)
     totals = np.array([_integrals(run, given, found, p) for p in range(count)]).reshape(count, 4).T
     totals += _jumps(run, found)
+    return _terms(run, given, found, (*totals, np.zeros(count)))
+
+
+def walk_energy_slopes(run: GradientRun, given: Entering, found: WalkTangents) -> Mapping[str, Floats]:
+    """The same of a walker's run, whose energies the engine sums up. found: with a sample at the run's end."""
+    work, damping, film, smooth, friction = found.energies
+    return _terms(run, given, found, (work, damping, -film, smooth, friction))
+
+
+def _terms(
+    run: GradientRun, given: Entering, found: Tangents | WalkTangents, totals: tuple[Floats, ...]
+) -> Mapping[str, Floats]:
+    """By name, from those of work, damping, resistive and smooth forces' work, and friction."""
+    work, damping, resistive, smooth, friction = totals
     losses = found.events[:, E_ENERGY], found.events[:, E_ADHESION]
-    impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(count) for one in losses)
+    impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(len(work)) for one in losses)
     kinetic, elastic = _stored(run, given, found)
     out = {
-        "work_in": totals[0], "damping": totals[1], "friction": np.zeros(count), "kinetic": kinetic,
+        "work_in": work, "damping": damping, "friction": friction, "kinetic": kinetic,
         "elastic": elastic, "impacts": impacts - adhesion, "adhesion": adhesion,
     }  # fmt: skip
-    for hook, total in (("momentum", totals[2]), ("force", totals[3])):
+    for hook, total in (("momentum", resistive), ("force", smooth)):
         names = list(run.scene.ground.acting_on(hook))
         if len(names) == 1:
             out[names[0]] = total
@@ -149,7 +163,7 @@ def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
     )  # fmt: skip
 
 
-def _stored(run: GradientRun, given: Entering, found: Tangents) -> tuple[Floats, Floats]:
+def _stored(run: GradientRun, given: Entering, found: Tangents | WalkTangents) -> tuple[Floats, Floats]:
     """Derivatives (P,) of the changes of kinetic and elastic energy."""
 
     system, n = run.plan.system, len(run.plan.system.mass)

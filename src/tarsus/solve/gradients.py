@@ -19,9 +19,9 @@ from tarsus.measure import RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, structured_events
-from tarsus.solve.directional import Log, directional_slopes, measure_slopes, table_of
+from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
-from tarsus.solve.engines import RECORDED, Shared, prepared
+from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
@@ -29,10 +29,12 @@ from tarsus.solve.tangents import (
     Direction,
     Entering,
     Tangents,
+    WalkTangents,
     beside,
     directions_of,
     entering,
     tangents,
+    walk_tangents,
 )
 from tarsus.solve.window import Recorded, record, recording
 
@@ -125,7 +127,7 @@ class GradientRun(Run):
         return tangents(self.plan, self.raw.book, self._given, recorded, settings, times=times, steps=steps)
 
     @cached_property
-    def _derived(self) -> Tangents:
+    def _derived(self) -> Tangents | WalkTangents:
         return self._tangents()
 
     def _reasons(self, path: int, *, energy: bool = False) -> list[tuple[int, int]]:
@@ -137,7 +139,7 @@ class GradientRun(Run):
         ]
 
     def _sentence(self, event: int, reason: int) -> str:
-        rows = self.raw.events
+        rows = self.log.events
         if event >= len(rows):
             return _REASONS[reason].format(foot="a foot", time=f"{self.end_time:.6g} s")
         foot = f"foot '{self.foot_names[int(rows[event, 1])]}'"
@@ -156,15 +158,15 @@ class GradientRun(Run):
         """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
         there is none. ``foot`` and ``kind`` are those of the events."""
         out = {}
-        order, given = _order(self.raw.events)
-        kept = order[self.raw.events[order, E_KIND] != EventKind.PERIOD_MARK]
+        order, given = _order(self.log.events)
+        kept = order[self.log.events[order, E_KIND] != EventKind.PERIOD_MARK]
         for p, path in enumerate(self.paths):
             rows = self._derived.events[..., p].copy()
             for event, _ in self._reasons(p):
                 rows[event:] = np.nan
             rows[:, E_TIME] = rows[given, E_TIME]
             fields = {name: rows[kept, column] for column, name in enumerate(EVENT_TYPE.names or ())}
-            fields |= {"foot": self.raw.events[kept, E_FOOT], "kind": self.raw.events[kept, E_KIND]}
+            fields |= {"foot": self.log.events[kept, E_FOOT], "kind": self.log.events[kept, E_KIND]}
             found = np.zeros(len(kept), dtype=EVENT_TYPE)
             for name, column in fields.items():
                 found[name] = column
@@ -185,7 +187,7 @@ class GradientRun(Run):
         for p, path in enumerate(self.paths):
             rows = samples[..., p].T.copy()
             for event, _ in self._reasons(p):
-                start = self.raw.events[event, 0] if event < len(self.raw.events) else self.end_time
+                start = self.log.events[event, 0] if event < len(self.log.events) else self.end_time
                 rows[:, when >= start] = np.nan
             motion, feet = np.split(rows, [2 * n])
             gap, rate, resistive, smooth, pull = feet.reshape(5, m, len(when))
@@ -215,7 +217,7 @@ class GradientRun(Run):
         """Derivatives by path of any function of the events (a structured array as `all_events`, with the period
         marks)."""
 
-        def values(rows: Floats, periods: Floats) -> Floats:
+        def values(rows: Floats, periods: Floats, along: Floats) -> Floats:
             return np.array([float(objective(structured_events(np.ascontiguousarray(one)))) for one in rows])
 
         return self._gradient(*directional_slopes(self._log, values))
@@ -229,8 +231,8 @@ class GradientRun(Run):
         """Derivatives (..., P) by path of several numbers of the events at once, which a function makes of many runs
         (nr, ...) as measures see them; NaN where there is none."""
 
-        def values(rows: Floats, periods: Floats) -> Floats:
-            return numbers(table_of(rows, self.foot_names, self.end_time, periods))
+        def values(rows: Floats, periods: Floats, along: Floats) -> Floats:
+            return numbers(table_of(self._log, self.foot_names, rows, periods, along))
 
         slopes, kinked = directional_slopes(self._log, values)
         lost = np.array([bool(self._reasons(p)) for p in range(len(self.paths))])
@@ -240,7 +242,7 @@ class GradientRun(Run):
     @property
     def _log(self) -> Log:
         return Log(
-            self.raw.events, self._derived.events, self.end_time, self.period, self._given.data.period[0]
+            self.log.events, self._derived.events, self.end_time, self.period, self._given.data.period[0]
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
@@ -260,6 +262,35 @@ class GradientRun(Run):
         from tarsus.solve.energy_slopes import energy_slopes
 
         return energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), steps=True))
+
+
+@dataclass(frozen=True, repr=False)
+class WalkGradientRun(GradientRun):
+    """That of a walker: the engine makes the run again with its derivatives beside it."""
+
+    @cached_property
+    def _given(self) -> Entering:
+        return self.entered
+
+    def _tangents(  # type: ignore[override]
+        self, times: Floats | None = None, *, account: bool = False
+    ) -> WalkTangents:
+        return walk_tangents(
+            self.plan, self.duration, self._given, accuracy=self.accuracy, account=account, times=times
+        )
+
+    @property
+    def _log(self) -> Log:
+        derived = self._derived
+        assert isinstance(derived, WalkTangents) and self.log.marks is not None
+        ways = Ways(self.log.marks, derived.marks, self.scene, list(self.directions.values()))
+        return Log(self.log.events, derived.events, self.end_time, self.period, self._given.data.period[0], ways)
+
+    @cached_property
+    def _energies(self) -> Mapping[str, Floats]:
+        from tarsus.solve.energy_slopes import walk_energy_slopes
+
+        return walk_energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), account=True))
 
 
 @dataclass(frozen=True, repr=False)
@@ -292,11 +323,15 @@ def gradient_run(
     start = time.perf_counter()
     engine, rows = prepared(scene, {}, seconds, shared)
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
-    if plan.legs is not None:
-        raise InputError("gradients: the walking engine has no derivatives yet")
     directions = directions_of(paths)
     given = entering(scene, plan, directions, seconds)
     given.row.scales[:, 2] = period
+    if isinstance(engine, ByLegs):
+        kept = engine.keep(Acting(plan, given.row), accuracy, True)
+        return WalkGradientRun(
+            scene, seconds, period, kept.log, {}, accuracy, kept=kept, wall_s=time.perf_counter() - start,
+            notes=np.zeros(0), directions=directions, entered=given,
+        )  # fmt: skip
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
     return GradientRun(

@@ -48,15 +48,21 @@ def walk(
     assert plan.legs is not None
     tables = tables if tables is not None else tables_of(plan, duration)
     rows = rows_of(plan, 1, period) if rows is None else rows
-    settings = unit_settings(plan, duration, accuracy or Accuracy())
-    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
-    settings.track, settings.record = track, False
+    settings = walk_settings(plan, duration, accuracy, track)
     codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
         plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
         np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
     )  # fmt: skip
     end = (body, feet.reshape(-1, 2, 2), contact, energy)
     return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)
+
+
+def walk_settings(plan: Plan, duration: float, accuracy: Accuracy | None, track: bool) -> _native.Settings:
+    """Settings of runs of a walker's plan over ``duration`` [s]."""
+    settings = unit_settings(plan, duration, accuracy or Accuracy())
+    settings.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
+    settings.track, settings.record = track, False
+    return settings
 
 
 def tables_of(plan: Plan, duration: float) -> _native.LegTables:

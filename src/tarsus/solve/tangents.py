@@ -21,7 +21,8 @@ from tarsus.model.drive.pieces import Pieces
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
-from tarsus.solve.engine import SharedBook
+from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.window import Contacts, Recorded
 
 __all__ = [
@@ -29,10 +30,12 @@ __all__ = [
     "Direction",
     "Entering",
     "Tangents",
+    "WalkTangents",
     "beside",
     "directions_of",
     "entering",
     "tangents",
+    "walk_tangents",
 ]
 
 Floats = NDArray[np.float64]
@@ -40,7 +43,7 @@ Floats = NDArray[np.float64]
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4
-"""Step of a difference of data, of the number itself (of one unit where it is zero). What is lowered is smooth in it, a
+"""Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What is lowered is smooth in it, a
 polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
 FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
 """Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
@@ -73,11 +76,12 @@ class Stencil:
     weights: Floats
 
     @classmethod
-    def of(cls, scene: Scene, direction: Direction, part: float) -> Stencil:
+    def of(cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
-        for its size (of one unit where it is zero)."""
+        for its size (where it is zero of one unit, of a gap in the unit given)."""
         base = {path: float(get_value(scene, path)) for path in direction}
-        size = part * min((abs(base[path]) or 1.0) / abs(w) for path, w in direction.items())
+        units = {path: gap if path.endswith(".gap") else 1.0 for path in direction}
+        size = part * min((abs(base[path]) or units[path]) / abs(w) for path, w in direction.items())
         problem = None
         for places, weights in _STENCILS:
             found = cls(base, direction, places * size, weights / size)
@@ -190,12 +194,19 @@ def entering(
     pieces.
     """
     found = directions_of(gradients)
-    stencils = []
+    stencils, problems = [], []
     for one in found.values():
         data, structure = _apart(scene, one)
-        stencils.append(Stencil.of(scene, data, STEP) if data else None)
-        if structure:
+        stencils.append(Stencil.of(scene, data, STEP, plan.length) if data else None)
+        if structure and plan.legs is not None:
+            problems += [
+                f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by structure"
+                for path in structure
+            ]
+        elif structure:
             _structure_step(scene, plan, structure, duration)
+    if problems:
+        raise InputError(problems)
     own = [p for p, one in enumerate(stencils) if one is not None]
     steps = [one for one in stencils if one is not None]
     base = {path: value for one in steps for path, value in one.base.items()}
@@ -409,6 +420,57 @@ def tangents(
     ]
     all_flags = np.concatenate(flags)
     return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
+
+
+@dataclass(frozen=True)
+class WalkTangents:
+    """Derivatives of a walker's run by P numbers, last axis.
+
+    events (ne, 12, P), marks (nm, 3 + nb + 2 m, P): of the rows of events and marks; samples (nt, 2n + 5m, P): of
+    displacements, velocities, gaps, gap rates, resistive and smooth forces and pulls at sample times; since (m, P) [s]:
+    of the begins of the contacts at the end; energies (5, P): as in samples of a run, where an account was asked for;
+    flags (nf, 3): as in `Tangents`.
+    """
+
+    events: Floats
+    marks: Floats
+    samples: Floats
+    since: Floats
+    energies: Floats
+    flags: NDArray[np.int64]
+
+
+def walk_tangents(
+    plan: Plan,
+    duration: float,
+    given: Entering,
+    *,
+    tables: _native.LegTables | None = None,
+    accuracy: Accuracy | None = None,
+    account: bool = False,
+    times: Floats | None = None,
+    start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
+) -> WalkTangents:
+    """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
+    these follow it. Other parameters as for `walk`."""
+    assert plan.legs is not None
+    tables = tables if tables is not None else tables_of(plan, duration)
+    settings, when = walk_settings(plan, duration, accuracy, True), np.zeros(0) if times is None else np.array(times, dtype=float)
+    nb, n, m = len(plan.legs.body.body_mass), len(plan.system.mass), plan.feet
+    sizes = (12, 3 + nb + 2 * m, 2 * n + 5 * m, 1, 1)
+    parts, flags = [], []
+    for first in range(0, max(len(given.paths), 1), LANES):
+        *found, flag = _native.tangents_legged(
+            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, _by_programs(plan.laws), given.row,
+            settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
+        )  # fmt: skip
+        parts.append([np.asarray(one).reshape(-1, size, LANES) for one, size in zip(found, sizes, strict=True)])
+        rows = np.asarray(flag).reshape(-1, 3).astype(np.int64)
+        rows[rows[:, 2] >= 0, 2] += first
+        flags.append(rows)
+    joined = [np.concatenate(some, axis=2)[..., : len(given.paths)] for some in zip(*parts, strict=True)]
+    events, marks, samples, since, energies = joined
+    return WalkTangents(events, marks, samples, since[:, 0], energies[:, 0], np.concatenate(flags))
 
 
 def _by_programs(laws: FootLaws) -> _native.Laws:

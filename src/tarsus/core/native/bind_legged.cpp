@@ -1,9 +1,9 @@
 // Legged robots: a whole batch in one call.
 #include <nanobind/stl/tuple.h>
 
-#include "convert.hpp"
+#include "convert_tangent.hpp"
+#include "legged_tangent.hpp"
 #include "rows.hpp"
-#include "window_legged.hpp"
 
 namespace tarsus {
 
@@ -67,7 +67,24 @@ nb::tuple step_of(const LegTables& tables, int k, int kind) {
                         rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
 }
 
-typedef std::tuple<double, Array<uint8_t>, Array<uint8_t>, Doubles> Begin;
+// Where a window starts: time, held, leaving and since of each foot (see Beginning); not given: a run from t = 0.
+struct Start {
+  std::tuple<double, Array<uint8_t>, Array<uint8_t>, Doubles> parts;
+  bool given;
+
+  Start(nb::object from, size_t feet) : given(!from.is_none()) {
+    if (!given) return;
+    parts = nb::cast<decltype(parts)>(from);
+    const auto& [at, held, leaving, since] = parts;
+    if (held.size() != feet || leaving.size() != feet || since.size() != feet) {
+      throw std::invalid_argument("the sizes of a window's start and of its plan differ");
+    }
+  }
+  Beginning begun() const {
+    const auto& [at, held, leaving, since] = parts;
+    return {at, held.data(), leaving.data(), since.data()};
+  }
+};
 
 struct Ends {
   std::vector<int64_t> codes, event_end, mark_end;
@@ -86,14 +103,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
   const Batch& batch = rows.batch;
-  Begin begin = {};
-  if (!start.is_none()) begin = nb::cast<Begin>(start);
-  const auto& [at, held, leaving, since] = begin;
-  const Beginning begun{at, held.data(), leaving.data(), since.data()};
-  const bool anew = start.is_none();
-  if (!anew && (held.size() != laws.flags.size() || leaving.size() != held.size() || since.size() != held.size())) {
-    throw std::invalid_argument("the sizes of a window's start and of its plan differ");
-  }
+  const Start begin(start, laws.flags.size());
   Ends out;
   Log log;
   Notes notes;
@@ -108,7 +118,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
     notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
     for (size_t run = 0; run < batch.runs; run++) {
       system.begin(batch.of(run));
-      if (!anew) begin_at(system, begun);
+      if (begin.given) begin_at(system, begin.begun());
       out.codes.push_back(march(system));
       out.event_end.push_back(int64_t(log.events.size()));
       out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));
@@ -134,6 +144,40 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
                         returned(std::move(energies)));
 }
 
+// Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
+// ``data``: derivatives of what enters; the rest as for run_legged.
+//
+// Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
+// energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
+nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+                          const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
+                          nb::object start, nb::handle data, int count) {
+  const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
+  const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
+  const Start begin(start, m);
+  const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.channels);
+  LeggedSlopes found;
+  Notes notes;
+  Log log;
+  notes.times = copied(times);
+  {
+    nb::gil_scoped_release released;
+    const Between between(nodes);
+    LeggedTangent system(body, tables, nodes, between, signals, laws, programs, settings, log, notes, account, rows.batch.channels,
+                         rows.batch.of(0), tangents, count);
+    notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
+    system.begin(rows.batch.of(0));
+    if (begin.given) begin_at(system, begin.begun());
+    system.begin_lanes(begin.given);
+    march(system);
+    system.finish();
+    found = std::move(system.slopes);
+  }
+  return nb::make_tuple(returned_rows(std::move(found.events)), returned_rows(std::move(found.marks)),
+                        returned_rows(std::move(found.samples)), returned_rows(std::move(found.since)),
+                        returned_rows(std::move(found.energies)), returned_rows(std::move(found.flags)));
+}
+
 }  // namespace
 
 void bind_legged(nb::module_& m) {
@@ -147,6 +191,9 @@ void bind_legged(nb::module_& m) {
       .def("step", &step_of);
   m.def("run_legged", &run_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
+  m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
+        nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
+        nb::arg("start").none(), nb::arg("data"), nb::arg("count"));
 }
 
 }  // namespace tarsus

@@ -2,6 +2,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "convert.hpp"
+#include "convert_tangent.hpp"
 #include "rows.hpp"
 #include "tangent_modal.hpp"
 #include "window_modal.hpp"
@@ -74,31 +75,6 @@ nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const
   return returned(std::move(out), sample_width(book.sizes));
 }
 
-// Rows of eight lanes from an array (..., 8).
-std::vector<Row> lanes(nb::handle group, const char* name, size_t count) {
-  const auto array = nb::cast<Doubles>(group.attr(name));
-  if (array.size() != count * LANES) throw std::invalid_argument(std::string(name) + " has a wrong size");
-  std::vector<Row> out;
-  for (size_t n = 0; n < count; n++) out.push_back(load(array.data() + n * LANES));
-  return out;
-}
-
-DataTangents data_tangents(nb::handle from, const Sizes& sizes, const Laws& laws, const Signals& signals, size_t channels) {
-  const size_t m = size_t(sizes.feet), pieces = signals.start.size();
-  DataTangents out;
-  out.parameters = lanes(from, "parameters", m * laws.columns);
-  out.initial = lanes(from, "initial", 2 * size_t(sizes.coordinates));
-  out.sources = lanes(from, "sources", m + 1);
-  out.since = lanes(from, "since", m);
-  out.coef = lanes(from, "coef", pieces * DEGREE);
-  out.begin = lanes(from, "begin", pieces);
-  out.end = lanes(from, "end", pieces);
-  out.loops = lanes(from, "loops", size_t(signals.channels()));
-  out.changes = lanes(from, "changes", 3 * channels);
-  out.period = lanes(from, "period", 1)[0];
-  return out;
-}
-
 // Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters; beside: books of
 // structures that differ, each with its sources, its weight in a difference and its lane.
 //
@@ -118,7 +94,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
       trace.size() % recorded_width(sizes) != 0) {
     throw std::invalid_argument("the sizes of a plan and of its recorded run differ");
   }
-  const DataTangents tangents = data_tangents(data, sizes, laws, signals, given.batch.channels);
+  const DataTangents tangents = data_tangents(data, size_t(sizes.coordinates), laws, signals, given.batch.channels);
   std::vector<Beside> others;
   for (nb::handle item : beside) {
     const auto [other, sources, weight, lane] = nb::cast<std::tuple<Book*, Doubles, double, int>>(item);

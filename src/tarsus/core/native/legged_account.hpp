@@ -31,9 +31,24 @@ struct Path {
   double low, high;
 };
 
+// How integrals of a step were taken, in order, where they are to be taken again beside it as they were.
+struct Choices {
+  std::vector<uint8_t> made;
+  size_t next = 0;
+  bool again = false;
+};
+
 struct Account {
   Legged& s;
   const double h;
+  Choices* kept = nullptr;
+
+  bool chosen(bool own) const {
+    if (kept == nullptr) return own;
+    if (kept->again) return kept->next < kept->made.size() && kept->made[kept->next++] != 0;
+    kept->made.push_back(own);
+    return own;
+  }
 
   double integral(const Row& values) const { return total(values * load(s.between.weights)); }
   bool seen(const Row& w) const { return s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w)); }
@@ -46,7 +61,7 @@ struct Account {
                  double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
-    if (missed <= unseen * highest(magnitude(film - high))) return integral(combine(slope, film) * rate);
+    if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film) * rate);
     const double first = low - high;
     return first * (0.5 * first / mass - w[0] - low / mass) - integral((film - high) * combine(slope, w));
   }
@@ -129,12 +144,12 @@ struct Account {
       return;
     }
     const Row& w = s.rows[i].w[d];
-    if (seen(w)) return add(i, d, over, {over.of(w), foot.u[d], end});
+    if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end});
     // a fast decay at the start that the nodes do not see is taken on stretches that halve towards it
     const double fast = s.tables.rate[leg.kind[d]] * h;
     Stretch rest = over;
     Path here = path(i, d, rest);
-    while (fast * rest.width >= 1.0 && !seen(here.w)) {
+    while (chosen(fast * rest.width >= 1.0 && !seen(here.w))) {
       const double half = 0.5 * rest.width;
       const Stretch later(s, half, half);
       add(i, d, later, path(i, d, later));
@@ -146,8 +161,8 @@ struct Account {
 };
 
 // Add the energies of the step up to scaled time ``fraction``, where the legs are as in ``end``.
-inline void add_energies(Legged& s, double h, double fraction, Moment& end) {
-  Account account{s, h};
+inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choices* kept = nullptr) {
+  Account account{s, h, kept};
   const Stretch over(s, 0.0, std::min(fraction, 1.0));
   account.of_body(over);
   for (int i = 0; i < s.legs(); i++) {

@@ -163,10 +163,8 @@ struct LeggedMarch : Legged {
         foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
       }
     }
-    for (int j = 0; j < N && nodes.tau[j] <= fraction; j++) {
-      lowest_body = std::min(lowest_body, at.x[1][j]);
-      highest_body = std::max(highest_body, at.x[1][j]);
-    }
+    lowest_body = std::min(lowest_body, extreme(nodes, at.x[1], -1.0, fraction).value);
+    highest_body = std::max(highest_body, extreme(nodes, at.x[1], 1.0, fraction).value);
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);
@@ -231,7 +229,22 @@ struct LeggedMarch : Legged {
     step_class = std::max(wanted, 0);
   }
 
+  // Who follows a run: told of every step that is made before the state moves on and after, and of what happens to a foot
+  // before and after it does.
+  struct Nobody {
+    void made(int, double, double, double) {}
+    void moved(double, double) {}
+    void happens(int, Happening) {}
+    void happened(int, Happening) {}
+  };
+
   Code step() {
+    Nobody nobody;
+    return followed_step(nobody);
+  }
+
+  template <class Follower>
+  Code followed_step(Follower& follower) {
     const Player::Kink kink = player.next_kink(clock.time);
     const double goal = std::min(settings.end, clock.mark);
     const double left = std::min(kink.left, goal - clock.time);
@@ -249,14 +262,17 @@ struct LeggedMarch : Legged {
     double reached = clock.time + fraction * h;
     if (first > limit)
       reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
+    follower.made(chosen.k, h, fraction, reached);
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
+    follower.moved(h, fraction);
     int kind = 0;
     if (first <= limit) {
       const size_t before = log.events.size();
       for (int f = 0; f < body.feet(); f++) {
-        if (events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13)) {
-          apply_event(*this, body.leg[f], events[f].kind);
-        }
+        if (!now(f, first)) continue;
+        follower.happens(body.leg[f], events[f].kind);
+        apply_event(*this, body.leg[f], events[f].kind);
+        follower.happened(body.leg[f], events[f].kind);
       }
       gather(*this);
       for (size_t e = before; e < log.events.size(); e++) {
@@ -268,9 +284,14 @@ struct LeggedMarch : Legged {
     return GOING_ON;
   }
 
+ protected:
+  std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());  // the first one of every foot in the step
+
+  // Whether the event of a foot is the step's, the first of all at scaled time ``first``.
+  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13); }
+
  private:
   std::vector<double> shares_before;
-  std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());
 };
 
 }  // namespace tarsus::legged

@@ -19,11 +19,8 @@ constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in 
 constexpr double UNSETTLED = -1.0,
                  UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
 
-// Drives at the nodes of the step, and what they and the weight put on every foot.
-inline void fill_drives(Legged& s, double h) {
-  for (int c = 0; c < s.player.channels(); c++) {
-    s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
-  }
+// What drives and weight put on every foot at the nodes of the step.
+inline void load_feet(Legged& s) {
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
     Row up = Row(-leg.weight), along = Row(0.0);
@@ -35,6 +32,14 @@ inline void fill_drives(Legged& s, double h) {
     s.rows[i].load[UP] = up;
     s.rows[i].load[ALONG] = along;
   }
+}
+
+// Drives at the nodes of the step, and what they do.
+inline void fill_drives(Legged& s, double h) {
+  for (int c = 0; c < s.player.channels(); c++) {
+    s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
+  }
+  load_feet(s);
 }
 
 // What the contact of a held foot holds at the nodes: f_a, and f_a less the smooth force.

@@ -43,4 +43,26 @@ inline void raise_apex(const Nodes& nodes, Apex& apex, const double* gap, double
   }
 }
 
+// Lowest (sense -1) or highest (sense 1) value of the polynomial through nodal values up to scaled time ``limit``, and where.
+struct Extreme {
+  double value, at;
+};
+
+inline Extreme extreme(const Nodes& nodes, const Row& values, double sense, double limit) {
+  int best = 0;
+  for (int j = 1; j < N && nodes.tau[j] <= limit; j++) {
+    if (sense * values[j] > sense * values[best]) best = j;
+  }
+  double low = best > 0 ? nodes.tau[best - 1] : 0.0, high = std::min(best < N - 1 ? nodes.tau[best + 1] : 1.0, limit);
+  double line[N];
+  store(line, powers_of(nodes, reinterpret_cast<const double*>(&values)));
+  const auto rising = [&](double s) { return sense * horner_slope(line, 0, N, s) > 0.0; };
+  if (!(low < high && rising(low) && !rising(high))) return {values[best], nodes.tau[best]};
+  for (int n = 0; n < 40; n++) {
+    const double middle = 0.5 * (low + high);
+    (rising(middle) ? low : high) = middle;
+  }
+  return {horner(line, 0, N, low), low};
+}
+
 }  // namespace tarsus

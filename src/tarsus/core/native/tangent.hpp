@@ -19,11 +19,31 @@ inline Jet jet(double value, const Row& slope) {
 }
 inline Row slope_of(const Jet& a) { return load(a.slope); }
 
+// Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
+// integrated over the steps between them has no derivative here; all else has.
+enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6 };
+
+struct TangentFlag {
+  double event, reason, lane;  // lane -1: all
+};
+
+constexpr double CLOSE = 1e-7;  // part of a force or speed: a run itself knows them to some 1e-9
+
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
 // numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
 struct DataTangents {
   std::vector<Row> parameters, initial, sources, since, coef, begin, end, loops, changes;
   Row period;
+
+  // Of the same data, by numbers that nothing depends on.
+  DataTangents nothing() const {
+    DataTangents out = *this;
+    for (auto* part : {&out.parameters, &out.initial, &out.sources, &out.since, &out.coef, &out.begin, &out.end, &out.loops, &out.changes}) {
+      std::fill(part->begin(), part->end(), Row(0.0));
+    }
+    out.period = Row(0.0);
+    return out;
+  }
 };
 
 // Drives with their derivatives at fixed times. A piece from a to b has xi = 2 (t - a) / (b - a) - 1, so that with moving ends
@@ -78,6 +98,27 @@ struct DriveTangents {
       const Jet found = value(c, at, Jet(t + player.nodes.tau[j] * h));
       value_to[j] = found.value;
       slope_to[j] = slope_of(found);
+    }
+  }
+
+  // Drives whose edge lies at the very start and moves: on one side they have an effect there.
+  template <class Flag>
+  void edges_at(double time, Flag&& flag) const {
+    const Signals& s = signals;
+    for (size_t c = 0; c < chosen_.size(); c++) {
+      const Cursor& at = player.cursor[c];
+      const Jet edge = beginning(int(c), at);
+      if (std::fabs(edge.value - time) > 1e-12 * (s.end[at.piece] - s.start[at.piece]) + 1e-14 * time) continue;
+      const bool first = at.piece == at.first + std::max<int64_t>(at.loop, 0);
+      if (first && at.loop < 0) continue;
+      double jump = 0.0;  // from the end of the piece before to the start of this one
+      for (int k = 0; k < DEGREE; k++) {
+        jump += s.coef[DEGREE * (first ? at.behind - 1 : at.piece - 1) + k] - (k % 2 ? -1.0 : 1.0) * s.coef[DEGREE * at.piece + k];
+      }
+      if (std::fabs(jump) <= 1e-9 * s.span[chosen_[c]]) continue;
+      for (int lane = 0; lane < LANES; lane++) {
+        if (edge.slope[lane] != 0.0) flag(lane);
+      }
     }
   }
 

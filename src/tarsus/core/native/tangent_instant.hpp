@@ -13,7 +13,6 @@ struct EventNumbers {
       adhesion = Jet(0.0);
   bool doubtful = false;  // the decision between bounce and capture is within CLOSE of its threshold
 };
-constexpr double CLOSE = 1e-7;  // part of a force or speed: a run itself knows them to some 1e-9
 
 class Instant {
  public:

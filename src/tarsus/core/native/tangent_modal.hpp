@@ -19,7 +19,7 @@ class ModalTangent : StepTangents {
     record_ = &record;
     out_ = &out;
     size_t sample = 0;
-    flag_edges();
+    drives_.edges_at(now_.time.value, [&](int lane) { flag(0, EDGE_AT_START, lane); });
     size_t event = happen(0, 0);
     for (size_t r = 0; r < record.rows; r++) {
       const Recorded step = recorded(book_, record.trace + r * recorded_width(sizes_));
@@ -232,27 +232,6 @@ class ModalTangent : StepTangents {
     }
     return out;
   }
-
-  // Edges of drives that lie at the very start and move: on one side they have an effect there.
-  void flag_edges() {
-    const Signals& s = drives_.signals;
-    for (size_t c = 0; c < channels_; c++) {
-      const Cursor& at = drives_.player.cursor[c];
-      const Jet edge = drives_.beginning(int(c), at);
-      if (std::fabs(edge.value - now_.time.value) > 1e-12 * (s.end[at.piece] - s.start[at.piece]) + 1e-14 * now_.time.value) continue;
-      const bool first = at.piece == at.first + std::max<int64_t>(at.loop, 0);
-      if (first && at.loop < 0) continue;
-      double jump = 0.0;  // from the end of the piece before to the start of this one
-      for (int k = 0; k < DEGREE; k++) {
-        jump += s.coef[DEGREE * (first ? at.behind - 1 : at.piece - 1) + k] - (k % 2 ? -1.0 : 1.0) * s.coef[DEGREE * at.piece + k];
-      }
-      if (std::fabs(jump) <= 1e-9 * s.span[run_.channels[c]]) continue;
-      for (int lane = 0; lane < LANES; lane++) {
-        if (edge.slope[lane] != 0.0) flag(0, EDGE_AT_START, lane);
-      }
-    }
-  }
-
 };
 
 }  // namespace tarsus::modal

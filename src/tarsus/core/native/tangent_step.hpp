@@ -5,14 +5,6 @@
 
 namespace tarsus::modal {
 
-// Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
-// integrated over the steps between them has no derivative here; all else has.
-enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6 };
-
-struct TangentFlag {
-  double event, reason, lane;  // lane -1: all
-};
-
 // What a run came to: recorded steps, events and notes on them.
 struct RunRecord {
   const double* trace;

@@ -1,0 +1,171 @@
+"""The return map of a walker, modulo its travel: a gait repeats when everything does but where the robot is.
+
+    P: s -> s + k periods, taken back by the surge of its body,   s = (x, v, begins of contacts) at the phase t0.
+
+Wherever a walker is, it walks alike: P(s + a e) = P(s) + a e for a shift by a of body and feet, whose multiplier is 1 and
+says nothing of the gait. The map is that of states with one surge. Some foot is on the ground as a rule, and what its
+contact remembers, when it began, is part of the state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.base.events import EventKind
+from tarsus.model.scene import Scene
+from tarsus.orbits.returns import (
+    HORIZON,
+    Returned,
+    ReturnMap,
+    contacts_of,
+    drive_period,
+    follow_contact,
+    returned_contacts,
+)
+from tarsus.plan.lowering import Plan, lower_scene
+from tarsus.plan.slots import rows_of
+from tarsus.solve.march import tables_of
+from tarsus.solve.run import Run
+from tarsus.solve.tangents import DataTangents, Entering, WalkTangents, walk_tangents
+from tarsus.solve.window import Contacts, Window, simulate_window
+
+__all__ = ["WalkMap", "walk_map"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WalkMap(ReturnMap):
+    """Returns of a walker's plan after k drive periods, less its travel.
+
+    stuck: numbers of the feet that stick at the section; aging: of those on the ground there
+    whose contact begins anew in every period, after displacements and velocities their begins [s] before the section are
+    part of the state.
+    """
+
+    stuck: tuple[int, ...] = ()
+    aging: tuple[int, ...] = ()
+
+    @property
+    def shift(self) -> Floats:
+        """Displacements and velocities (2n,) of a walker that is a metre further on."""
+        assert self.plan.legs is not None
+        n, nb = len(self.plan.system.mass), len(self.plan.legs.body.body_mass)
+        out = np.zeros(2 * n)
+        out[0] = 1.0
+        out[nb:n:2] = 1.0
+        return out
+
+    @cached_property
+    def free(self) -> Floats:
+        """Basis (2n + na, r) of the states that a section can be in, all at one surge."""
+        assert self.plan.legs is not None
+        n, nb = len(self.plan.system.mass), len(self.plan.legs.body.body_mass)
+        leg = self.plan.legs.body.leg
+        held = [nb + 2 * int(leg[i]) + 1 for i in self.contacts.held]
+        fixed = {0, *held, *(n + i for i in held), *(n + nb + 2 * int(leg[i]) for i in self.stuck)}
+        size = 2 * n + len(self.aging)
+        return np.eye(size)[:, [i for i in range(size) if i not in fixed]]
+
+    def _at(self, state: Floats) -> Contacts:
+        """What the feet do at the section in a state."""
+        n2 = 2 * len(self.plan.system.mass)
+        since = dict(zip(self.contacts.held, self.contacts.since or (), strict=True))
+        since |= {i: self.start + age for i, age in zip(self.aging, state[n2:].tolist(), strict=True)}
+        return contacts_of(since)
+
+    def window(self, state: Floats, times: Floats | list[float]) -> Window:
+        """The motion from a state at the section, with outputs at times [s] after it."""
+        n2 = 2 * len(self.plan.system.mass)
+        return simulate_window(
+            self.plan, state[:n2], self.start, times, self._at(state), rows=self.rows, shared=self.book,
+            accuracy=self.accuracy,
+        )  # fmt: skip
+
+    def __call__(self, state: Floats, multiple: int = 1) -> Returned:
+        """The state after ``multiple`` periods, and how far the walker has come."""
+        end = self.start + multiple * self.period
+        window = self.window(state, [end])
+        found = np.concatenate([window.states.x[:, 0], window.states.v[:, 0]])
+        travel = float(found[0] - state[0])
+        contacts = returned_contacts(self._at(state), self.start, window)
+        since = dict(zip(contacts.held, contacts.since or (), strict=True))
+        ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
+        return Returned(
+            np.concatenate([found - travel * self.shift, ages]), contacts, window.code, window.events, travel
+        )
+
+    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, WalkTangents]:
+        """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""
+        n2, size = 2 * len(self.plan.system.mass), len(state)
+        end = self.start + multiple * self.period
+        rows = self.rows
+        rows.initial[0] = state[:n2]
+        data = DataTangents.none(rows, size)
+        data.initial[...] = np.eye(n2, size)
+        for k, foot in enumerate(self.aging):
+            data.since[foot, n2 + k] = 1.0
+        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
+        begin = (self.start, *(row[0] for row in self._at(state).rows(self.plan.feet, self.start)))
+        found = walk_tangents(
+            self.plan, end, given, tables=self.book, accuracy=self.accuracy, times=np.array([end]), start=begin
+        )
+        return found.samples[0, :n2], found
+
+    def derivative(self, state: Floats, multiple: int = 1) -> Floats:
+        """dP/ds (2n + na, r) along the free directions, from the engine's own steps and events."""
+        whole, found = self._slopes(state, multiple)
+        back = whole - np.outer(self.shift, whole[0])
+        return np.concatenate([back, found.since[list(self.aging)]]) @ self.free
+
+    def travel_multiplier(self, state: Floats, multiple: int = 1) -> float:
+        """By how much a walker is further on after the motion that began a little further on: 1."""
+        n2 = len(self.shift)
+        return float(self._slopes(state, multiple)[0][0] @ np.append(self.shift, np.zeros(len(state) - n2)))
+
+    def scales(self, state: Floats) -> Floats:
+        """Sizes (2n + na,) of displacements [m], velocities [m/s] and ages [s] that mismatches are compared with."""
+        n2 = 2 * len(self.plan.system.mass)
+        return np.append(super().scales(state[:n2]), np.full(len(self.aging), self.period))
+
+
+def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
+    """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
+    after ``count`` of them, and the state there in a run."""
+    plan, period = lower_scene(scene), drive_period(scene)
+    start = _quiet(run, count * period, (count + 1) * period)
+    held: dict[int, float] = {}
+    for event in run.events[run.events["time"] <= start]:
+        follow_contact(held, event)
+    contacts = contacts_of(held)
+    at = run.states(np.array([start]))
+    state = np.concatenate([at.x[:, 0], at.v[:, 0]])
+    along = _along(plan, state)
+    stuck = tuple(i for i in contacts.held if along[i] == 0.0)
+    renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
+    anew = set(run.events["foot"][renewed].tolist())
+    aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
+    found = WalkMap(
+        plan, tables_of(plan, HORIZON * period), rows_of(plan), period, start, contacts, stuck=stuck, aging=aging,
+    )  # fmt: skip
+    ages = np.array([held[i] for i in aging]) - start
+    return found, np.concatenate([state - state[0] * found.shift, ages])
+
+
+def _along(plan: Plan, state: Floats) -> Floats:
+    """Speeds (m,) [m/s] of the feet along the way."""
+    assert plan.legs is not None
+    n, nb = len(plan.system.mass), len(plan.legs.body.body_mass)
+    return state[n + nb :: 2][plan.legs.body.leg]
+
+
+def _quiet(run: Run, begin: float, end: float) -> float:
+    """Middle [s] of the longest time without an event between two times."""
+    times = run.events["time"]
+    edges = np.concatenate([[begin], times[(times > begin) & (times < end)], [end]])
+    longest = int(np.argmax(np.diff(edges)))
+    return float(0.5 * (edges[longest] + edges[longest + 1]))
