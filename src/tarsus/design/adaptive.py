@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from tarsus.design.rules import Rule, grown
 from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.model.scene import Scene
+from tarsus.solve.simulate import scene_of
 
 __all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
 
@@ -140,7 +142,7 @@ def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
 
 
 def adapt(
-    scene: Scene,
+    scene: Scene | str | PathLike[str],
     free: Mapping[str, Any] | Iterable[str],
     over: Any,
     sense: str | Sequence[Sense] = "charge",
@@ -183,6 +185,7 @@ def adapt(
     InputError
         With every problem of the request.
     """
+    scene = scene_of(scene)
     problems = [
         f"{name}: expected at least {least}, got {value}"
         for name, value, least in (

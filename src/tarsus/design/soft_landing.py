@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from tarsus.design.trials import Landings, Trials
 from tarsus.design.worst_ground import Attack, Round, attack, close_gap
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
+from tarsus.solve.simulate import scene_of
 
 __all__ = ["FrontPoint", "LandingDesign", "landing"]
 
@@ -146,7 +148,7 @@ class LandingDesign:
 
 
 def landing(
-    scene: Scene,
+    scene: Scene | str | PathLike[str],
     foot: str,
     *,
     pairs: int = 1,
@@ -162,7 +164,8 @@ def landing(
     Parameters
     ----------
     scene
-        Whose drive has a periodic signal: its period, and the share of it in which the foot stands, are kept.
+        Or the name of a device, or a scene file. Its drive has a periodic signal: its period, and the share of it
+        in which the foot stands, are kept.
     foot
         Name of the foot.
     pairs
@@ -187,7 +190,7 @@ def landing(
         With every problem of the request: an unknown foot, levels beyond the drive's law, an empty box, a foot that
         never lands.
     """
-    request = request_of(scene, foot, pairs, levels, over, risk, Options(**options))
+    request = request_of(scene_of(scene), foot, pairs, levels, over, risk, Options(**options))
     return _Designer(request, progress or (lambda done, total, what: None)).design(learn)
 
 

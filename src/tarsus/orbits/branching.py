@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from tarsus.model.scene import Scene
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
 from tarsus.orbits.special import specials, why_lost
+from tarsus.solve.simulate import scene_of
 
 __all__ = ["Branch", "BranchPoint", "branch"]
 
@@ -71,7 +73,7 @@ class Branch:
 
 
 def branch(
-    scene: Scene,
+    scene: Scene | str | PathLike[str],
     path: str,
     start: float,
     end: float,
@@ -84,7 +86,7 @@ def branch(
     Parameters
     ----------
     scene, path
-        The scene, and the path of the number.
+        The scene, or the name of a device, or a scene file; and the path of the number.
     start, end
         Its values [SI] at which the branch begins and leaves the range.
     multiple
@@ -98,6 +100,7 @@ def branch(
         For a path that is none of the scene's numbers, an empty range, values that the scene does not take, and where
         no periodic motion is found at the start.
     """
+    scene = scene_of(scene)
     known = float_paths(scene)
     get_value(scene, path)
     if path not in known:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from tarsus.orbits.returns import (
     return_map,
 )
 from tarsus.solve import ResultCode, Run, simulate
+from tarsus.solve.simulate import scene_of
 from tarsus.solve.window import Contacts
 
 __all__ = ["Orbit", "converge", "periodic"]
@@ -149,14 +151,14 @@ class Orbit:
 
 
 def periodic(
-    scene: Scene, *, multiple: int | None = None, values: Mapping[str, float] | None = None
+    scene: Scene | str | PathLike[str], *, multiple: int | None = None, values: Mapping[str, float] | None = None
 ) -> Orbit:
     """The periodic motion that a scene settles to.
 
     Parameters
     ----------
     scene
-        A scene whose drives are periodic.
+        A scene whose drives are periodic, or the name of a device, or a scene file.
     multiple
         Period of the motion in drive periods; by default the smallest up to `MOST_MULTIPLE` at which it returns.
     values
@@ -168,6 +170,7 @@ def periodic(
         For drives without a common period, for a robot with legs of its own (`Walker`), and where the motion after
         `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
+    scene = scene_of(scene)
     scene = with_values(scene, dict(values)) if values else scene
     if isinstance(scene.robot.structure, Walker):
         raise InputError([f"{scene.name}: periodic motion of walkers modulo their travel is not built yet"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +18,7 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared, prepared
 from tarsus.solve.gradients import GradientBatch, GradientRun, gradient_run
 from tarsus.solve.results import Batch, Part
-from tarsus.solve.simulate import changed_run, seconds_of
+from tarsus.solve.simulate import changed_run, scene_of, seconds_of
 
 __all__ = ["Batch", "simulate_batch"]
 
@@ -25,9 +26,9 @@ _CHUNK = 256  # runs handed to the kernel at a time
 
 
 def simulate_batch(
-    scene: Scene,
+    scene: Scene | str | PathLike[str],
     vary: Mapping[str, ArrayLike],
-    duration: float | None = None,
+    duration: float | str | None = None,
     *,
     grid: bool = False,
     threads: int | None = None,
@@ -42,14 +43,14 @@ def simulate_batch(
     Parameters
     ----------
     scene
-        The scene; values that do not vary are its own.
+        The scene, or the name of a device, or a scene file; values that do not vary are its own.
     vary
         Values (nr,) by path, e.g. ``{"ground.film.coefficient": [...], "signals.pzt.amplitude": [...]}``; all of one
         length, run i having the values number i. Runs that differ in slots only (`tarsus.plan.slots`: laws,
         gaps, gravity, initial state, drives over time) share one plan and its tables; every other value makes a plan,
         and as a rule tables, of its own.
     duration
-        Model time of every run [s].
+        Model time of every run [s], or ``"50 ms"``.
     grid
         Make a run for every combination instead: the values of each path are an axis of any length, and results have
         the shape of the grid, axes in the order of the paths.
@@ -73,6 +74,7 @@ def simulate_batch(
     InputError
         For unknown paths, values out of bounds, or arrays of different lengths.
     """
+    scene = scene_of(scene)
     seconds = seconds_of(scene, duration)
     given = _columns(vary, grid=grid)
     values = _combined(given) if grid else given

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from os import PathLike
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,9 @@ __all__ = ["gradient"]
 
 def gradient(
     objective: str | Callable[[NDArray[np.void]], float],
-    scene: Scene,
+    scene: Scene | str | PathLike[str],
     wrt: Sequence[str],
-    duration: float | None = None,
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
 ) -> Gradient:
     """Exact first derivatives of one number of a run by numbers of its scene.

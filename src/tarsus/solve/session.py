@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from os import PathLike
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -13,7 +14,7 @@ from tarsus.solve.batch import Batch, simulate_batch
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import Shared
 from tarsus.solve.run import Run
-from tarsus.solve.simulate import changed_run, seconds_of
+from tarsus.solve.simulate import changed_run, scene_of, seconds_of
 
 __all__ = ["Session"]
 
@@ -26,9 +27,9 @@ class Session:
     one that `simulate` makes of the changed scene, to rounding of its drives. Safe between threads.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self._shared = Shared(scene)
+    def __init__(self, scene: Scene | str | PathLike[str]) -> None:
+        self.scene = scene_of(scene)
+        self._shared = Shared(self.scene)
 
     def __repr__(self) -> str:
         return f"Session({self.scene.name!r})"
@@ -41,7 +42,7 @@ class Session:
     def run(
         self,
         values: Mapping[str, Any] | None = None,
-        duration: float | None = None,
+        duration: float | str | None = None,
         accuracy: Accuracy | None = None,
     ) -> Run:
         """One run with values in place of the scene's own, by path, as `tarsus.with_values` takes them.
@@ -50,6 +51,6 @@ class Session:
         """
         return changed_run(self.scene, values or {}, seconds_of(self.scene, duration), accuracy, self._shared)
 
-    def batch(self, vary: Mapping[str, ArrayLike], duration: float | None = None, **options: Any) -> Batch:
+    def batch(self, vary: Mapping[str, ArrayLike], duration: float | str | None = None, **options: Any) -> Batch:
         """Many runs, as `simulate_batch` makes them; options as there. Raises InputError as it does."""
         return simulate_batch(self.scene, vary, duration, shared=self._shared, **options)

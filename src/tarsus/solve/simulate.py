@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any, overload
 
 from tarsus.base.errors import InputError
+from tarsus.base.units import parse_quantity
 from tarsus.model.scene import Scene
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import RECORDED, Shared, motion_of
@@ -16,13 +18,13 @@ from tarsus.solve.run import Run
 if TYPE_CHECKING:
     from tarsus.solve.gradients import GradientRun
 
-__all__ = ["RECORDED", "changed_run", "seconds_of", "simulate"]
+__all__ = ["RECORDED", "changed_run", "scene_of", "seconds_of", "simulate"]
 
 
 @overload
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: Scene | str | PathLike[str],
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
@@ -30,16 +32,16 @@ def simulate(
 ) -> Run: ...
 @overload
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: Scene | str | PathLike[str],
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
     gradients: Sequence[str],
 ) -> GradientRun: ...
 def simulate(
-    scene: Scene,
-    duration: float | None = None,
+    scene: Scene | str | PathLike[str],
+    duration: float | str | None = None,
     accuracy: Accuracy | None = None,
     *,
     shared: Shared | None = None,
@@ -50,9 +52,10 @@ def simulate(
     Parameters
     ----------
     scene
-        What to simulate; a user's laws are part of its ground (``ground.laws``).
+        What to simulate, or the name of a device, or a scene file; a user's laws are part of its ground
+        (``ground.laws``).
     duration
-        How long [s]; the scene's own duration by default.
+        How long [s], or as files say it, ``"50 ms"``; the scene's own duration by default.
     accuracy
         Tolerances and the bound on steps; by default `RECORDED`, with as many steps as memory is given for them.
     shared
@@ -64,11 +67,12 @@ def simulate(
     Raises
     ------
     InputError
-        For a duration that is not positive, a user's law that cannot be compiled, and paths by which there is no
-        derivative; a walker's run has none yet.
+        For an unknown device, a duration that is not positive, a user's law that cannot be compiled, and paths by
+        which there is no derivative; a walker's run has none yet.
 
     The run always ends, with a `ResultCode` that is a sentence.
     """
+    scene = scene_of(scene)
     seconds, shared = seconds_of(scene, duration), shared or Shared()
     if gradients is not None:
         from tarsus.solve.gradients import gradient_run
@@ -88,9 +92,22 @@ def changed_run(
     return Run(scene, seconds, period, motion.log, values, accuracy, kept=motion, wall_s=wall)
 
 
-def seconds_of(scene: Scene, duration: float | None) -> float:
-    """The duration [s] given, or the scene's own. Raises InputError unless it is positive and finite."""
-    seconds = scene.duration if duration is None else float(duration)
+def scene_of(given: Scene | str | PathLike[str]) -> Scene:
+    """A scene, or that of a device by its name or of a file by its path, see `tarsus.load_scene`."""
+    if isinstance(given, Scene):
+        return given
+    from tarsus.files.library import load_scene  # which reads files, and most who simulate have
+
+    return load_scene(given)
+
+
+def seconds_of(scene: Scene, duration: float | str | None) -> float:
+    """The duration given, [s] or with its unit, or the scene's own. Raises InputError unless positive and finite."""
+    try:
+        given = scene.duration if duration is None else duration
+        seconds = parse_quantity(given, "s") if isinstance(given, str) else float(given)
+    except InputError as error:
+        raise InputError([f"duration: {problem}" for problem in error.problems]) from None
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InputError([f"duration: expected a time above 0 s, got {seconds:g} s"])
     return seconds
