@@ -282,3 +282,26 @@ def test_durations_must_be_positive_and_finite(scene, duration):
     for call in (lambda: ts.simulate(scene, duration), lambda: ts.simulate_batch(scene, {}, duration)):
         with pytest.raises(ts.InputError, match="expected a time above 0 s"):
             call()
+
+
+def test_devices_files_and_durations_are_taken_as_files_say_them(tmp_path):
+    scene = ts.load_scene("cantilever")
+    file = tmp_path / "own.toml"
+    ts.write_scene(scene, file)
+    plain = ts.simulate(scene, 0.01)
+    for given in ("cantilever", str(file), file):
+        run = ts.simulate(given, "10 ms")
+        assert run.duration == 0.01 and np.array_equal(run.events, plain.events)
+    batch = ts.simulate_batch("cantilever", {"signals.pzt.amplitude": [8.0]}, "10 ms")
+    assert batch.events(0)["time"] == pytest.approx(plain.events["time"], rel=1e-7)
+    assert ts.Session("cantilever").run({}, "10 ms").events["time"][0] == pytest.approx(plain.events["time"][0])
+    with pytest.raises(InputError, match="no device is called 'cantlever'; did you mean 'cantilever'"):
+        ts.simulate("cantlever")
+    with pytest.raises(InputError, match=r"duration: .*'10 mm'"):
+        ts.simulate("cantilever", "10 mm")
+    with pytest.raises(InputError, match=r"duration: expected a time above 0 s, got -0\.01 s"):
+        ts.simulate("cantilever", "-10 ms")
+    with pytest.raises(InputError, match="the robot has no foot 'tipp'"):
+        ts.design.landing("cantilever", "tipp")
+    with pytest.raises(InputError, match=r"did you mean 'signals\.gate\.amplitude'"):
+        ts.branch("mems-switch", "signals.gate.amplitud", 40.0, 45.0)

@@ -19,7 +19,7 @@ from tarsus.design.risk import Mean
 from tarsus.design.rules import Rule, grown
 from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
 from tarsus.design.walks import Walks
-from tarsus.model.scene import Scene
+from tarsus.files.library import SceneLike, as_scene
 
 __all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
 
@@ -140,7 +140,7 @@ def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
 
 
 def adapt(
-    scene: Scene,
+    scene: SceneLike,
     free: Mapping[str, Any] | Iterable[str],
     over: Any,
     sense: str | Sequence[Sense] = "charge",
@@ -183,6 +183,7 @@ def adapt(
     InputError
         With every problem of the request.
     """
+    scene = as_scene(scene)
     problems = [
         f"{name}: expected at least {least}, got {value}"
         for name, value, least in (

@@ -20,6 +20,7 @@ from tarsus.design.risk import Nominal, Risk, Worst
 from tarsus.design.strike import strike
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.design.walks import Walks
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
 
 __all__ = ["CLOSED", "FrontRound", "GaitFront", "GaitPoint", "gait"]
@@ -151,7 +152,7 @@ class GaitFront:
 
 
 def gait(
-    scene: Scene,
+    scene: SceneLike,
     free: Mapping[str, Any] | Iterable[str],
     objective: str | Sequence[str | WalkObjective] = "speed,energy",
     over: Any = None,
@@ -167,7 +168,7 @@ def gait(
     Parameters
     ----------
     scene
-        Of a walker with a gait.
+        Of a walker with a gait; or the name of a device, or a scene file.
     free
         Paths of the gait and of signals that may change, with their ranges or None for the usual ones;
         ``gait.phases`` for those of all legs, see `tarsus.design.unknowns.unknowns_of`.
@@ -191,7 +192,7 @@ def gait(
     InputError
         With every problem of the request.
     """
-    request = gait_request(scene, free, objective, over, risk, GaitOptions(**options))
+    request = gait_request(as_scene(scene), free, objective, over, risk, GaitOptions(**options))
     store = None if folder is None else store_of(Path(folder), request.scene, request.lines, resume=resume)
     walks = Walks(
         request.scene, request.unknowns, request.objectives, request.duration, request.options.threads

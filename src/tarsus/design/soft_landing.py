@@ -23,6 +23,7 @@ from tarsus.design.target import Target
 from tarsus.design.timer import neighbours
 from tarsus.design.trials import Landings, Trials
 from tarsus.design.worst_ground import Attack, Round
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene, override
 
@@ -122,7 +123,7 @@ class LandingDesign:
 
 
 def landing(
-    scene: Scene,
+    scene: SceneLike,
     foot: str,
     *,
     pairs: int = 1,
@@ -138,7 +139,8 @@ def landing(
     Parameters
     ----------
     scene
-        Whose drive has a periodic signal: its period, and the share of it in which the foot stands, are kept.
+        Or the name of a device, or a scene file. Its drive has a periodic signal: its period, and the share of it
+        in which the foot stands, are kept.
     foot
         Name of the foot.
     pairs
@@ -163,7 +165,7 @@ def landing(
         With every problem of the request: an unknown foot, levels beyond the drive's law, an empty box, a foot that
         never lands.
     """
-    request = request_of(scene, foot, pairs, levels, over, risk, Options(**options))
+    request = request_of(as_scene(scene), foot, pairs, levels, over, risk, Options(**options))
     return _Designer(request, progress or (lambda done, total, what: None)).design(learn)
 
 

@@ -68,8 +68,8 @@ def simulate(
     Raises
     ------
     InputError
-        For a duration that is not positive, a user's law that cannot be compiled, and paths by which there is no
-        derivative; a walker's run has none yet.
+        For an unknown device, a duration that is not positive, a user's law that cannot be compiled, and paths by
+        which there is no derivative; a walker's run has none yet.
 
     The run always ends, with a `ResultCode` that is a sentence.
     """
