@@ -1,22 +1,8 @@
-"""What a file accepts, the functions accept: names of devices, paths of files, texts with units."""
+"""Varied values with units, and what is said of names that are none."""
 
-import numpy as np
 import pytest
 
 import tarsus as ts
-
-
-def test_a_device_may_be_named_and_a_time_have_a_unit():
-    named = ts.simulate("cantilever", "5 ms")
-    meant = ts.simulate(ts.load_scene("cantilever"), 0.005)
-    assert named.duration == 0.005 and np.array_equal(named.events, meant.events) and len(named.events) > 1
-
-
-def test_a_scene_file_may_be_named(tmp_path):
-    ts.write_scene(ts.load_scene("cantilever"), tmp_path / "mine.toml")
-    assert len(ts.simulate(tmp_path / "mine.toml", "2 ms").events) == len(
-        ts.simulate("cantilever", 0.002).events
-    )
 
 
 def test_varied_values_may_have_units():
@@ -29,10 +15,6 @@ def test_varied_values_may_have_units():
 
 
 def test_what_is_wrong_is_a_sentence():
-    with pytest.raises(ts.InputError, match="duration: expected a time"):
-        ts.simulate("cantilever", "5 mm")
-    with pytest.raises(ts.InputError, match="did you mean 'cantilever'"):
-        ts.simulate("cantilver")
     with pytest.raises(ts.InputError, match=r"robot\.feet\.tip\.gap: expected a length"):
         ts.simulate_batch("cantilever", {"robot.feet.tip.gap": ["70 V"]})
     with pytest.raises(ts.InputError, match=r"robot\.feet\.tp\.gap: unknown path; did you mean"):

@@ -146,7 +146,7 @@ def _apart(stage: Stage, way: float) -> float:
 
 
 def _ground(pen: ImageDraw.ImageDraw, canvas: _Canvas, apart: float, way: float) -> None:
-    """The ground with marks that stay where they are on it, `apart` from each other, the picture having gone by `way`."""
+    """The ground with marks that stay where they are on it, `apart` from each other, the picture gone on by `way`."""
     pen.line([(0, canvas.floor), (canvas.width, canvas.floor)], fill=INK, width=2 * FINE)
     step = canvas.scale * apart
     first = (canvas.left - canvas.scale * way) % step
