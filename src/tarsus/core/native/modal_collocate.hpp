@@ -41,7 +41,7 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
       const double p = m.laws.momentum(i, gap), slope = m.laws.momentum_slope(i, gap, m.settings.probe);
       if (std::fabs(slope * step.from_constant(i, i)[N - 1]) > 0.5) return STIFF;
       m.room[i] = slope < 0.0 ? 2.0 * p / -slope : 0.0;
-      for (int o : mode.free) m.outputs[o] += step.from_constant(o, i) * p;
+      for (int o : mode.free) m.outputs[o] += step.from_constant(o, i) * (m.strong ? m.film(i, gap) : p);
     }
     if (m.laws.has(i, HAS_FORCE)) {
       const double f = m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t);
@@ -100,8 +100,9 @@ inline double step_error(Modal& m, const StepClass& step) {
     const double error = m.nodes.truncation(v) * reach / (1.0 + yielding);
     if (error > worst) {
       worst = error;
-      m.growth_before = std::fabs(v[0]);
-      m.growth_after = std::fabs(v[N - 1]);
+      const double base = m.strong && i < m.sizes.feet ? m.feet[i].base : 0.0;
+      m.growth_before = std::fabs(v[0] + base);
+      m.growth_after = std::fabs(v[N - 1] + base);
       if (!(m.growth_before > 0.0 && m.growth_after > 0.0)) m.growth_before = m.growth_after = 1.0;
     }
   }

@@ -9,14 +9,14 @@ namespace tarsus::modal {
 inline void add_film_momenta(Modal& m) {
   for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.laws.momentum(i, m.gaps[i]));
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.film(i, m.gaps[i]));
   }
 }
 
 // And back, at the gaps as they are known.
 inline void remove_film_momenta(Modal& m) {
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, -m.laws.momentum(i, m.gaps[i]));
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, -m.film(i, m.gaps[i]));
   }
 }
 
@@ -50,13 +50,15 @@ inline double new_strength(const Modal& m, int foot) {
   return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
 }
 
-// Go over to the contact mode with one foot held or let go: keep the physical state for ``enter_mode``.
-inline void leave_mode(Modal& m, int foot) {
-  const ContactMode& mode = *m.mode;
-  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(mode.to_physical, r);
-  m.next = &m.book.toggled(mode, foot);
+// Go over to another contact mode: keep the physical state for ``enter_mode``.
+inline void leave_mode(Modal& m, const ContactMode& to) {
+  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  m.next = &to;
   m.entering = true;
 }
+
+// To the one with one foot more held or let go.
+inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
 
 // Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
 inline void enter_mode(Modal& m) {
@@ -73,6 +75,7 @@ inline void enter_mode(Modal& m) {
     m.state()[r] = sum;
   }
   for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
+  if (m.strong) m.rebase();
   remove_film_momenta(m);
   m.acting.clear();
   for (int i : mode.free) {

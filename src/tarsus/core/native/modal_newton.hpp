@@ -13,7 +13,7 @@ inline void evaluate_laws(Modal& m, double t, double h) {
   for (int i : m.acting) {
     if (i >= 2 * feet) return;
     if (i < feet) {
-      m.values[i] = m.laws.momentum(i, m.outputs[i]);
+      m.values[i] = m.film(i, m.outputs[i]);
     } else {
       const int f = i - feet;
       m.values[i] = m.laws.force(f, m.outputs[f], m.outputs[i], m.volts[f], t + m.nodes.times() * h);
@@ -89,6 +89,7 @@ inline bool newton(Modal& m, const StepClass& step, double t) {
   const int count = int(free.size()), size = count * N, width = size + 2;  // the last column keeps where a step starts
   const double tolerance = 0.05 * m.settings.gap;
   m.matrix.resize(size_t(size) * width);
+  bool settled = false;
   for (int i : free) m.outputs[i] = Row(m.linear[i][0]);
   for (int n = 0; n < ITERATIONS; n++) {
     evaluate_laws(m, t, step.length);
@@ -114,7 +115,9 @@ inline bool newton(Modal& m, const StepClass& step, double t) {
       evaluate_laws(m, t, step.length);
       if (change * damp <= tolerance || misfit_of(m, step) < misfit) break;
     }
-    if (change * damp <= tolerance) return true;
+    // what a strong film's gaps leave open its momenta magnify: once more, which squares it
+    if (change * damp <= tolerance && (settled || !m.strong)) return true;
+    settled = change * damp <= tolerance;
   }
   return false;
 }

@@ -9,16 +9,18 @@ namespace tarsus::modal {
 // A film P = half / (g + thickness)^2 and a strength initial + rate age, of the one foot.
 struct OneFoot {
   double half = 0.0, thickness = 1.0, initial = 0.0, rate = 0.0;
-  bool in_film = false, in_line = false;  // whether the laws are such, in the air and on the ground
+  bool films = false, in_line = false;  // whether the laws are such, in the air and on the ground
+  bool in_film = false;                 // and the film of the run is not a strong one
 
   explicit OneFoot(const Modal& m) {
     if (m.sizes.feet != 1) return;
-    in_film = m.laws.film_alone() && m.laws.has(0, HAS_MOMENTUM) && !m.laws.has(0, HAS_FORCE) && !m.laws.has(0, USES_RATE);
+    films = m.laws.film_alone() && m.laws.has(0, HAS_MOMENTUM) && !m.laws.has(0, HAS_FORCE) && !m.laws.has(0, USES_RATE);
     in_line = m.laws.linear_strength() && !m.laws.has(0, HAS_FORCE);
   }
 
   // Take the parameters of a run.
   void begin(const Modal& m) {
+    in_film = films && !m.strong;
     if (in_film) {
       const double* p = m.laws.of(0, m.laws.laws.terms[MOMENTUM][0]);
       half = 0.5 * p[0];

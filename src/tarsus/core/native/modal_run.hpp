@@ -1,6 +1,6 @@
 // Runs of a modal robot, one after the other: the compiled entry.
 #pragma once
-#include "modal_state.hpp"
+#include "modal_contact.hpp"
 
 namespace tarsus::modal {
 
@@ -15,7 +15,11 @@ struct ModalResult {
 };
 
 // Where the last run ended.
-inline void note_end(const Modal& m, ModalResult& out) {
+inline void note_end(Modal& m, ModalResult& out) {
+  if (m.strong && !m.entering) {  // a flowing state is none without the momenta's bases
+    add_film_momenta(m);
+    leave_mode(m, *m.mode);
+  }
   const int nb = m.mode == nullptr ? 0 : m.mode->blocks_used;
   out.mode = m.mode;
   out.pending = m.entering ? m.next : nullptr;

@@ -15,6 +15,7 @@ enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
 struct Foot {
   double since = 0.0;  // [s] begin of its contact
+  double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double left = -INF;  // [s] when its pull last outgrew one
   int departure = UNDER_WAY;
   Apex apex;
@@ -46,6 +47,7 @@ struct Modal {
   int last_launch = 0;     // class that the film let pass at the last start
   bool launching = false;  // the first step in a contact mode
   bool check = true;       // contacts may be due at this very moment
+  bool strong = false;     // films' momenta count from where a step begins: see rebase
   bool entering = true;    // ``next`` is to be entered with the state ``physical``
   std::vector<double> physical, from_offset;
 
@@ -109,6 +111,21 @@ struct Modal {
     const double* r = rows + row * sizes.state();
     double* w = state();
     for (int i = 0; i < sizes.state(); i++) w[i] += r[i] * by;
+  }
+
+  // Momentum [N s] of a foot's film at a gap, from that at its base on.
+  template <class Real>
+  TARSUS_INLINE Real film(int foot, const Real& gap) const {
+    return strong ? laws.momentum_from(foot, feet[foot].from, feet[foot].base, gap) : laws.momentum(foot, gap);
+  }
+  // Let film momenta count from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: in
+  // a strong film little motion were a difference of large numbers.
+  void rebase() {
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      feet[i].from = gaps[i];
+      feet[i].base = laws.momentum(i, gaps[i]);
+    }
   }
 
   double foot_volts(int foot, double t) const {

@@ -85,7 +85,6 @@ struct ModalSystem : Modal {
   // Start a run from its data.
   void begin(const RunData& run) {
     settings = units.of(run);
-    per_gap = 1.0 / settings.gap;
     per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
     biases.take(run.sources);
@@ -101,6 +100,15 @@ struct ModalSystem : Modal {
     last_launch = 0;
     next = &book.require(FootSet(sizes.feet));
     entering = check = true;
+    take_films(run);
+    one.begin(*this);
+  }
+
+  // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
+  void count_from_zero(const RunData& run) {
+    strong = false;
+    settings.gap = units.of(run).gap;
+    per_gap = 1.0 / settings.gap;
     one.begin(*this);
   }
 
@@ -132,6 +140,11 @@ struct ModalSystem : Modal {
 
   Code step() {
     const Ahead ahead = look_ahead(*this);
+    if (strong) {
+      add_film_momenta(*this);
+      rebase();
+      remove_film_momenta(*this);
+    }
     return glides(ahead) ? GOING_ON : go_on(ahead, {step_class, step_class});
   }
 
@@ -161,6 +174,24 @@ struct ModalSystem : Modal {
   }
 
  private:
+  // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
+  // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
+  // many times less than lengths that tolerances refer to: down to a thousandth of them, a hundredth by laws that are programs,
+  // whose momenta round by their own size.
+  void take_films(const RunData& run) {
+    constexpr double MANY = 1e4;
+    const double least = laws.film_alone() ? 1e-3 : 1e-2;
+    double most = 0.0;
+    for (int i = 0; i < sizes.feet; i++) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const double damping = -laws.momentum_slope(i, std::max(run.sources[i], 0.0), settings.probe);
+      most = std::max(most, damping * next->mobility[i] * settings.end);
+    }
+    strong = most > MANY;
+    if (strong) settings.gap *= std::max(MANY / most, least);
+    per_gap = 1.0 / settings.gap;
+  }
+
   TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {
     return take_step<S>(*this, AnyFeet<S>{one}, ahead, trial);
   }

@@ -15,6 +15,7 @@ struct Begun : ModalSystem<S> {
 
   void begin_at(const RunData& run, const Beginning& start) {
     this->begin(run);
+    this->count_from_zero(run);
     start_clock(this->clock, this->settings, start.time);
     FootSet on(this->sizes.feet);
     for (int i = 0; i < this->sizes.feet; i++) {
