@@ -42,7 +42,7 @@ def test_deaths_cost_what_was_under_way_and_the_way_back():
 def test_one_queue_bears_many_slow_workers_better_than_shares():
     slow = replace(PLAIN, slow=0.4)
     shares, queue = (simulated(slow, 50, 5_000_000, strided=one).efficiency for one in (True, False))
-    assert shares < 0.9 < 0.97 < queue
+    assert shares < 0.7 < 0.84 < queue
 
 
 def test_the_command_line_prints_a_case(capsys):
