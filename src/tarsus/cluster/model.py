@@ -25,9 +25,9 @@ class Costs:
     """What a sweep costs on a cluster, in seconds unless said otherwise.
 
     run: processor time of a run; spread: standard deviation of a unit's time over its mean; unit: time wanted of a
-    unit; start: of a worker until its first unit; write: of a unit's file; operations: file system operations a second
-    that all workers share; per_unit: operations that a unit takes; life: mean time to a worker's death, infinite for none;
-    back: from a death to the next start; slow: share of workers that are half as fast.
+    unit; start: of a worker until its first unit; write: of a unit's file; operations: file system operations a
+    second that all workers share; per_unit: operations that a unit takes; life: mean time to a worker's death,
+    infinite for none; back: from a death to the next start; slow: share of workers that are half as fast.
     """
 
     run: float = 3e-3
