@@ -6,7 +6,6 @@ import json
 import os
 import random
 import shlex
-import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -112,9 +111,8 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
     InputError
         For a folder or submission that is none, another version of Tarsus, a disk that is full or gone.
     KeyboardInterrupt
-        When the scheduler ends the task (SIGTERM), after the units under way are kept.
+        When interrupted, after the units under way are kept.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     file = folder / ARRAY_FOLDER / f"{submission}.units"
     try:
         said = json.loads(file.read_text(encoding="utf-8"))
