@@ -48,6 +48,14 @@ def test_tasks_share_the_units_and_the_last_collects(alone, tmp_path):
     assert result(tmp_path) == result(alone)
 
 
+def test_a_task_that_is_done_helps_others_with_a_tenth_of_its_share(alone, tmp_path):
+    few = small(vary=dict(SWEEP.vary), design=SWEEP.design, chunk=1)
+    array = prepare(few, tmp_path, 2, resume=False)
+    assert array is not None and array.units == 29
+    assert run_task(tmp_path, 0, array.number).units == 15 + 1
+    assert run_task(tmp_path, 1, array.number).units == 14 - 1
+
+
 def test_a_second_array_is_of_what_is_missing(alone, tmp_path):
     first = prepare(SWEEP, tmp_path, 4, resume=False)
     assert first is not None

@@ -122,9 +122,12 @@ def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
 
 
 def _task(folder: Path, task: int, submission: int, threads: int | None) -> int:
+    import signal
+
     from tarsus.cli import console
     from tarsus.cluster.array import run_task
 
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # how a scheduler ends a task
     try:
         done = run_task(folder, task, submission, threads)
     except KeyboardInterrupt:

@@ -163,7 +163,7 @@ def _print(found: Yield, shares: dict[str, tuple[float, float, float]]) -> None:
         if len(nine):
             value = float(nine.min() if curve.less else nine.max())
             word = "at most" if curve.less else "at least"
-            print(f"  nine in ten: {name} {word} {format_quantity(value, curve.unit)}")
+            print(f"  nine in ten: {name} {word} {format_quantity(float(f'{value:.4g}'), curve.unit)}")
     for word, (share, low, high) in shares.items():
         print(f"  {word}: {100 * share:.1f} % of robots (95 %: {100 * low:.1f} to {100 * high:.1f})")
     for name, groups in found.indices.items():

@@ -94,7 +94,8 @@ class OutputFolder:
             yield self.folder
         except BaseException:
             if not continued:
-                self._remember(sorted(self._claimed()))
+                with contextlib.suppress(InputError):  # a disk that is full: what went wrong is said already
+                    self._remember(sorted(self._claimed()))
             raise
         self._remember(sorted(self._claimed()))
 

@@ -13,7 +13,17 @@ from matplotlib.figure import Figure
 from tarsus.files.store import package_version, write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, amount, escape, figure, number, page, table
-from tarsus.report.style import BLUE, MUTED, ORANGE, WIDTH_IN, few_ticks, figure_style, scale_of, to_svg
+from tarsus.report.style import (
+    BLUE,
+    MUTED,
+    ORANGE,
+    WIDTH_IN,
+    Scale,
+    few_ticks,
+    figure_style,
+    scale_of,
+    to_svg,
+)
 from tarsus.study.workunit import OUTCOMES
 from tarsus.study.yields import Yield
 
@@ -73,10 +83,10 @@ def _lede(found: Yield) -> str:
     values = found.values[first][np.isfinite(found.values[first])]
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
     unit = found.units[first]
-    ends = " to ".join(f"{one / scale_of(unit, values).step:.4g}" for one in (low, high))
+    ends = " to ".join(f"{one / _scale(unit, values).step:.4g}" for one in (low, high))
     told = (
-        f"{len(found.lost)} robots: {_words(first)} from {ends} {scale_of(unit, values).label} in nine of ten, "
-        f"median {middle / scale_of(unit, values).step:.4g}."
+        f"{len(found.lost)} robots: {_words(first)} from {ends} {_scale(unit, values).label} in nine of ten, "
+        f"median {middle / _scale(unit, values).step:.4g}."
     )
     ranked = _ranked(found.indices.get(first, {}))
     if ranked:
@@ -97,6 +107,11 @@ def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mappi
     return sorted(indices.items(), key=lambda one: -one[1]["total"])
 
 
+def _scale(unit: str, values: np.ndarray) -> Scale:
+    """As `scale_of`; numbers without a unit have no prefix."""
+    return Scale(1.0, unit) if unit == "1" else scale_of(unit, values)
+
+
 def _panels(found: Yield, height: float = 2.6) -> tuple[Figure, list]:
     """One panel for each measure, two in a row."""
     rows = -(-len(found.measures) // 2)
@@ -114,7 +129,7 @@ def _distributions(found: Yield) -> Plate:
     drawn, panels = _panels(found)
     for axes, name in zip(panels, found.measures, strict=False):
         values = found.values[name][np.isfinite(found.values[name])]
-        scale = scale_of(found.units[name], values)
+        scale = _scale(found.units[name], values)
         axes.hist(values / scale.step, bins=40, color=BLUE)
         axes.set_xlabel(f"{_words(name)} ({scale.label})".replace(" (1)", ""))
         axes.set_ylabel("robots")
@@ -127,7 +142,7 @@ def _curves(found: Yield) -> Plate:
     drawn, panels = _panels(found)
     for axes, name in zip(panels, found.measures, strict=False):
         curve = found.curves[name]
-        scale = scale_of(curve.unit, curve.requirement)
+        scale = _scale(curve.unit, curve.requirement)
         at = curve.requirement / scale.step
         axes.fill_between(at, 100.0 * curve.low, 100.0 * curve.high, color=BLUE, alpha=0.25, lw=0.0)
         axes.plot(at, 100.0 * curve.share, color=BLUE, lw=1.2)
@@ -169,7 +184,7 @@ def _dead(found: Yield) -> Plate:
         if not groups:
             continue
         at, rows = np.array([one for one, _ in groups]), np.array([row for _, row in groups])
-        scale = scale_of(found.units[name], rows)
+        scale = _scale(found.units[name], rows)
         rows = rows / scale.step
         axes.errorbar(at, rows[:, 1], yerr=[rows[:, 1] - rows[:, 0], rows[:, 2] - rows[:, 1]], fmt="o", ms=4.0,
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
@@ -213,6 +228,7 @@ def _costs(found: Yield) -> str:
 
 def _indices(found: Yield) -> Plate:
     drawn, panels = _panels(found, 3.0)
+    drawn.subplots_adjust(left=0.2, wspace=0.6)  # names of grounds are long
     for axes, name in zip(panels, found.measures, strict=False):
         ranked = _ranked(found.indices.get(name, {}))[:BARS]
         at = np.arange(len(ranked))

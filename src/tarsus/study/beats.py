@@ -65,7 +65,10 @@ class Beats:
             "ended": ended,
         }
         part = self._file.with_suffix(".part")
-        with contextlib.suppress(OSError):  # a sweep does not stop because nobody can be told
+        try:
             self._file.parent.mkdir(exist_ok=True)
             part.write_text(json.dumps(said), encoding="utf-8")
             os.replace(part, self._file)
+        except OSError:  # a sweep does not stop because nobody can be told
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
