@@ -30,7 +30,6 @@ from tarsus.solve.tangents import (
     Entering,
     Tangents,
     beside,
-    directions_of,
     entering,
     tangents,
 )
@@ -94,11 +93,10 @@ class Gradient(Mapping[str, float]):
 
 @dataclass(frozen=True, repr=False)
 class GradientRun(Run):
-    """A finished simulation with derivatives along ``directions``, those of numbers at paths as a rule; nothing is
+    """A finished simulation with derivatives by numbers, or along directions of several; nothing is
     computed before it is asked for."""
 
     notes: Floats = field(kw_only=True)
-    directions: Mapping[str, Direction] = field(kw_only=True)
     entered: Entering = field(kw_only=True)
 
     @property
@@ -116,8 +114,7 @@ class GradientRun(Run):
     def _given(self) -> Entering:
         steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
         longest = float(steps.max(initial=0.0)) or self.duration
-        drives = Shared().drive  # one for all structures beside the run's
-        return beside(self.entered, self.scene, self.plan, self.directions, self.duration, longest, drives)
+        return beside(self.entered, self.scene, self.plan, self.duration, longest)
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
@@ -294,8 +291,7 @@ def gradient_run(
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
     if plan.legs is not None:
         raise InputError("gradients: the walking engine has no derivatives yet")
-    directions = directions_of(paths)
-    given = entering(scene, plan, directions, seconds)
+    given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
@@ -309,6 +305,5 @@ def gradient_run(
         kept=motion,
         wall_s=spent,
         notes=made.notes,
-        directions=directions,
         entered=given,
     )
