@@ -59,7 +59,7 @@ class _Roots:
         cells = objective.cells
         table = readings[:, : len(cells.observed)][:, :, list(branch.columns)]
         ratio, scale, self.by_value = objective.scaled(table)
-        self.failed = np.isinf(table).any(axis=-1)
+        self.failed = np.asarray(np.isinf(table).any(axis=-1))
         self.u = np.log(ratio) * scale[:, :, None]
         self.mean = np.where(self.failed, FAILED, self.u.mean(axis=-1))
         self.scatter = np.where(self.failed, 0.0, self.u.var(axis=-1))
