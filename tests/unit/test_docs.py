@@ -51,6 +51,18 @@ def test_the_orbit_on_the_page_of_periodic_motion_is_found():
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
 
 
+def test_the_fit_on_the_page_of_fits_finds_the_device():
+    page = (DOCS / "fit.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(text, names)
+    found, problem = names["found"], names["problem"]
+    assert found.values["robot.feet.tip.gap"] == pytest.approx(70e-6, rel=1e-6)
+    assert found.values["ground.restitution.coefficient"] == pytest.approx(0.377083, rel=1e-4)
+    assert found.values["ground.film.coefficient"] == pytest.approx(1.747e-21, rel=1e-3)
+    assert found.evaluations < 10 and not problem.flags(found.x)
+
+
 def test_the_design_on_the_page_of_soft_landings_runs():
     page = (DOCS / "landing.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)

@@ -69,9 +69,9 @@ class Archive:
         points = np.round(point, DIGITS)[None] + 0.0
         slopes = self.problem.slopes
         assert slopes is not None
-        return self._kept(
-            run, points, "slopes", lambda: slopes(run, self.problem.unknowns.at(points)[0], self.problem.rows)
-        )
+        at = self.problem.unknowns.at(points)[0]
+        found = self._kept(run, points, "slopes", lambda: slopes(run, at, self.problem.rows))
+        return np.asarray(found, dtype=np.float64)
 
     def _answer(self, run: int, points: Floats) -> NDArray[np.floating]:
         def simulated() -> NDArray[np.floating]:

@@ -182,8 +182,8 @@ class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
     Every branch gets `screening` sets spread evenly, those of `start`, and `short` generations; those that are still
-    `hopeless` times the best are dropped; the others get `generations`, and then `spread` generations that follow the
-    likelihood.
+    `hopeless` times the best are dropped; the others get `generations`; the best set of those that may be kept goes
+    down by `polish` steps of least squares with exact derivatives; then `spread` generations follow the likelihood.
     """
 
     seed: int = Field(default=1, ge=0)
@@ -195,6 +195,9 @@ class Search(Description):
     screening: int = Field(default=128, ge=5, description="sets a branch at the start")
     short: int = Field(default=6, ge=0, description="generations before branches are dropped")
     generations: int = Field(default=40, ge=0, description="generations of a branch that is kept")
+    polish: int = Field(
+        default=10, ge=0, description="most steps of the descent with exact derivatives; 0: none"
+    )
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
     leave_out: int = Field(default=8, ge=0, description="generations of each refit without a row")
     leave_out_population: int = Field(default=16, ge=5)

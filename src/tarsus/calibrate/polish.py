@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.objective import FAILED, Branch, Objective, existence
 from tarsus.calibrate.problem import Problem
-from tarsus.fit import Residuals, least_squares
+from tarsus.fit import Found, Residuals, least_squares
 
 __all__ = ["BranchFit", "polish"]
 
@@ -29,45 +29,42 @@ neither changes which sets are likely."""
 
 @dataclass
 class BranchFit(Residuals):
-    """A branch of a calibration as residuals, without one row of the table or with all."""
+    """A branch of a calibration as residuals: the sum of their squares is its cost."""
 
     problem: Problem
     archive: Archive
     branch: Branch
-    without: int | None = None
 
     def __post_init__(self) -> None:
         self.unknowns = self.problem.unknowns
 
     def residuals_at(self, points: Floats) -> Floats:
         readings = np.asarray(self.archive.evaluate(self.branch.run, points), dtype=float)
-        roots = _Roots(self.problem.objective, self.branch, readings, self.without)
+        roots = _Roots(self.problem.objective, self.branch, readings)
         return np.concatenate([roots.values, self.unknowns.prior_residuals(points)], axis=1)
 
     def jacobian(self, x: ArrayLike) -> Floats:
         at = self.point(x)
         readings = np.asarray(self.archive.evaluate(self.branch.run, at[None]), dtype=float)
         slopes = self.archive.slopes(self.branch.run, at) * self.unknowns.slopes(at)
-        roots = _Roots(self.problem.objective, self.branch, readings, self.without)
+        roots = _Roots(self.problem.objective, self.branch, readings)
         return np.concatenate([roots.slopes(slopes), np.diag(self.unknowns.prior_slopes(at))])
 
 
 class _Roots:
     """Roots of the pieces of a cost, of readings (ns, rows, channels, samples), and their derivatives."""
 
-    def __init__(self, objective: Objective, branch: Branch, readings: Floats, without: int | None) -> None:
+    def __init__(self, objective: Objective, branch: Branch, readings: Floats) -> None:
         self.objective, self.branch, self.readings = objective, branch, readings
         cells = objective.cells
         table = readings[:, : len(cells.observed)][:, :, list(branch.columns)]
         ratio, scale, self.by_value = objective.scaled(table)
-        self.failed = np.isinf(table).any(axis=-1)
+        self.failed = np.asarray(np.isinf(table).any(axis=-1))
         self.u = np.log(ratio) * scale[:, :, None]
         self.mean = np.where(self.failed, FAILED, self.u.mean(axis=-1))
         self.scatter = np.where(self.failed, 0.0, self.u.var(axis=-1))
-        known = np.isfinite(cells.observed)
-        if without is not None:
-            known = known & (np.arange(len(known)) != without)[:, None]
-        self.known, self.weight = known, np.sqrt(np.broadcast_to(cells.weight, known.shape))
+        self.known = np.isfinite(cells.observed)
+        self.weight = np.sqrt(np.broadcast_to(cells.weight, self.known.shape))
         self.pull = self.mean / np.sqrt(1.0 + self.scatter)
         self.there = np.zeros(self.u.shape[:-1])
         for k in np.flatnonzero(cells.exists):
@@ -130,11 +127,8 @@ class _Roots:
         return excess, place, np.where(over, 1.0, -1.0)
 
 
-def polish(
-    problem: Problem, archive: Archive, branch: int, starts: Floats, rounds: int, without: int | None = None
-) -> None:
-    """Go down from points (n, nu) of the cube in a branch, each by at most so many steps; what is visited is kept in
-    the archive."""
-    fit = BranchFit(problem, archive, problem.branches[branch], without)
-    for start in starts:
-        least_squares(fit, start, max_nfev=rounds, ftol=SETTLED, xtol=SETTLED, gtol=1e-8)
+def polish(problem: Problem, archive: Archive, branch: int, start: Floats, rounds: int) -> Found:
+    """Go down from a point (nu,) of the cube in a branch, by at most so many steps; what is visited is kept in the
+    archive."""
+    fit = BranchFit(problem, archive, problem.branches[branch])
+    return least_squares(fit, start, max_nfev=rounds, ftol=SETTLED, xtol=SETTLED)

@@ -19,6 +19,7 @@ from scipy.stats import qmc
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.description import Search
+from tarsus.calibrate.polish import polish
 from tarsus.calibrate.problem import Problem
 
 __all__ = [
@@ -64,6 +65,7 @@ def budget(problem: Problem, search: Search) -> int:
     runs = len({branch.run for branch in problem.branches})
     branches = len(problem.branches)
     later = branches * search.population * (search.short + search.generations + search.spread + 3)
+    later += branches * search.polish if problem.slopes else 0
     rows = problem.trained * branches * search.leave_out_population * (2 * search.leave_out + 2)
     return runs * (search.screening + len(search.start)) + later + (rows if search.leave_out else 0)
 
@@ -192,8 +194,11 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
         rng = np.random.default_rng([search.seed, DEEP, b])
         evolve(problem, archive, b, populations[b], search.generations, rng)
     best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in kept}
-    scale = best_freedom(problem, archive, best).scale
-    near = [b for b in kept if best[b] <= min(best.values()) + search.within * scale]
+    for b in _near(problem, archive, kept, best, search)[0] if search.polish and problem.slopes else ():
+        points, costs = costs_at(problem, archive, b)
+        polish(problem, archive, b, points[int(np.argmin(costs))], search.polish)
+        best[b] = float(costs_at(problem, archive, b)[1].min())
+    near, scale = _near(problem, archive, kept, best, search)
     chains = {
         b: chain(
             problem, archive, b, search.spread, scale, search.population,
@@ -206,6 +211,14 @@ def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple
     return {
         b: Found(best[b], _reason(b, kept, near, search), chains.get(b)) for b in numbers
     }, best_freedom(problem, archive, best)  # fmt: skip
+
+
+def _near(
+    problem: Problem, archive: Archive, kept: list[int], best: Mapping[int, float], search: Search
+) -> tuple[list[int], float]:
+    """Branches whose best set is likely beside the best of all, and the residual scale."""
+    scale = best_freedom(problem, archive, best).scale
+    return [b for b in kept if best[b] <= min(best.values()) + search.within * scale], scale
 
 
 def _reason(branch: int, kept: list[int], near: list[int], search: Search) -> str:

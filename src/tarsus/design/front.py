@@ -4,6 +4,10 @@ them.
 The search is that of NSGA-II (Deb et al., IEEE Trans. Evol. Comput. 6, 2002): non-dominated sorting with crowding
 distance, here with the differences of differential evolution and steps of random length as variation, so that there
 is nothing to tune. Only a function from points to costs is known here; it is asked for many points at a time.
+
+pymoo has the same search and more, and `tarsus.fit.pymoo_problem` gives it any fit. This one stays because gaits are
+designed with a plain installation, which has no pymoo (it brings some ten packages of its own), because unknowns whose
+range closes on itself (phases) move around the circle here, and because every point that was asked for is returned.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def cma_es(
         Where the package is not installed.
     """
     try:
-        import cma
+        import cma  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError("CMA-ES needs the package cma: pip install 'tarsus[optimise]'") from None
     first = problem.point(np.full(len(problem.unknowns), 0.5) if start is None else start)

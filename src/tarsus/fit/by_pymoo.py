@@ -10,7 +10,7 @@ from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Residuals
 
 if TYPE_CHECKING:
-    from pymoo.core.problem import Problem
+    from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
 
 __all__ = ["pymoo_problem"]
 
@@ -27,7 +27,7 @@ def pymoo_problem(problem: Residuals) -> Problem:
         Where the package is not installed.
     """
     try:
-        from pymoo.core.problem import Problem
+        from pymoo.core.problem import Problem  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError("fronts by pymoo need the package: pip install 'tarsus[optimise]'") from None
     nothing = np.zeros((0, len(problem.unknowns)))

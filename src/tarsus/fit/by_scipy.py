@@ -32,7 +32,7 @@ def least_squares(problem: Residuals, start: ArrayLike | None = None, **options:
 def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:
     """`scipy.optimize.minimize` of the cost with its gradient, within its bounds: L-BFGS-B unless the options name
     another method. start (nu,): point of the cube, its middle unless given."""
-    chosen = {"method": "L-BFGS-B", "bounds": optimize.Bounds(*problem.bounds), **options}
+    chosen = {"method": "L-BFGS-B", "bounds": _bounds(problem), **options}
     found = optimize.minimize(problem.cost, _start(problem, start), jac=problem.gradient, **chosen)
     x = problem.point(found.x)
     slopes = int(found.get("njev", 0))
@@ -50,11 +50,13 @@ def differential_evolution(problem: Residuals, **options: Any) -> Found:
         asked += len(points)
         return problem.costs(points)
 
-    found = optimize.differential_evolution(
-        costs, optimize.Bounds(*problem.bounds), vectorized=True, **chosen
-    )
+    found = optimize.differential_evolution(costs, _bounds(problem), vectorized=True, **chosen)
     x = problem.point(found.x)
     return Found(x, problem.values(x), float(found.fun), asked, 0, str(found.message))
+
+
+def _bounds(problem: Residuals) -> list[tuple[float, float]]:
+    return list(zip(*(one.tolist() for one in problem.bounds), strict=True))
 
 
 def _start(problem: Residuals, start: ArrayLike | None) -> np.ndarray:

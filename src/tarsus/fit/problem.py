@@ -109,7 +109,7 @@ class Problem(Residuals):
         def values(at: Floats) -> dict[str, float]:
             out = dict(under)
             for paths, value in zip(self._paths, at.tolist(), strict=True):
-                out.update(dict.fromkeys(paths, value))
+                out |= {path: value for path in paths}
             if self._derived is not None:
                 out.update(self._derived(dict(zip(self.unknowns.names, at.tolist(), strict=True))))
             return out

@@ -32,9 +32,10 @@ WAY = 1e-5
 TOGETHER = 1e-9
 """Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
 they should not."""
+_ONE_SIDE = np.array([1.5, -2.0, 0.5])
 KINK = 1e-4
-"""Part by which differences to both sides must differ for a kink or a jump: a smooth measure bends by less over
-`LARGEST`."""
+"""Part by which differences of second order to both sides must differ for a kink or a jump: of a smooth measure that is
+the square of what it bends by over `LARGEST`, or over the `MOVED` part of a flight that a window cuts."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +92,12 @@ def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats])
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]
     made = of(rows.reshape(-1, *log.rows.shape), periods.ravel(), along)
-    values = made.reshape(len(size), len(_STEPS), *made.shape[1:])
-    ahead, behind = values[:, 3] - values[:, 2], values[:, 2] - values[:, 1]
+    values = np.moveaxis(made.reshape(len(size), len(_STEPS), *made.shape[1:]), 1, -1)
+    ahead, behind = values[..., 2:] @ -_ONE_SIDE, values[..., 2::-1] @ _ONE_SIDE
     largest = np.maximum(np.abs(ahead), np.abs(behind))
-    rounding = 1e-13 * np.abs(values).max(axis=1, initial=0.0)
+    rounding = 5e-13 * np.abs(values).max(axis=-1, initial=0.0)
     kinked = np.abs(ahead - behind) > KINK * largest + rounding
-    slopes = np.moveaxis(values, 1, -1) @ _WEIGHTS
+    slopes = values @ _WEIGHTS
     return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
 
 

@@ -154,9 +154,10 @@ def _maps(flow: bytes, inputs: bytes, size: int, step: float) -> tuple[Floats, F
     block[:size, :size] = np.frombuffer(flow).reshape(size, size) * step
     block[:size, size : size + 2] = np.frombuffer(inputs).reshape(size, 2) * step
     block[size : size + 2, size + 2 :] = np.eye(2)
-    whole = expm(block)
+    whole = np.asarray(expm(block), dtype=np.float64)
     held, slope = whole[:size, size : size + 2], whole[:size, size + 2 :]
-    return np.ascontiguousarray(whole[:size, :size]), held - slope, np.ascontiguousarray(slope)
+    free = np.ascontiguousarray(whole[:size, :size])
+    return free, np.asarray(held - slope, dtype=np.float64), np.ascontiguousarray(slope)
 
 
 def _launch(launches: Launches, first: int) -> _Launch:

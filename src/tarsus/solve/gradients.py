@@ -96,11 +96,10 @@ class Gradient(Mapping[str, float]):
 
 @dataclass(frozen=True, repr=False)
 class GradientRun(Run):
-    """A finished simulation with derivatives along ``directions``, those of numbers at paths as a rule; nothing is
+    """A finished simulation with derivatives by numbers, or along directions of several; nothing is
     computed before it is asked for."""
 
     notes: Floats = field(kw_only=True)
-    directions: Mapping[str, Direction] = field(kw_only=True)
     entered: Entering = field(kw_only=True)
 
     @property
@@ -118,8 +117,7 @@ class GradientRun(Run):
     def _given(self) -> Entering:
         steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
         longest = float(steps.max(initial=0.0)) or self.duration
-        drives = Shared().drive  # one for all structures beside the run's
-        return beside(self.entered, self.scene, self.plan, self.directions, self.duration, longest, drives)
+        return beside(self.entered, self.scene, self.plan, self.duration, longest)
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
@@ -268,6 +266,8 @@ class GradientRun(Run):
 class WalkGradientRun(GradientRun):
     """That of a walker: the engine makes the run again with its derivatives beside it."""
 
+    directions: tuple[Direction, ...] = field(kw_only=True)
+
     @cached_property
     def _given(self) -> Entering:
         return self.entered
@@ -283,7 +283,7 @@ class WalkGradientRun(GradientRun):
     def _log(self) -> Log:
         derived = self._derived
         assert isinstance(derived, WalkTangents) and self.log.marks is not None
-        ways = Ways(self.log.marks, derived.marks, self.scene, list(self.directions.values()))
+        ways = Ways(self.log.marks, derived.marks, self.scene, self.directions)
         return Log(self.log.events, derived.events, self.end_time, self.period, self._given.data.period[0], ways)
 
     @cached_property
@@ -323,14 +323,13 @@ def gradient_run(
     start = time.perf_counter()
     engine, rows = prepared(scene, {}, seconds, shared)
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
-    directions = directions_of(paths)
-    given = entering(scene, plan, directions, seconds)
+    given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
     if isinstance(engine, ByLegs):
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
         return WalkGradientRun(
             scene, seconds, period, kept.log, {}, accuracy, kept=kept, wall_s=time.perf_counter() - start,
-            notes=np.zeros(0), directions=directions, entered=given,
+            notes=np.zeros(0), entered=given, directions=tuple(directions_of(paths).values()),
         )  # fmt: skip
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
     motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
@@ -344,6 +343,5 @@ def gradient_run(
         kept=motion,
         wall_s=spent,
         notes=made.notes,
-        directions=directions,
         entered=given,
     )

@@ -5,8 +5,8 @@ Lowered arrays are differentiated by differences, runs never are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,6 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
-from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import Pieces
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, rows_for, slot
@@ -52,8 +50,6 @@ they are, the more of the rounding of the structure's modes remains. How rates c
 step."""
 
 
-DriveMaker = Callable[..., tuple[Pieces, Pieces]]
-"""Pieces of a drive's force and volts, from its signal, law and history."""
 Direction = Mapping[str, float]
 """How much each of some numbers of a scene moves, by path: one for a number itself."""
 
@@ -176,26 +172,24 @@ class Entering:
     paths: tuple[str, ...]
     row: Rows
     data: DataTangents
-    beside: tuple[Beside, ...]
+    beside: tuple[Beside, ...] = ()
+    changes: Mapping[int, Change] = field(default_factory=dict)
 
 
 def entering(
-    scene: Scene,
-    plan: Plan,
-    gradients: Sequence[str] | Mapping[str, Direction],
-    duration: float,
-    *,
-    drives: DriveMaker = lower,
+    scene: Scene, plan: Plan, gradients: Sequence[str] | Mapping[str, Direction], duration: float
 ) -> Entering:
     """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene; of the
-    structure `beside` adds what it does. drives: makes the pieces of a drive.
+    structure `beside` adds what it does.
 
     Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
     pieces.
     """
     found = directions_of(gradients)
-    stencils, problems = [], []
-    for one in found.values():
+    stencils: list[Stencil | None] = []
+    changes: dict[int, Change] = {}
+    problems: list[str] = []
+    for p, one in enumerate(found.values()):
         data, structure = _apart(scene, one)
         stencils.append(Stencil.of(scene, data, STEP, plan.length) if data else None)
         if structure and plan.legs is not None:
@@ -204,7 +198,7 @@ def entering(
                 for path in structure
             ]
         elif structure:
-            _structure_step(scene, plan, structure, duration)
+            changes[p] = Change.of(scene, plan, structure)
     if problems:
         raise InputError(problems)
     own = [p for p, one in enumerate(stencils) if one is not None]
@@ -221,26 +215,16 @@ def entering(
         by_data = _differences(rows, steps, [list(found)[p] for p in own])
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
-    return Entering(tuple(found), row, data, ())
+    return Entering(tuple(found), row, data, (), changes)
 
 
-def beside(
-    given: Entering,
-    scene: Scene,
-    plan: Plan,
-    gradients: Sequence[str] | Mapping[str, Direction],
-    duration: float,
-    longest: float,
-    drives: DriveMaker = lower,
-) -> Entering:
+def beside(given: Entering, scene: Scene, plan: Plan, duration: float, longest: float) -> Entering:
     """The same with the structures beside the run's, for the numbers that change it; longest [s]: step of the run."""
-    data = replace(given.data, initial=given.data.initial.copy(), parameters=given.data.parameters.copy())
+    data = replace(given.data, initial=given.data.initial.copy())
     added: list[Beside] = []
-    for p, one in enumerate(directions_of(gradients).values()):
-        structure = _apart(scene, one)[1]
-        if structure:
-            part = _structure_step(scene, plan, structure, longest)
-            added += _structures(scene, plan, Stencil.of(scene, structure, part), p, duration, data, drives)
+    for p, one in given.changes.items():
+        stencil = Stencil.of(scene, one.direction, one.step(longest))
+        added += _structures(scene, plan, stencil, p, duration, data)
     return replace(given, data=data, beside=tuple(added))
 
 
@@ -258,22 +242,35 @@ def _one_row(rows: Rows, run: int) -> Rows:
     )  # fmt: skip
 
 
-def _structure_step(scene: Scene, plan: Plan, direction: Direction, longest: float) -> float:
-    """Step along a direction of the structure, as part of its numbers; longest [s]: of the run's steps."""
-    stencil = Stencil.of(scene, direction, FIRST)
-    place = float(stencil.places[-1])
-    other = lower_system(stencil.scene(scene, place))
-    if other.mass.shape != plan.system.mass.shape:
-        raise InputError(
-            f"{next(iter(direction))}: there is no derivative by it, for the structure changes its size"
-        )
-    before, after = _rates(plan.system), _rates(other)
-    change = np.abs(after - before) * float(np.abs(stencil.places).min() / abs(place))
-    turned = float(change.max(initial=0.0)) * longest
-    parts = [TURN / turned] if turned > 0.0 else []
-    moving = change > 1e-12 * np.abs(before).max(initial=0.0)
-    parts += list(CHANGE * np.maximum(np.abs(before[moving]), 1.0 / longest) / change[moving])
-    return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
+@dataclass(frozen=True)
+class Change:
+    """How a structure changes along a direction: change (2n,) [1/s] of its rates in air over the first step, and the
+    rates (2n,) themselves."""
+
+    direction: Direction
+    change: Floats
+    rates: NDArray[np.complexfloating]
+
+    @classmethod
+    def of(cls, scene: Scene, plan: Plan, direction: Direction) -> Change:
+        """Seen at the first, smallest step. Raises InputError where the structure changes its size."""
+        stencil = Stencil.of(scene, direction, FIRST)
+        other = lower_system(stencil.scene(scene, stencil.places[-1]))
+        if other.mass.shape != plan.system.mass.shape:
+            path = next(iter(direction))
+            raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
+        before = _rates(plan.system)
+        part = float(np.abs(stencil.places).min() / abs(stencil.places[-1]))
+        return cls(direction, np.abs(_rates(other) - before) * part, before)
+
+    def step(self, longest: float) -> float:
+        """Step along the direction, as part of its numbers; longest [s]: of the run's steps."""
+        turned = float(self.change.max(initial=0.0)) * longest
+        parts = [TURN / turned] if turned > 0.0 else []
+        size = np.abs(self.rates)
+        moving = self.change > 1e-12 * size.max(initial=0.0)
+        parts += list(CHANGE * np.maximum(size[moving], 1.0 / longest) / self.change[moving])
+        return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
 
 
 def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
@@ -286,23 +283,18 @@ def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
 
 
 def _structures(
-    scene: Scene,
-    plan: Plan,
-    stencil: Stencil,
-    number: int,
-    duration: float,
-    data: DataTangents,
-    drives: DriveMaker,
+    scene: Scene, plan: Plan, stencil: Stencil, number: int, duration: float, data: DataTangents
 ) -> list[Beside]:
-    """The structures beside a scene's along a direction, and the derivatives of the data that they change.
+    """The structures beside a scene's along a direction, and the derivatives of the initial state where it stands.
 
     Rest gaps and gravity act through the structures.
     """
-    plans = [lower_scene(stencil.scene(scene, float(place)), drives) for place in stencil.places]
-    data.initial[..., number] += stencil.slope(plan.initial, [one.initial for one in plans])
-    data.parameters[..., number] += stencil.slope(
-        plan.laws.parameters, [one.laws.parameters for one in plans]
-    )
+    changed = [stencil.scene(scene, float(place)) for place in stencil.places]
+    if scene.initial.standing is not None:
+        data.initial[..., number] += stencil.slope(
+            plan.initial, [lower_scene(one).initial for one in changed]
+        )
+    plans = [replace(plan, system=lower_system(one)) for one in changed]
     return [
         Beside(one.system, SharedBook(one, duration), float(weight), number)
         for one, weight in zip([plan, *plans], stencil.weights, strict=True)
