@@ -116,7 +116,9 @@ def survey(script: str, file: Path, count: int, workers: int) -> dict[int, dict[
     return dict(sorted(found.items()))
 
 
-def surveyed(script: str, about: str | None, look: Callable[[int], dict[str, Any]]) -> dict[int, dict[str, Any]]:
+def surveyed(
+    script: str, about: str | None, look: Callable[[int], dict[str, Any]]
+) -> dict[int, dict[str, Any]]:
     """What a script's arguments ask for, by seed; a script that is a part of a survey ends here."""
     if sys.argv[1:2] == ["--part"]:
         work(look, Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))

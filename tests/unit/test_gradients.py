@@ -233,7 +233,9 @@ def test_feet_that_land_together_and_hand_blows_on_have_no_derivative():
     assert not apart.flags
 
 
-@pytest.mark.parametrize(("part", "sentence"), [(-1e-9, "grazes the ground"), (1e-9, "turns just above the ground")])
+@pytest.mark.parametrize(
+    ("part", "sentence"), [(-1e-9, "grazes the ground"), (1e-9, "turns just above the ground")]
+)
 def test_a_grazing_touchdown_and_a_near_miss_have_no_derivative(part, sentence):
     scene = scene_of("impact_oscillator")
     path = "robot.feet.stop.gap"
