@@ -18,7 +18,7 @@ from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
-from tarsus.plan.slots import Rows, rows_for, slot
+from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
 
@@ -48,13 +48,17 @@ class Stencil:
     @classmethod
     def of(cls, scene: Scene, path: str, part: float) -> Stencil:
         """To both sides of a number of a scene, or to the one where it may vary; steps are that part of it."""
-        value = float(get_value(scene, path))
+        value, place = float(get_value(scene, path)), slot(scene, path)
         size = part * abs(value) if value != 0.0 else part
         problem = None
         for places, weights in _STENCILS:
             try:
-                for place in (places.min(), places.max()):
-                    with_values(scene, {path: value + float(place) * size})
+                ends = value + size * np.array([places.min(), places.max()])
+                if place is not None and place.bounded:
+                    check_bounds(scene, path, ends)
+                else:
+                    for end in ends:
+                        with_values(scene, {path: float(end)})
             except InputError as error:
                 problem = problem or error
                 continue
