@@ -16,6 +16,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +72,8 @@ def faults(found: dict[str, Any]) -> list[str]:
     return said
 
 
-def work(file: Path, first: int, count: int, step: int) -> None:
-    """Run the seeds first, first + step, ... below ``count`` that the file has not."""
+def work(look: Callable[[int], dict[str, Any]], file: Path, first: int, count: int, step: int) -> None:
+    """Look at the seeds first, first + step, ... below ``count`` that the file has not."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     known = read(file)
     with file.open("a", encoding="utf-8") as out:
@@ -82,7 +83,7 @@ def work(file: Path, first: int, count: int, step: int) -> None:
             print(json.dumps({"seed": seed}), file=out, flush=True)
             signal.setitimer(signal.ITIMER_PROF, 3 * LIMIT)
             try:
-                found = look_at(scene_of(seed))
+                found = look(seed)
             except Exception as error:
                 found = {"error": f"{type(error).__name__}: {error}"[:300]}
             signal.setitimer(signal.ITIMER_PROF, 0)
@@ -95,10 +96,10 @@ def read(file: Path) -> dict[int, dict[str, Any]]:
     return {found["seed"]: found for found in map(json.loads, lines)}
 
 
-def survey(file: Path, count: int, workers: int) -> dict[int, dict[str, Any]]:
-    """Run the seeds below ``count`` in processes of their own and collect what became of them."""
+def survey(script: str, file: Path, count: int, workers: int) -> dict[int, dict[str, Any]]:
+    """Let a script look at the seeds below ``count`` in processes of their own and collect what became of them."""
     parts = [file.with_suffix(f".{w}.jsonl") for w in range(workers)]
-    command = [sys.executable, __file__, "--part"]
+    command = [sys.executable, script, "--part"]
     begun = {
         w: subprocess.Popen([*command, str(parts[w]), str(w), str(count), str(workers)])
         for w in range(workers)
@@ -115,16 +116,23 @@ def survey(file: Path, count: int, workers: int) -> dict[int, dict[str, Any]]:
     return dict(sorted(found.items()))
 
 
-def main() -> int:
+def surveyed(
+    script: str, about: str | None, look: Callable[[int], dict[str, Any]]
+) -> dict[int, dict[str, Any]]:
+    """What a script's arguments ask for, by seed; a script that is a part of a survey ends here."""
     if sys.argv[1:2] == ["--part"]:
-        work(Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))
-        return 0
-    parser = argparse.ArgumentParser(description=__doc__)
+        work(look, Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))
+        sys.exit(0)
+    parser = argparse.ArgumentParser(description=about)
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--workers", type=int, default=2)
     asked = parser.parse_args()
-    found = survey(asked.file, asked.count, asked.workers)
+    return survey(script, asked.file, asked.count, asked.workers)
+
+
+def main() -> int:
+    found = surveyed(__file__, __doc__, lambda seed: look_at(scene_of(seed)))
     said = Counter(text.split(":")[0] for one in found.values() for text in faults(one) or ["right"])
     for text, times in said.most_common():
         seeds = [seed for seed, one in found.items() if text in [s.split(":")[0] for s in faults(one)]]

@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 import tarsus as ts
 from printed_robots import hexapod
 from scene_files import scene as scene_of
+from survey_gradients import look_at
 from tarsus.base.spec import get_value, with_values
 from tarsus.plan.slots import slots
 from walking_scenes import trotter
@@ -232,7 +233,10 @@ def test_feet_that_land_together_and_hand_blows_on_have_no_derivative():
     assert not apart.flags
 
 
-def test_a_grazing_touchdown_has_no_derivative():
+@pytest.mark.parametrize(
+    ("part", "sentence"), [(-1e-9, "grazes the ground"), (1e-9, "turns just above the ground")]
+)
+def test_a_grazing_touchdown_and_a_near_miss_have_no_derivative(part, sentence):
     scene = scene_of("impact_oscillator")
     path = "robot.feet.stop.gap"
     free = ts.simulate(with_values(scene, {path: 1e3}), 20.0)
@@ -244,9 +248,46 @@ def test_a_grazing_touchdown_has_no_derivative():
         lambda t: -free.states(np.array([t])).x[0, 0], bounds=(times[k - 1], times[k + 1]), method="bounded",
         options={"xatol": 1e-12},
     )  # fmt: skip
-    run = ts.simulate(with_values(scene, {path: -near.fun * (1.0 - 1e-9)}), 20.0, gradients=[path])
-    assert len(run.events) and "grazes the ground" in run.flags[path][0]
+    run = ts.simulate(with_values(scene, {path: -near.fun * (1.0 + part)}), 20.0, gradients=[path])
+    assert sentence in run.flags[path][0]
     assert np.isnan(run.event_gradients[path]["time"]).all()
+    clear = ts.simulate(with_values(scene, {path: -near.fun * (1.0 + 1e3 * part)}), 20.0, gradients=[path])
+    assert not clear.flags
+
+
+def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
+    mass, stiffness, damping, gap, e = 2e-9, 1.5, 2e-4, 1e-6, 0.5
+    robot = ts.Robot(
+        structure=ts.Lumped(coordinates=("a",), mass=(mass,), stiffness=(stiffness,), damping=(damping,)),
+        drives={},
+        feet={"a": ts.Foot(point="a", gap=gap)},
+    )
+
+    def landed(adhesion: float) -> ts.GradientRun:
+        ground = ts.Ground(
+            restitution=ts.Restitution(coefficient=e),
+            adhesion=ts.Adhesion(initial=adhesion, rate=0.0),
+            landing=ts.PullAsPrinted(),
+        )
+        scene = ts.Scene(
+            name="hung", robot=robot, ground=ground, initial=ts.Initial(velocity=(-0.5,)), duration=4e-6
+        )
+        run = ts.simulate(scene, gradients=["ground.restitution.coefficient"])
+        assert isinstance(run, ts.GradientRun)
+        return run
+
+    # (2.13): -k g + c e v
+    printed = -stiffness * gap + damping * e * landed(0.0).events["speed_before"][0]
+    assert not landed(0.999 * printed).flags
+    said = landed(printed * (1.0 + 1e-9)).flags["ground.restitution.coefficient"][0]
+    assert "within rounding of its threshold" in said
+
+
+@pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36])
+def test_derivatives_of_random_scenes_as_differences(seed):
+    found = look_at(seed)
+    assert found["compared"] > 50
+    assert not found["wrong"] and not found["signs"] and not found["flagged"]
 
 
 def test_bad_requests_are_told():

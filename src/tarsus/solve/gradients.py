@@ -49,6 +49,7 @@ _REASONS = {
     4: "the derivative could not be followed beyond {time}",
     5: "an edge of a drive lies at the very start, and acts only if it is later",
     6: "events or edges of drives that meet at {time} move apart",
+    7: "a foot turns just above the ground before {time}: whether it touches is within the error of a step",
 }
 _ONE_SIDED = {3, 5}
 """Where the derivative to the run's own side is the one told."""

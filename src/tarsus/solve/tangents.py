@@ -18,7 +18,7 @@ from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
-from tarsus.plan.slots import Rows, rows_for, slot
+from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.solve.engine import Accuracy, SharedBook
 from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.window import Contacts, Recorded
@@ -82,14 +82,24 @@ class Stencil:
         for places, weights in _STENCILS:
             found = cls(base, direction, places * size, weights / size)
             try:
-                for place in (found.places.min(), found.places.max()):
-                    found.scene(scene, place)
+                found.check(scene)
             except InputError as error:
                 problem = problem or error
                 continue
             return found
         assert problem is not None
         raise problem
+
+    def check(self, scene: Scene) -> None:
+        """Raise InputError unless the scene takes the outermost places."""
+        ends = np.array([self.places.min(), self.places.max()])
+        for path, w in self.direction.items():
+            place = slot(scene, path)
+            if place is not None and place.bounded:
+                check_bounds(scene, path, self.base[path] + w * ends)
+            else:
+                for end in ends:
+                    with_values(scene, {path: self.base[path] + w * float(end)})
 
     def scene(self, scene: Scene, place: float) -> Scene:
         """The scene at a place along the direction."""

@@ -179,7 +179,7 @@ class Instant {
     out.strength = new_strength(foot);
     const double mobility = mode->mobility[foot];
     const Jet lost = (speed * speed - after * after) * (0.5 / mobility), kept = after * after * (0.5 / mobility);
-    out.doubtful = is_close(foot, after, out);
+    out.doubtful = is_close(foot, after, out, printed_pull(foot, rate.value + after.value, y));
     if (kind == BOUNCE) {
       out.after = after;
       out.energy = lost + follow(foot, speed, after, y);
@@ -197,16 +197,28 @@ class Instant {
     return out;
   }
 
-  bool is_close(int foot, const Jet& after, const EventNumbers& at) {
+  // The pull by (2.13) as printed, of a foot whose velocity an impact changes by so much.
+  double printed_pull(int foot, double change, const std::vector<Jet>& y) const {
+    const int m = sizes.feet;
+    const double* feed = mode->printed_feed + size_t(foot) * sizes.inputs();
+    double pull = along(mode->printed, foot, y).value + biased(mode->bias_printed, m, foot).value;
+    for (int d = 0; d < sizes.drives; d++) pull += drives[d].value * feed[2 * m + d];
+    return pull + mode->printed_damping[foot] * change;
+  }
+
+  // Whether the decision of landing_kind is within rounding of its threshold.
+  bool is_close(int foot, const Jet& after, const EventNumbers& at, double printed) {
+    const auto close = [](double a, double b) { return std::fabs(a - b) < CLOSE * (std::fabs(a) + std::fabs(b)); };
     if (laws_.has(foot, RESTITUTES_FIRST)) {
       const double excess = laws_.value(EXCESS, foot, {after}).value;
       if (std::fabs(excess) < CLOSE * std::fabs(after.value)) return true;
       if (excess > 0.0) return false;
-    } else if (!laws_.has(foot, HAS_LATCH) || laws_.has(foot, PULL_AS_PRINTED)) {
+    } else if (laws_.has(foot, PULL_AS_PRINTED)) {
+      return close(printed, std::max(at.strength.value, 0.0));
+    } else if (!laws_.has(foot, HAS_LATCH)) {
       return false;
     }
-    const double pull = at.pull.value, strength = at.strength.value;
-    return std::fabs(pull - strength) < CLOSE * (std::fabs(pull) + std::fabs(strength));
+    return close(at.pull.value, at.strength.value);
   }
 
   // As follow_impact of modal_contact.hpp.

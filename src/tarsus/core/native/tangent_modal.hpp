@@ -137,7 +137,6 @@ class ModalTangent : StepTangents {
     const double curve = bend_of(i, step_.fraction) / (step_.length * step_.length);
     return {shown.gap[i], rate, curve > 0.0 && 0.5 * rate * rate < GRAZE * settings_.gap * curve};
   }
-  static constexpr double GRAZE = 100.0;
 
   // What still holds a held foot: strength less smooth force less pull.
   Margin hold_margin(int i, const Shown<Row>& shown) {

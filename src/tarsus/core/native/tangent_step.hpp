@@ -63,6 +63,8 @@ class StepTangents {
     Row by_gap, by_rate, own[N];
   };
 
+  static constexpr double GRAZE = 100.0;  // errors of a gap, within which a foot may touch the ground or not
+
   Book& book_;
   const Sizes sizes_;
   const Nodes& nodes_;
@@ -365,6 +367,7 @@ class StepTangents {
     for (int c = 0; c < N; c++, power *= step.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
     next_.resize(sizes_.feet, 0);
     for (int i : now_.mode->free) {
+      if (nearly_lands(step, i)) flag(event, NEAR_MISS, -1);
       feet_[i].integral += weighted(weights, &gap_slopes_[N * i]);
       size_t& next = next_[i];
       next = std::max(next, event);
@@ -373,6 +376,26 @@ class StepTangents {
       const double s = (record_->events[next].apex_time - step.time) / step.length;
       if (s >= 0.0 && s <= step.fraction) note_apex(step, i, s);
     }
+  }
+
+  // Whether a foot turns in this step so close above the ground that an error of its gap could hide a touchdown. Nodes are so
+  // dense that one of them sees a parabola's lowest tenth.
+  bool nearly_lands(const Recorded& step, int i) {
+    alignas(64) double gap[N];
+    outputs_at_nodes(*tables_, acting_, value_, i, gap);
+    const double room = GRAZE * settings_.gap;
+    const int low = int(std::min_element(gap, gap + N) - gap);
+    if (gap[0] <= room || gap[low] > 0.1 * highest(load(gap))) return false;
+    double s = nodes_.tau[low], value = gap[low];
+    for (int n = 0; n < 4; n++) {  // Newton's method for where it turns
+      const Weights at(nodes_, s);
+      const double bend = weighted(at.bend, gap);
+      value = weighted(at.value, gap);
+      if (!(bend > 0.0)) return false;
+      s -= weighted(at.slope, gap) / bend;
+      if (!(0.0 < s && s < step.fraction)) return false;
+    }
+    return value >= 0.0 && value < room;
   }
 
   void note_apex(const Recorded& step, int i, double s) {

@@ -1,0 +1,178 @@
+"""Thousands of random scenes: are derivatives of events those of differences of runs, or flagged where there are none?
+
+    python tests/survey_gradients.py FILE --count 10000 --workers 2
+
+writes a line a scene to FILE, goes on where it was stopped, and says what was found.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tarsus as ts
+from random_scenes import plain_scene
+from survey import surveyed
+from tarsus.base.spec import get_value
+from tarsus.plan.slots import slots
+
+Floats = NDArray[np.float64]
+
+TIGHT = ts.Accuracy(gap=1e-12, drive=1e-12)
+FIELDS = ("time", "speed_before", "speed_after", "pull")
+WITHIN = 1e-7
+"""Largest error of a derivative, relative to the largest of its kind up to its event."""
+KNOWN = 2e-8
+"""A difference counts where it is known that well."""
+FLOOR = 1e-6
+"""What would change the largest number of its kind by less than this, were the number of the scene twice as large, is
+nothing: a part of 1e-7 of it is the rounding of a run."""
+ROUNDING = 2e-13
+"""Part of a number that tight runs scatter by."""
+SLOW = 1e-4
+"""Impacts slower than this part of the hardest are not compared: they end an accumulation and multiply what a run
+errs by."""
+STEPS = 2e-3 / 2.0 ** np.arange(7)
+"""Steps of differences, parts of the number: from where motion is hardly bent to where rounding is felt."""
+PATHS = 3
+LATEST = 300
+"""Events compared: after more the motion is so sensitive that differences of runs are no derivatives."""
+
+
+def chosen(scene: ts.Scene, seed: int) -> list[str]:
+    """Some of the numbers of a scene that runs can differ in."""
+    known = list(slots(scene))
+    rng = np.random.default_rng([seed, 7])
+    return [known[k] for k in sorted(rng.permutation(len(known))[:PATHS])]
+
+
+def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:
+    """Derivatives (fields, events) by a number of what events tell, and their errors: of the table of Richardson's
+    extrapolations of central differences, that one each which differs least from its neighbours.
+
+    Events go as far as all runs have the same ones; where the larger steps lose some, those are left out as long as
+    three steps remain.
+    """
+    at = float(get_value(scene, path))
+    sizes = STEPS * (abs(at) or 1.0)
+    batch = ts.simulate_batch(
+        scene, {path: np.concatenate([at + sizes, at - sizes])}, accuracy=TIGHT, threads=1, track=False
+    )
+    events = [batch.events(i) for i in range(2 * len(sizes))]
+    best: tuple[Floats, Floats] = np.zeros((len(FIELDS), 0)), np.zeros((len(FIELDS), 0))
+    for first in range(len(sizes) - 2):
+        used = [*events[first : len(sizes)], *events[len(sizes) + first :]]
+        count = common(used)
+        if count <= best[0].shape[1]:
+            continue
+        n = len(sizes) - first
+        table = np.array([[one[name][:count] for name in FIELDS] for one in used])
+        width = 2.0 * sizes[first:, None, None]
+        scatter = ROUNDING * np.abs(table).max(axis=0) / width
+        found, error = extrapolated((table[:n] - table[n:]) / width, scatter)
+        kept = best[0].shape[1]
+        best = (
+            np.concatenate([best[0], found[:, kept:]], axis=1), np.concatenate([best[1], error[:, kept:]], axis=1)
+        )  # fmt: skip
+    return best
+
+
+def common(events: list[NDArray[np.void]]) -> int:
+    """How many of their first events all runs have alike."""
+    count = min(len(one) for one in events)
+    alike = np.ones(count, dtype=bool)
+    for one in events[1:]:
+        for name in ("foot", "kind"):
+            alike &= one[name][:count] == events[0][name][:count]
+    return count if alike.all() else int(np.argmin(alike))
+
+
+def extrapolated(first: Floats, scatter: Floats) -> tuple[Floats, Floats]:
+    """Richardson's extrapolation of differences (steps, ...) that scatter, each step half the one before, and its
+    error."""
+    best, error = first[0].copy(), np.full(first.shape[1:], np.inf)
+    column, order = first, 1
+    while len(column) > 1:
+        after = column[1:] + (column[1:] - column[:-1]) / (4.0**order - 1.0)
+        for k in range(len(after)):
+            own = (
+                np.maximum(np.abs(after[k] - column[k + 1]), np.abs(after[k] - column[k]))
+                + scatter[k + order]
+            )
+            better = own < error
+            best[better], error[better] = after[k][better], own[better]
+        column, order = after, order + 1
+    return best, error
+
+
+def look_at(seed: int) -> dict[str, Any]:
+    """What became of a scene: how many numbers of events were compared, the largest error, wrong ones, signs, flags."""
+    scene = plain_scene(seed, legged=False)
+    paths, refused = chosen(scene, seed), []
+    while True:
+        try:
+            run = ts.simulate(scene, accuracy=TIGHT, gradients=paths)
+            break
+        except ts.InputError as error:  # of a drive whose pieces change, which the sentence begins with
+            refused.append(str(error).split(":")[0])
+            paths.remove(refused[-1])
+    assert isinstance(run, ts.GradientRun)
+    out: dict[str, Any] = {"code": run.code.name, "events": len(run.events), "worst": 0.0, "compared": 0}
+    out |= {
+        "wrong": [],
+        "signs": 0,
+        "flagged": [path for path in paths if path in run.flags],
+        "paths": paths,
+        "refused": refused,
+    }
+    speed = run.events["speed_before"]
+    slow = (speed > 0.0) & (speed < SLOW * speed.max(initial=0.0))
+    for path in paths:
+        wanted, error = differences(scene, path)
+        got = run.event_gradients[path]
+        count = min(wanted.shape[1], len(got), LATEST)
+        for name, want, own in zip(FIELDS, wanted[:, :count], error[:, :count], strict=True):
+            had = got[name][:count]
+            largest = run.end_time if name == "time" else np.abs(run.events[name]).max(initial=1e-300)
+            least = FLOOR * largest / (abs(float(get_value(scene, path))) or 1.0)
+            size = np.maximum.accumulate(np.maximum(np.abs(want), least))
+            known = np.isfinite(had) & (own <= KNOWN * size) & ~slow[:count]
+            off = np.where(known, np.abs(had - want) / size, 0.0)
+            out["compared"] += int(known.sum())
+            out["worst"] = max(out["worst"], float(off.max(initial=0.0)))
+            wrong = np.flatnonzero(off > WITHIN)
+            out["signs"] += int((known & (had * want < 0.0) & (np.abs(want) > 1e-5 * size)).sum())
+            if len(wrong):
+                k = int(wrong[0])
+                out["wrong"].append([path, name, k, float(had[k]), float(want[k]), float(own[k])])
+    return out
+
+
+def main() -> int:
+    found = surveyed(__file__, __doc__, look_at)
+    ran = {seed: one for seed, one in found.items() if "compared" in one}
+    wrong = {seed: one for seed, one in ran.items() if one["wrong"]}
+    for seed, one in list(wrong.items())[:20]:
+        print(seed, one["code"], one["wrong"][0])
+    for seed, one in found.items():
+        if "error" in one:
+            print(seed, one["error"])
+    asked = sum(len(one["paths"]) for one in ran.values())
+    flagged = sum(len(one["flagged"]) for one in ran.values())
+    refused = sum(len(one["refused"]) for one in ran.values())
+    print(
+        f"{len(found)} scenes, {len(ran)} compared in {sum(one['compared'] for one in ran.values())} numbers; "
+        f"{len(wrong)} scenes with a wrong one, {sum(one['signs'] for one in ran.values())} wrong signs; "
+        f"{flagged} of {asked} derivatives flagged, {refused} refused"
+    )
+    return 0 if not wrong else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
