@@ -21,14 +21,16 @@ modal_recovery = importlib.util.module_from_spec(_SPEC)
 sys.modules["modal_recovery"] = modal_recovery
 _SPEC.loader.exec_module(modal_recovery)
 
-LINES = np.arange(100.0, 1000.0, 0.5)
+LINES = np.arange(100.0, 1000.0, 1.0)
 POLES = ((300.0, 0.02), (340.0, 0.015), (700.0, 0.05))
 SHAPES = np.array([[1.0, 0.6, -0.4], [0.7, -1.0, 0.5], [0.5, 0.8, 1.0]])
 
 
-def responses(quantity: Quantity, noise: float = 0.0, drives: int = 1, scale: float = 1e3) -> Frf:
+def responses(
+    quantity: Quantity, noise: float = 0.0, drives: int = 1, scale: float = 1e3, lines: np.ndarray = LINES
+) -> Frf:
     """Three modes at three points, shapes times ``scale`` for modal masses of 1 kg, driven at the first points."""
-    w = 2.0 * np.pi * LINES
+    w = 2.0 * np.pi * lines
     own = 2.0 * np.pi * np.array([f for f, _ in POLES])[:, None]
     ratio = np.array([z for _, z in POLES])[:, None]
     modes = 1.0 / (own**2 - w**2 + 2.0j * ratio * own * w)
@@ -40,7 +42,7 @@ def responses(quantity: Quantity, noise: float = 0.0, drives: int = 1, scale: fl
         random.standard_normal(values.shape) + 1.0j * random.standard_normal(values.shape)
     )
     names = ("p1", "p2", "p3")
-    return Frf(LINES, values, names, names[:drives], quantity)
+    return Frf(lines, values, names, names[:drives], quantity)
 
 
 # Slow: two drives of the other quantities. Each quantity stays with one drive, and two drives with one.
@@ -117,7 +119,8 @@ def test_weak_modes_of_a_band_seventy_times_as_wide_are_found():
 
 
 def test_modes_that_are_left_out_are_remarked():
-    fit = identify_modes(responses(Quantity.VELOCITY, 0.01), (110.0, 990.0), 3)
+    fine = np.arange(100.0, 1000.0, 0.5)
+    fit = identify_modes(responses(Quantity.VELOCITY, 0.01, lines=fine), (110.0, 990.0), 3)
     assert len(fit.modes) < 3 and "unexplained" in fit.remarks[0]
 
 
@@ -146,7 +149,7 @@ def test_close_modes_are_told_apart(channels, apart):
     own = 2.0 * np.pi * np.array([300.0, 300.0 * (1.0 + 2.0 * ratio * apart)])[:, None]
     w = 2.0 * np.pi * lines
     mobility = 1.0j * w / (own**2 - w**2 + 2.0j * ratio * own * w)
-    for seed in range(3):
+    for seed in range(3 if channels != 3 else 1):
         random = np.random.default_rng(seed)
         size = random.uniform(0.5, 2.0, (channels, 2)) * random.choice([-1.0, 1.0], (channels, 2))
         size[:, 0] *= 0.3
@@ -172,14 +175,14 @@ def test_what_cannot_be_used():
     with pytest.raises(InputError, match="fewer than 3 lines lie between 2000 Hz and 3000 Hz"):
         identify_modes(frf, (2000.0, 3000.0))
     with pytest.raises(InputError, match="5 lines, too few"):
-        identify_modes(frf, (300.0, 302.0))
+        identify_modes(frf, (300.0, 304.0))
     with pytest.raises(InputError, match="not evenly spaced"):
         Frf(LINES**1.1, frf.values, frf.outputs, frf.inputs, frf.quantity)
     with pytest.raises(InputError, match="channels swapped"):
         Frf(LINES, frf.values, frf.outputs, frf.inputs, Quantity.VOLTAGE)
     holes = frf.values.copy()
     holes[1, 0, 4] = np.nan
-    with pytest.raises(InputError, match="'p2' to 'p1' has no finite number at 102 Hz"):
+    with pytest.raises(InputError, match="'p2' to 'p1' has no finite number at 104 Hz"):
         Frf(LINES, holes, frf.outputs, frf.inputs, frf.quantity)
 
 
