@@ -9,8 +9,9 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.cli.requests import grounds_of
 from tarsus.design.energy import Energy, energy_of, period_rises
-from tarsus.design.over import Box, Ensemble, Grounds, over_of, read_box
+from tarsus.design.over import Box, Ensemble, Grounds, over_of
 from tarsus.design.polish import polish
 from tarsus.design.pulses import Levels, Step, families
 from tarsus.design.risk import CVaR, Mean, Nominal, Worst, risk_of
@@ -45,7 +46,7 @@ def test_risks_are_what_they_say():
 
 
 def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
-    box = over_of(scene, read_box([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
+    box = over_of(scene, grounds_of([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
     assert isinstance(box, Box) and len(box.first()) == 4
     spread = box.spread(256)
     assert np.allclose(spread.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
@@ -87,7 +88,7 @@ def test_a_box_that_is_none_is_refused(scene, given, told):
 
 def test_words_that_are_no_box_are_refused():
     with pytest.raises(InputError) as refused:
-        read_box(["gap", "a=1:2", "a=1:3", "b=1"])
+        grounds_of(["gap", "a=1:2", "a=1:3", "b=1"])
     assert len(refused.value.problems) == 3
 
 
