@@ -157,8 +157,8 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
 
 
 def grounds_of(words: Sequence[str]) -> Any:
-    """What `--over` asks a design to bear: a file of draws, or a mapping of paths to (low, high), still as text; nothing
-    for no words."""
+    """What `--over` asks a design to bear: a file of draws, or a mapping of paths to (low, high), still as text;
+    nothing for no words."""
     if len(words) == 1 and words[0].endswith(".npz"):
         return words[0]
     problems: list[str] = []
