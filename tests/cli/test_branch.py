@@ -31,7 +31,7 @@ def test_a_branch_is_printed_and_written(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("along", "word"),
     [
-        (f"{ALONG}=1 V", "takes path=a:b"),
+        (f"{ALONG}=1 V", "takes PATH=a:b"),
         (f"{ALONG}=1 V:1 V", "is empty"),
         ("signals.shaker.amplitud=1:2", "is no number of the scene"),
         (f"{ALONG}=1 m:2 m", "expected"),

@@ -128,7 +128,7 @@ def landing(
 
 def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str | None) -> dict[str, Any]:
     from tarsus.base.errors import InputError
-    from tarsus.base.units import parse_quantity
+    from tarsus.cli import requests
     from tarsus.design.request import Sensor
     from tarsus.design.target import Objective
 
@@ -140,13 +140,10 @@ def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str
             found[name] = kind(text)
         else:
             problems.append(f"--{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{text}'")
-    for name, text, unit in (("tick", tick, "s"), ("shortest", shortest, "s"), ("ringing", ringing, "1")):
-        if text is None:
-            continue
-        try:
-            found[name] = parse_quantity(text, unit)
-        except InputError as error:
-            problems += [f"--{name}: {one}" for one in error.problems]
+    try:
+        found |= requests.quantities_of(tick=(tick, "s"), shortest=(shortest, "s"), ringing=(ringing, "1"))
+    except InputError as error:
+        problems += error.problems
     if problems:
         raise InputError(problems)
     return found

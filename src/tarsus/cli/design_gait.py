@@ -96,7 +96,7 @@ def gait(
 
     if resume and overwrite:
         raise InputError("--resume continues a design and --overwrite begins it again: give one of them")
-    options = _options(loss=(loss, "1"), duration=(duration, "s"))
+    options: dict[str, Any] = requests.quantities_of(loss=(loss, "1"), duration=(duration, "s"))
     given = {"free": _free(free), "over": requests.grounds_of(over or ())}
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design gait", (*FRONT_FILES, *KEPT_FILES), overwrite, resumable=True)
@@ -213,7 +213,7 @@ def adapt(
     from tarsus.design.gait_files import ADAPT_FILES, adapt_table, write_adapt
     from tarsus.files.output import OutputFolder
 
-    options = _options(noise=(noise, "1"), duration=(duration, "s"))
+    options: dict[str, Any] = requests.quantities_of(noise=(noise, "1"), duration=(duration, "s"))
     the_free, grounds = _free(free), requests.grounds_of(over)
     the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
     target = OutputFolder(output, "design adapt", ADAPT_FILES, overwrite)
@@ -236,25 +236,6 @@ def adapt(
         _show_adapted(found)
         print(f"wrote {folder}")
     return 0
-
-
-def _options(**given: tuple[str | None, str]) -> dict[str, Any]:
-    """Quantities of words, by name; those that are not given are left out."""
-    from tarsus.base.errors import InputError
-    from tarsus.base.units import parse_quantity
-
-    problems: list[str] = []
-    found: dict[str, Any] = {}
-    for name, (text, unit) in given.items():
-        if text is None:
-            continue
-        try:
-            found[name] = parse_quantity(text, unit)
-        except InputError as error:
-            problems += [f"--{name}: {one}" for one in error.problems]
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def _free(words: list[str]) -> dict[str, tuple[str, str] | None]:

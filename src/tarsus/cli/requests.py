@@ -119,11 +119,11 @@ def duration_for(scene: Scene, text: str | None) -> float:
 
 
 def range_of(text: str, option: str) -> tuple[str, tuple[str, str]]:
-    """Path and both ends of a `path=a:b` word, as texts."""
+    """Path and both ends of a `PATH=a:b` word, as texts."""
     path, equals, ends_ = text.partition("=")
     first, colon, last = ends_.partition(":")
     if not (equals and colon and path.strip() and first.strip() and last.strip()):
-        raise InputError(f"{option} takes path=a:b, got '{text}'")
+        raise InputError(f"{option} takes PATH=a:b, such as robot.feet.tip.gap=66um:74um, got '{text}'")
     return path.strip(), (first.strip(), last.strip())
 
 
@@ -171,9 +171,38 @@ def workers_for(dask: str | None, threads: int | None = None) -> Iterator[Worker
 
 
 def grounds_of(words: Sequence[str]) -> Any:
-    """What `--over` asks a design to bear: a file of draws, or a box by path; nothing for no words."""
-    from tarsus.design.over import read_box
-
+    """What `--over` asks a design to bear: a file of draws, or a mapping of paths to (low, high), still as text;
+    nothing for no words."""
     if len(words) == 1 and words[0].endswith(".npz"):
         return words[0]
-    return read_box(words) or None
+    problems: list[str] = []
+    found: dict[str, tuple[str, str]] = {}
+    for word in words:
+        try:
+            path, span = range_of(word, "--over")
+        except InputError as error:
+            problems += error.problems
+            continue
+        if path in found:
+            problems.append(f"--over names '{path}' twice")
+        found[path] = span
+    if problems:
+        raise InputError(problems)
+    return found or None
+
+
+def quantities_of(**given: tuple[str | None, str]) -> dict[str, float]:
+    """Quantities [SI] of options by name, each its words and its unit; those that are not given are left out."""
+    from tarsus.base.units import parse_quantity
+
+    problems: list[str] = []
+    found: dict[str, float] = {}
+    for name, (text, unit) in given.items():
+        try:
+            if text is not None:
+                found[name] = parse_quantity(text, unit)
+        except InputError as error:
+            problems += [f"--{name}: {one}" for one in error.problems]
+    if problems:
+        raise InputError(problems)
+    return found

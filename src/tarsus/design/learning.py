@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.design.arrivals import ArrivalLine, by_bits
 from tarsus.design.over import Box, Ensemble, Grounds
 from tarsus.design.request import Request, Sensor
 from tarsus.design.target import Target
@@ -27,11 +28,8 @@ GAIN, PROBE = 1.0, 0.02
 """First step of the iterate and of its probes, parts of a plateau: simultaneous perturbations (Spall, IEEE Trans.
 Automat. Contr. 37, 1992) with the decays 0.602 and 0.101 that he recommends. A probe of 2 % moves a plateau of 0.5 ms
 by 10 us: with 6 % the probes themselves strike harder than the ground's being unknown does."""
-BIT_GAIN = 0.06
-"""First step of the plateau that a bit moves, a share of it; it falls with the 0.7th power of the steps' number."""
-CLOSED_SHARE, LATE = 0.8, 0.05
-"""Share of the steps that are to close the contact by the planned instant and 5 % of it: the softest arrival is next to
-none at all, after which the foot falls from high up, so that being early is the smaller fault."""
+PRIOR = 64
+"""Grounds that the line of designs for a learner by bits is spread over."""
 UNKNOWN = 0.06
 """Without a box the hidden grounds have gaps, restitution and film within this share of the scene's."""
 
@@ -68,7 +66,7 @@ def learn_on_hidden_grounds(
     A step lasts until the motion has settled, and its last period is felt.
     """
     rng = np.random.default_rng([request.options.seed, 13])
-    grounds = _hidden_grounds(request, hidden, rng)
+    grounds = _grounds(request, hidden, rng)
     levels = np.repeat(start[0], hidden, axis=0)
 
     def step(durations: Floats) -> Landings:
@@ -78,8 +76,9 @@ def learn_on_hidden_grounds(
     plain = trials(held[0], held[1], grounds, every=True).speed
     learner = _Learner(request, np.repeat(start[1], hidden, axis=0), rng)
     if request.options.sensor is Sensor.CONTACT:
-        planned, plateau, sign = _arrival(learner, trials, start, Grounds.nominal(request.scene))
-        speeds = _by_bits(learner, step, planned, (plateau, sign), steps)
+        prior = _grounds(request, PRIOR, np.random.default_rng([request.options.seed, 14]))
+        line = ArrivalLine.of(trials, target, start, learner.near, prior)
+        speeds = by_bits(line, step, hidden, steps, step(learner.durations()))
     else:
         speeds = _by_speeds(learner, step, target, steps)
     table = np.stack(speeds, axis=1)[:, : steps + 1]
@@ -108,40 +107,6 @@ def _by_speeds(
             speeds.append(one.speed)
         learner.back_to(best, softest, target.measure(felt[2]))
     return speeds
-
-
-def _by_bits(
-    learner: _Learner,
-    step: Callable[[Floats], Landings],
-    planned: float,
-    moved: tuple[int, float],
-    steps: int,
-) -> list[Floats]:
-    """One plateau is moved towards a later arrival after every step whose contact closed by the planned instant [s],
-    and towards an earlier one after every other: the root of a quantile (Robbins and Monro 1951), at which the foot
-    arrives in time in `CLOSED_SHARE` of the steps."""
-    plateau, sign = moved
-    speeds: list[Floats] = []
-    for number in range(1, steps + 2):
-        found = step(learner.durations())
-        speeds.append(found.speed)
-        closed = found.first <= (1.0 + LATE) * planned
-        push = np.where(closed, 1.0 - CLOSED_SHARE, -CLOSED_SHARE)
-        learner.iterate[:, plateau] += sign * BIT_GAIN / number**0.7 * push
-    return speeds
-
-
-def _arrival(
-    learner: _Learner, trials: Trials, start: tuple[Floats, Floats], nominal: Grounds
-) -> tuple[float, int, float]:
-    """When the design's foot arrives on the nominal ground [s]; the plateau that moves this most, and which way a
-    longer one does: all that the learner by bits has from the model."""
-    first = float(trials(*start, nominal).first[0, 0])
-    logs = PROBE * 0.2 * np.eye(len(learner.moved))
-    longer = trials(np.repeat(start[0], len(logs), axis=0), learner.near(start[1], logs), nominal).first[:, 0]
-    later = np.where(np.isfinite(longer), longer - first, 0.0)
-    plateau = int(np.argmax(np.abs(later)))
-    return first, plateau, float(np.sign(later[plateau]))
 
 
 class _Learner:
@@ -197,7 +162,8 @@ def _plateaus(request: Request, durations: Floats) -> tuple[list[int], list[tupl
     return [i for plateaus, _ in edges for i in plateaus], edges
 
 
-def _hidden_grounds(request: Request, hidden: int, rng: np.random.Generator) -> Grounds:
+def _grounds(request: Request, hidden: int, rng: np.random.Generator) -> Grounds:
+    """So many grounds, drawn from what the request is over."""
     over, scene = request.over, request.scene
     if isinstance(over, Ensemble):
         members = over.grounds(scene)

@@ -21,7 +21,7 @@ from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.identify.belief import read_draws
 from tarsus.model.scene import Scene
 
-__all__ = ["Box", "Ensemble", "Grounds", "Over", "over_of", "read_box"]
+__all__ = ["Box", "Ensemble", "Grounds", "Over", "over_of"]
 
 Floats = NDArray[np.float64]
 
@@ -150,23 +150,6 @@ def over_of(scene: Scene, given: Any) -> Over | None:
     )
     _check(scene, box)
     return box
-
-
-def read_box(words: Sequence[str]) -> dict[str, tuple[str, str]]:
-    """``PATH=a:b`` words of a command line as a mapping of paths to (low, high), still as text."""
-    problems, found = [], {}
-    for word in words:
-        path, _, span = word.partition("=")
-        low, colon, high = span.partition(":")
-        if not path.strip() or not colon or not low.strip() or not high.strip():
-            problems.append(f"--over takes PATH=a:b, such as robot.feet.tip.gap=66um:74um, got '{word}'")
-        elif path.strip() in found:
-            problems.append(f"--over names '{path.strip()}' twice")
-        else:
-            found[path.strip()] = (low.strip(), high.strip())
-    if problems:
-        raise InputError(problems)
-    return found
 
 
 def _check(scene: Scene, over: Over) -> None:

@@ -29,8 +29,8 @@ ENOUGH = 1e-4
 
 @dataclass(frozen=True)
 class Pieces:
-    """Smooth pieces of a cost at a point: values (m,), their slopes (m, nu) along the unknowns, and the ground (m,) that
-    each belongs to; on every ground the largest piece counts. complete: whether all have slopes."""
+    """Smooth pieces of a cost at a point: values (m,), their slopes (m, nu) along the unknowns, and the ground (m,)
+    that each belongs to; on every ground the largest piece counts. complete: whether all have slopes."""
 
     values: Floats
     slopes: Floats

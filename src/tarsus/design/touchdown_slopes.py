@@ -24,7 +24,8 @@ BESIDE = 1e-5
 """Step of the difference of switching times and levels by the unknowns: they are squares and lines, of which a central
 difference leaves rounding alone."""
 EDGE = 1e-5
-"""Slopes are taken so far inside the unit cube: a level that is the next one's has none, for their edge comes and goes."""
+"""Slopes are taken so far inside the unit cube: a level that is the next one's has none, for their edge comes and
+goes."""
 NEGLECTED = 0.3
 """Touchdowns softer than this share of the hardest are left out, and so are grounds without a harder one: within a
 region of trust they do not come to be the hardest."""

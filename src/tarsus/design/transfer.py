@@ -1,10 +1,11 @@
 """Where to begin: switching times that bring a structure to rest on the ground, were there nothing but the structure.
 
-A foot that touches down without speed is let go again if the structure behind it is not at rest. A step has to end not
-only with the gap closed but with every mode where the held foot keeps it, and all velocities zero: 2 n conditions on a
-structure of n modes, which the durations of the plateaus and the time of arrival have to meet. Rest-to-rest transfers of
-linear systems by switching (Singer and Seering, J. Dyn. Syst. Meas. Control 112, 1990, and many since) are found here
-by least squares from an even spread, thousands side by side; films, adhesion and impacts are left to the search.
+A foot that touches down without speed is let go again if the structure behind it is not at rest. A step has to end
+not only with the gap closed but with every mode where the held foot keeps it, and all velocities zero: 2 n conditions
+on a structure of n modes, which the durations of the plateaus and the time of arrival have to meet. Rest-to-rest
+transfers of linear systems by switching (Singer and Seering, J. Dyn. Syst. Meas. Control 112, 1990, and many since) are
+found here by least squares from an even spread, a thousand side by side; films are met by correcting the aim, adhesion
+and impacts are left to the search.
 """
 
 from __future__ import annotations
@@ -56,10 +57,10 @@ WORST_MODES = 1e8
 class Transfer:
     """A structure of n coordinates between voltages, feet off the ground.
 
-    rates (2n,) [1/s], shapes (2n, 2n), inverse: of its motions, and those turned round; volts (nv,) [V] and rest (nv, 2n): where it rests on them;
-    held (2n,): at rest, the foot on the ground under the support level; landed (2n,): the moment before a gentle
-    touchdown that ends there; size (2n, 2n): square root of the energy
-    of a deviation, E = |size e|^2 [J].
+    rates (2n,) [1/s], shapes (2n, 2n), inverse: of its motions, and the shapes' inverse; volts (nv,) [V] and rest (nv,
+    2n): where it rests on them; held (2n,): at rest, the foot on the ground under the support level; landed (2n,): the
+    moment before a gentle touchdown that ends there; size (2n, 2n): square root of the energy of a deviation, E = |size
+    e|^2 [J]; gap [m], normal (2n,): of the foot at the state 0, and by the state.
     """
 
     rates: Complex
@@ -75,7 +76,8 @@ class Transfer:
 
     @classmethod
     def of(cls, scene: Scene, drive: str, foot: str, step: Step, speed: float) -> Transfer | None:
-        """Of a foot's step that strikes at a speed [m/s]; None for a structure that does not rest by itself, or whose motions are no modes."""
+        """Of a foot's step that is to strike at a speed [m/s]; None for a structure that does not rest by itself, or
+        whose motions are no modes."""
         system = lower_system(scene)
         n = len(system.mass)
         if np.linalg.matrix_rank(system.stiffness) < n:
@@ -103,8 +105,10 @@ class Transfer:
         size = np.zeros((2 * n, 2 * n))
         size[:n, :n] = np.linalg.cholesky(0.5 * system.stiffness).T
         size[n:, n:] = np.linalg.cholesky(0.5 * system.mass).T
-        return cls(rates, shapes, np.linalg.inv(shapes), volts, rest, held, landed, size, float(system.rest_gap[number]),
-                   np.append(normal, np.zeros(n)))  # fmt: skip
+        return cls(
+            rates, shapes, np.linalg.inv(shapes), volts, rest, held, landed, size, float(system.rest_gap[number]),
+            np.append(normal, np.zeros(n)),
+        )  # fmt: skip
 
     def resting(self, volts: Floats) -> Floats:
         """Where it rests (n, 2n) under voltages (n,)."""
@@ -174,8 +178,8 @@ def transfers(
 
 
 class _Aim:
-    """Transfers from the ground, over levels [V] at the release and the landing edge, to the ground. Unknowns (n, k) are
-    the spans of the landing plateaus, of those of the release and of the time to the arrival, as square roots of
+    """Transfers from the ground, over levels [V] at the release and the landing edge, to the ground. Unknowns (n, k)
+    are the spans of the landing plateaus, of those of the release and of the time to the arrival, as square roots of
     shares of the longest; aims (n, 2n) are where they are to end."""
 
     def __init__(

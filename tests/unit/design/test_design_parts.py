@@ -9,9 +9,10 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
+from tarsus.cli.requests import grounds_of
 from tarsus.design.energy import Energy, energy_of, period_rises
-from tarsus.design.over import Box, Ensemble, Grounds, over_of, read_box
-from tarsus.design.polish import polish
+from tarsus.design.over import Box, Ensemble, Grounds, over_of
+from tarsus.design.polish import Pieces, polish
 from tarsus.design.pulses import Levels, Step, families
 from tarsus.design.risk import CVaR, Mean, Nominal, Worst, risk_of
 from tarsus.design.search import Archive, Budget, search
@@ -39,13 +40,15 @@ def test_risks_are_what_they_say():
     assert [risk_of(word).name for word in ("worst", "cvar:0.9", "mean", "nominal")] == [
         "worst", "cvar:0.9", "mean", "nominal",
     ]  # fmt: skip
+    assert [risk_of(word).tail for word in ("worst", "nominal", "mean")] == [0.0, 0.0, 1.0]
+    assert risk_of("cvar:0.9").tail == pytest.approx(0.1)
     for word in ("cvar", "cvar:1", "cvar:x", "best"):
         with pytest.raises(InputError, match="risk"):
             risk_of(word)
 
 
 def test_a_box_spreads_over_its_sides_and_has_its_corners(scene):
-    box = over_of(scene, read_box([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
+    box = over_of(scene, grounds_of([f"{GAP}=66um:74um", "ground.restitution.coefficient=0.15:0.5"]))
     assert isinstance(box, Box) and len(box.first()) == 4
     spread = box.spread(256)
     assert np.allclose(spread.min(axis=0), box.low, atol=0.01 * (box.high - box.low))
@@ -87,7 +90,7 @@ def test_a_box_that_is_none_is_refused(scene, given, told):
 
 def test_words_that_are_no_box_are_refused():
     with pytest.raises(InputError) as refused:
-        read_box(["gap", "a=1:2", "a=1:3", "b=1"])
+        grounds_of(["gap", "a=1:2", "a=1:3", "b=1"])
     assert len(refused.value.problems) == 3
 
 
@@ -166,21 +169,49 @@ def test_the_search_finds_the_better_of_two_families():
     )
 
 
-def test_polishing_reaches_a_kink_and_uses_slopes_where_there_are_any():
-    def kink(_, points):
-        return np.maximum(np.abs(points - 0.4).max(axis=1), 0.1 * np.abs(points.sum(axis=1) - 1.2))
+def _kinked(point):
+    """Pieces of max(|x - 0.4|, |y - 0.7| + 0.1, 0.3 (x + y)) about a point, on two grounds."""
+    x, y = point
+    values = np.array([x - 0.4, 0.4 - x, y - 0.6, 0.8 - y, 0.3 * (x + y)])
+    slopes = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.3, 0.3]])
+    return Pieces(values, slopes, np.array([0, 0, 0, 0, 1]))
 
-    rng = np.random.default_rng(0)
-    point, cost = polish(kink, 0, np.array([0.43, 0.38, 0.41]), rng)
-    assert cost < 1e-4 and np.allclose(point, 0.4, atol=1e-3)
-    asked = []
 
-    def slopes(number, point):
-        asked.append(number)
-        return 2.0 * (point - 0.25)
+def _cost_of_kinks(points):
+    return np.array([_kinked(one).values.max() for one in points])
 
-    point, cost = polish(lambda _, x: ((x - 0.25) ** 2).sum(axis=1), 3, np.array([0.9, 0.1]), rng, slopes)
-    assert asked and set(asked) == {3} and np.allclose(point, 0.25, atol=1e-4)
+
+def test_polishing_ends_in_the_kink_where_the_pieces_meet():
+    # the lowest point of the largest piece: 0.4 - x = 0.8 - y = 0.3 (x + y) gives x = 0.4 - 0.36 / 1.6, y = x + 0.4
+    point, least, asked = polish(_cost_of_kinks, _kinked, np.array([0.9, 0.2]), 30)
+    x = 0.4 - 0.36 / 1.6
+    assert least == pytest.approx(0.225, abs=1e-6) and asked < 30
+    assert point == pytest.approx([x, x + 0.4], abs=1e-5)
+
+
+def test_polishing_by_a_mean_over_grounds_is_not_that_by_the_worst():
+    weights = np.array([0.9, 0.1])
+
+    def cost(points):
+        pieces = [_kinked(one).values for one in points]
+        return np.array([0.9 * one[:4].max() + 0.1 * one[4] for one in pieces])
+
+    point, least, _ = polish(cost, _kinked, np.array([0.9, 0.2]), 40, 1.0, weights)
+    xs = np.linspace(0.0, 1.0, 401)
+    grid = np.array([[x, y] for x in xs for y in xs])
+    assert least <= cost(grid).min() + 1e-6 and cost(point[None])[0] == least
+
+
+def test_polishing_never_ends_above_its_start_whatever_the_slopes_are():
+    def wrong(point):
+        right = _kinked(point)
+        return Pieces(right.values, -right.slopes, right.ground)
+
+    start = np.array([0.3, 0.6])
+    point, least, _ = polish(_cost_of_kinks, wrong, start, 10)
+    assert least <= _cost_of_kinks(start[None])[0] and _cost_of_kinks(point[None])[0] == least
+    nothing = Pieces(np.zeros(0), np.zeros((0, 2)), np.zeros(0, dtype=np.int64), False)
+    assert polish(_cost_of_kinks, lambda _: nothing, start, 10)[2] == 1
 
 
 def test_the_worst_ground_of_a_peak_is_found_and_an_archive_keeps_valleys_apart():

@@ -207,16 +207,16 @@ def test_of_a_given_signal_only_the_free_switching_times_move(scene):
 
 @pytest.mark.slow
 def test_the_wanted_speeds_of_the_cantilever(scene):
-    two = ts.design.landing(scene, "tip", pairs=2)
-    assert two.speed <= 0.10
-    free = ts.design.landing(scene, "tip", pairs=2, levels="free=-8V:8V")
-    assert free.speed <= 0.03 and free.touchdowns == 1.0
+    two = ts.design.landing(scene, "tip", pairs=2, seed=1)
+    assert two.speed <= 0.05 and two.touchdowns == 1.0
+    free = ts.design.landing(scene, "tip", pairs=2, levels="free=-8V:8V", seed=1)
+    assert free.speed <= 0.03
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("levels", "most"), [("-8 V, 8 V", 0.11), ("free=-8V:8V", 0.05)])
+@pytest.mark.parametrize(("levels", "most"), [("-8 V, 8 V", 0.11), ("free=-8V:8V", 0.04)])
 def test_no_ground_of_a_hundred_thousand_is_two_percent_worse(scene, levels, most):
-    design = ts.design.landing(scene, "tip", pairs=2, levels=levels, over=BOX)
+    design = ts.design.landing(scene, "tip", pairs=2, levels=levels, over=BOX, seed=1)
     assert design.worst <= most and design.nominal_worst >= 2.5 * design.worst
     box = over_of(scene, BOX)
     points = box.spread(100_000, seed=77)
@@ -227,12 +227,14 @@ def test_no_ground_of_a_hundred_thousand_is_two_percent_worse(scene, levels, mos
 
 
 @pytest.mark.slow
-def test_learners_halve_the_plain_speed_on_hidden_grounds(scene):
+@pytest.mark.parametrize("sensor", list(Sensor))
+@pytest.mark.parametrize(("levels", "pairs"), [("free=-8V:8V", 1), ("-8 V, 8 V", 2)])
+def test_learners_halve_the_plain_speed_on_hidden_grounds(scene, levels, pairs, sensor):
     from tarsus.design.learning import learn_on_hidden_grounds
     from tarsus.design.target import Target
 
     design = ts.design.landing(
-        scene, "tip", pairs=1, levels="free=-8V:8V", over=BOX, risk="nominal", effort=0.2
+        scene, "tip", pairs=pairs, levels=levels, over=BOX, risk="nominal", effort=0.3, seed=1, sensor=sensor
     )
     trials = Trials(scene, "pzt", "tip", 0.02, design.settle)
     signal = design.signal

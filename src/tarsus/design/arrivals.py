@@ -1,0 +1,123 @@
+"""A line of designs for grounds that are met sooner or later, and the search along it by one bit a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tarsus.design.over import Grounds
+from tarsus.design.search import Archive, Budget, descend
+from tarsus.design.target import Target
+from tarsus.design.trials import Landings, Trials
+
+__all__ = ["ArrivalLine", "by_bits"]
+
+Floats = NDArray[np.float64]
+
+MEMBERS = 9
+"""Designs of the line; between them plateaus are interpolated."""
+REACH, FIRST = 0.7, 0.02
+"""A plateau is made up to twice as long or half as long, and the first step of the search for that: 3 %."""
+SEARCH = Budget(islands=1, generations=24, offspring=10)
+"""Search of each member, which begins at its neighbour's end."""
+FINEST = 1.0 / 64.0
+"""Part of the line below which halving ends: a gap known to 8 um is then known to 0.1 um, less than a foot is rough."""
+LATE = 0.02
+"""A contact that closes later than planned by no more than this share is in time."""
+
+
+@dataclass(frozen=True)
+class ArrivalLine:
+    """Designs (k, S) in the order of the grounds that they are for, those met soonest by one signal first; planned (k,)
+    [s]: when their foot arrives there."""
+
+    durations: Floats
+    planned: Floats
+
+    @classmethod
+    def of(
+        cls,
+        trials: Trials,
+        target: Target,
+        start: tuple[Floats, Floats],
+        near: Callable[[Floats, Floats], Floats],
+        prior: Grounds,
+    ) -> ArrivalLine:
+        """Each the design at ``start``, levels and durations (1, S), searched on for its own ground of the ``prior``.
+
+        ``near`` makes durations (n, S) about some (1, S) from logarithms (n, m) of the lengths of the plateaus.
+        """
+        arrival = trials(*start, prior).first[0]
+        order = np.argsort(arrival, kind="stable")
+        chosen = order[np.linspace(0, len(order) - 1, MEMBERS).round().astype(int)]
+        values = {path: own[chosen] for path, own in prior.values.items()}
+        known = np.where(np.isfinite(arrival), arrival, np.inf)[chosen]
+        first = int(np.argmin(np.abs(known - np.median(known[np.isfinite(known)]))))
+        made = {first: _searched(trials, target, start, near, _one(values, first))}
+        for j in (*range(first + 1, MEMBERS), *range(first - 1, -1, -1)):
+            beside = made[j - 1] if j > first else made[j + 1]
+            made[j] = _searched(trials, target, (start[0], beside), near, _one(values, j))
+        durations = np.concatenate([made[j] for j in range(MEMBERS)])
+        every = Grounds(values, np.full(MEMBERS, 1.0 / MEMBERS))
+        planned = trials(np.repeat(start[0], MEMBERS, axis=0), durations, every, every=True).first
+        return cls(durations, planned)
+
+    def at(self, place: Floats) -> tuple[Floats, Floats]:
+        """Durations (n, S) and planned instants (n,) at places (n,) from 0 to 1 along the line."""
+        along = np.linspace(0.0, 1.0, len(self.planned))
+        spans = np.stack([np.interp(place, along, column) for column in self.durations.T], axis=1)
+        known = np.isfinite(self.planned)
+        return spans, np.interp(place, along[known], self.planned[known])
+
+
+def _one(values: dict[str, Floats], j: int) -> Grounds:
+    return Grounds({path: own[j : j + 1] for path, own in values.items()}, np.ones(1))
+
+
+def _searched(
+    trials: Trials,
+    target: Target,
+    start: tuple[Floats, Floats],
+    near: Callable[[Floats, Floats], Floats],
+    ground: Grounds,
+) -> Floats:
+    """Durations (1, S) that are best about a start on one ground."""
+    unknowns = start[1].shape[1] - 2
+
+    def placed(points: Floats) -> Floats:
+        return near(start[1], (2.0 * points - 1.0) * REACH)
+
+    def cost(_: NDArray[np.int64], points: Floats) -> Floats:
+        levels = np.repeat(start[0], len(points), axis=0)
+        return target.scores(trials(levels, placed(points), ground))[:, 0]
+
+    middle, number = np.full((1, unknowns), 0.5), np.zeros(1, dtype=np.int64)
+    archive = Archive.empty(unknowns)
+    archive.add(number, middle, cost(number, middle))
+    descend(cost, archive, number, middle, SEARCH, np.random.default_rng(17), step=FIRST)
+    best = int(np.argmin(archive.costs))
+    return placed(archive.points[best : best + 1])
+
+
+def by_bits(
+    line: ArrivalLine, step: Callable[[Floats], Landings], hidden: int, steps: int, first: Landings
+) -> list[Floats]:
+    """Speeds (nh,) of every step on hidden grounds, the first one given: the line is halved by whether the contact had
+    closed when it was planned to, which says that the ground is not farther than the one designed for. What is played
+    in the end is the nearest design that closed in time: one for a nearer ground would miss it and fall from high
+    up."""
+    low, high = np.zeros(hidden), np.ones(hidden)
+    speeds = [first.speed]
+    while len(speeds) <= steps:
+        fine = high - low <= FINEST
+        place = np.where(fine, high, 0.5 * (low + high))
+        durations, planned = line.at(place)
+        found = step(durations)
+        speeds.append(found.speed)
+        closed = found.first <= (1.0 + LATE) * planned
+        low, high = np.where(closed, low, place), np.where(closed, place, high)
+        high = np.where(fine & ~closed, np.minimum(high + 2.0 * FINEST, 1.0), high)
+    return speeds
