@@ -38,7 +38,7 @@ SAMPLES = 301
 
 
 def look_at(scene: Scene) -> dict[str, Any]:
-    """What became of a scene: code, wall [s] (of the processor), closure, depth below the ground, whether numbers are finite."""
+    """What became of a scene: code, the processor's time [s], closure, depth below the ground, whether it is finite."""
     start = time.process_time()
     run = ts.simulate(scene)
     code = run.code.name

@@ -36,7 +36,7 @@ def test_a_drive_that_rounding_cuts_into_a_sliver_is_followed_through_it() -> No
 
 @pytest.mark.parametrize("seed", [83, 150, 187, 160, 161, 223, 240, 313, 338])
 def test_a_strong_film_in_which_feet_hardly_move_keeps_its_account(seed: int) -> None:
-    """Its momentum per mass is 1e7 to 1e12 times their speed: counted from the step's start, it leaves that its digits."""
+    """Its momentum per mass is 1e7 to 1e12 times their speed: counted from a step's start, it leaves their digits."""
     found = look_at(scene_of(seed))
     assert found["code"] == "DONE"
     assert found["closure"] < 2e-9

@@ -207,9 +207,7 @@ def test_it_starts_at_the_last_voltage_of_the_history() -> None:
 
 def test_it_starts_at_a_rail_that_the_history_lies_beyond() -> None:
     """A drive poled by more than its amplifier gives: V is between the rails from t = 0 on."""
-    drive = Drive(
-        load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3, clip=4.0), history=(2.0, -10.0)
-    )
+    drive = Drive(load=_POINT, law=VOLTS, amplifier=Amplifier(slew_rate=1e3, clip=4.0), history=(2.0, -10.0))
     volts = drive.actuator_volts(Constant(level=0.0)).volts(np.array([0.0, 3e-3, 0.02]))
     assert volts.tolist() == pytest.approx([-4.0, -1.0, 0.0], abs=1e-12)
 

@@ -177,9 +177,10 @@ struct ModalSystem : Modal {
   // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
   // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
   // many times less than lengths that tolerances refer to: down to a thousandth of them, a hundredth by laws that are programs,
-  // whose momenta round by their own size.
+  // whose momenta round by their own size. Not with many feet: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
     constexpr double MANY = 1e4;
+    constexpr int FEW = 8;
     const double least = laws.film_alone() ? 1e-3 : 1e-2;
     double most = 0.0;
     for (int i = 0; i < sizes.feet; i++) {
@@ -188,7 +189,7 @@ struct ModalSystem : Modal {
       most = std::max(most, damping * next->mobility[i] * settings.end);
     }
     strong = most > MANY;
-    if (strong) settings.gap *= std::max(MANY / most, least);
+    if (strong && sizes.feet <= FEW) settings.gap *= std::max(MANY / most, least);
     per_gap = 1.0 / settings.gap;
   }
 
