@@ -6,7 +6,7 @@ Lowered arrays are differentiated by differences, runs never are.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,13 +163,13 @@ class Beside:
 @dataclass(frozen=True)
 class Entering:
     """What enters a run: its row of data, derivatives of that along the directions ``paths``, and structures beside
-    it."""
+    it; changes: of the structure, by the number of a direction that changes it."""
 
     paths: tuple[str, ...]
     row: Rows
     data: DataTangents
     beside: tuple[Beside, ...]
-    changes: Mapping[int, Change]
+    changes: Mapping[int, Change] = field(default_factory=dict)
 
 
 def entering(
