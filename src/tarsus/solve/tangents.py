@@ -177,7 +177,7 @@ class Beside:
 @dataclass(frozen=True)
 class Entering:
     """What enters a run: its row of data, derivatives of that along the directions ``paths``, and structures beside
-    it."""
+    it; changes: of the structure, by the number of a direction that changes it."""
 
     paths: tuple[str, ...]
     row: Rows
