@@ -19,6 +19,9 @@ Rows = NDArray[np.int64]
 RESOLVED = 1.0  # |T| h up to which Taylor polynomials and Gauss points resolve every mode
 TERMS = 20  # Taylor terms: 1/20! = 4e-19
 CHUNK = 4_000_000  # floats held at once
+STEADY = 1e-8
+"""Least ratio of the product of a block's rates to the square of its largest for which its place of rest counts as known:
+below, in rigid-body modes, a force leads nowhere."""
 
 # Inputs are kept as Legendre coefficients: an input that hardly changes is one coefficient, free of rounding.
 _NODAL = legendre.legvander(2.0 * TAU - 1.0, N - 1)
@@ -70,11 +73,27 @@ def _rate(mode: ContactMode) -> float:
     return float(np.linalg.norm(mode.blocks, ord=2, axis=(1, 2)).max()) if len(mode.blocks) else 0.0
 
 
+def _steady(mode: ContactMode) -> NDArray[np.bool_]:
+    """Entries (2nb,) of the state whose blocks have a place of rest under a constant force."""
+    product = np.linalg.det(mode.blocks) if len(mode.blocks) else np.zeros(0)
+    return np.tile(np.abs(product) > STEADY * (mode.blocks**2).sum(axis=(1, 2)), 2)
+
+
+def _at_rest(mode: ContactMode, drive: Floats) -> Floats:
+    """Places of rest (count, 2nb) under unit inputs of rates (count, 2nb), zero where there is none."""
+    steady, nb = _steady(mode), len(mode.blocks)
+    out = np.zeros_like(drive)
+    for b in np.flatnonzero(steady[:nb]):
+        out[:, [b, nb + b]] = -np.linalg.solve(mode.blocks[b], drive[:, [b, nb + b]].T).T
+    return out
+
+
 class Steps:
     """Vectors z = [state (2nb), input coefficients] of steps of one contact mode, and the maps onto half steps.
 
     Inputs that are zero throughout have no column, and constant ones a single one. Inputs beyond those of the mode
-    act on nothing: they are carried along.
+    act on nothing: they are carried along. The state is counted from where the means of the forces would hold it at
+    rest: there it does not move, which for a stiff mode would else be a small difference of large numbers.
     """
 
     def __init__(self, book: ModeBook, q: int, inputs: Floats) -> None:
@@ -100,9 +119,21 @@ class Steps:
         drive = np.zeros((self.count, 2 * self.nb))
         drive[: len(self.mode.inputs)] = self.mode.inputs
         self.forcing = _MONOMIAL[:, self.degree, None] * drive[self.of_input]
+        means = (self.degree == 0) & (self.of_input >= len(self.mode.beta))
+        self.moves = ~(means[:, None] & _steady(self.mode)[None, :])  # columns that act on an entry of the state
+        self.rest = np.where(self.moves, 0.0, _at_rest(self.mode, drive)[self.of_input])
+        self.forcing[0] *= self.moves
+        self.left[2 * self.nb :, : 2 * self.nb] = self._shifted(self.left_inputs)
+
+    def _shifted(self, to: Floats) -> Floats:
+        """What is added to the state as its place of rest becomes that of the inputs that ``to`` makes of these."""
+        change = np.eye(len(to)) - to
+        change[self.degree == 0] = 0.0  # a mean stays what it is
+        return change @ self.rest
 
     def vectors(self, state: Floats, inputs: Floats) -> Floats:
-        return np.concatenate([state, inputs[:, self.of_input, self.degree]], axis=1)
+        columns = inputs[:, self.of_input, self.degree]
+        return np.concatenate([state - columns @ self.rest, columns], axis=1)
 
     def right(self, k: int) -> Floats:
         """Map (size, size), acting on rows: z of a step to z of its second half, which is of class k."""
@@ -117,7 +148,9 @@ class Steps:
             acts = self.of_input < len(response)
             push = np.zeros((len(self.of_input), 2 * nb))
             push[acts] = response[self.of_input[acts], self.degree[acts]]
-            out[2 * nb :, : 2 * nb] = self.left_inputs @ push
+            begun = self._shifted(self.left_inputs) @ out[: 2 * nb, : 2 * nb]
+            ended = self._shifted(self.right_inputs) - self._shifted(self.left_inputs)
+            out[2 * nb :, : 2 * nb] = begun + self.left_inputs @ (push * self.moves) + ended
             out[2 * nb :, 2 * nb :] = self.right_inputs
             self._right[k] = out
         return self._right[k]
@@ -204,5 +237,6 @@ def states(book: ModeBook, q: int, trace: Floats, rows: Rows, along: Floats) -> 
         steps.halve(z, level, s)
         length = steps.lengths[level]
         value[part], slope[part] = steps.values(z, s, length)
-        y[part] = steps.series(z, length, s).sum(axis=0) + value[part, : len(mode.beta)] @ mode.beta
+        flowing = steps.series(z, length, s).sum(axis=0) + z[:, 2 * steps.nb :] @ steps.rest
+        y[part] = flowing + value[part, : len(mode.beta)] @ mode.beta
     return y, value, slope
