@@ -40,3 +40,12 @@ def test_a_strong_film_in_which_feet_hardly_move_keeps_its_account(seed: int) ->
     found = look_at(scene_of(seed))
     assert found["code"] == "DONE"
     assert found["closure"] < 2e-9
+
+
+@pytest.mark.slow
+def test_a_foot_of_many_under_a_strong_film_stops_on_the_ground_once() -> None:
+    """What rounding left of the film's momentum let one of 64 feet, stopped by a plastic impact, land for ever."""
+    scene = scene_of(501)
+    run = ts.simulate(scene, 2e-3 * scene.duration)  # it stalled at 9e-4 of it
+    assert run.ok
+    assert len(run.events) == 3
