@@ -87,9 +87,11 @@ class ModalTangent : StepTangents {
   // The first event of an instant: how its moment moves, and the state with it.
   void begin_instant(size_t event, size_t steps) {
     int foot = int(record_->events[event].foot);
-    // an impact may have torn this foot off first: then it is the impact's moment
-    if (record_->events[event].kind == RELEASE && same_instant(event + 1, steps)) {
-      const Event& next = record_->events[event + 1];
+    // an impact may have torn this foot off first, and others: then it is the impact's moment
+    size_t after = event;
+    while (same_instant(after, steps) && record_->events[after].kind == RELEASE) after++;
+    if (after > event && same_instant(after, steps)) {
+      const Event& next = record_->events[after];
       const int other = int(next.foot);
       const bool lands = next.kind != RELEASE && next.kind != CONTACT_AT_START && other != foot;
       if (lands && !now_.mode->is_held[other] && at_ground(other)) foot = other;
