@@ -30,8 +30,8 @@ SWEEP = small(
 )  # fmt: skip
 
 
-def units(folder: Path) -> dict[Path, tuple[bytes, int]]:
-    return {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in folder.glob("units/*/*.npz")}
+def units(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.glob("units/*/*.npz")}
 
 
 # Slow: thirty processes, each of which loads everything and is killed.

@@ -47,7 +47,8 @@ def places(executor: Executor) -> int:
     """Workers of an executor: as many as it says (`workers`, of `tarsus.cluster`; ``_max_workers``, of Python's own),
     else `UNKNOWN`."""
     count = getattr(executor, "workers", None)
-    return max(count() if callable(count) else getattr(executor, "_max_workers", UNKNOWN), 1)
+    known = count() if callable(count) else getattr(executor, "_max_workers", UNKNOWN)
+    return max(int(str(known)), 1)
 
 
 UNKNOWN = 64

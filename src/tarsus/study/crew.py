@@ -72,7 +72,9 @@ class Threads:
 
     def _work(self, unit: int) -> tuple[str, None]:
         points = self._sweep.points(self._layout.part(unit))
-        self._store.write(unit, work_unit(self._sweep, points, self._shared))
+        arrays = work_unit(self._sweep, points, self._shared)
+        if not self._store.has(unit):  # another process may have been faster
+            self._store.write(unit, arrays)
         return self._name, None
 
     def wanted(self) -> int:

@@ -14,6 +14,8 @@ from study.sweep_case import small
 
 import tarsus as ts
 import tarsus.study.crew as crew
+from tarsus.calibrate.lowering import lower_study
+from tarsus.calibrate.studyfile import load_study
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.sweeping import run_sweep
 
@@ -144,3 +146,13 @@ def test_a_batch_in_shares_is_the_batch():
     for name in ("peak", "contact_duration"):
         assert np.array_equal(there.measure(name), here.measure(name), equal_nan=True)
     assert np.array_equal(there.events(7), here.events(7))
+
+
+def test_sets_of_a_calibration_read_the_same_elsewhere():
+    described = load_study("cantilever-1")
+    lowered = lower_study(described.study, described.table, 1)
+    middle = np.full((2, len(lowered.problem.unknowns.names)), 0.5) + np.array([[0.0], [0.1]])
+    sets = lowered.problem.unknowns.values(middle)
+    here = lowered.forward(0, sets, (0,))
+    there = dataclasses.replace(lowered.forward, threads=FailingExecutor(lambda _: False))(0, sets, (0,))
+    assert np.array_equal(here, there, equal_nan=True)
