@@ -156,7 +156,8 @@ class Sums:
 
     def weighed(self, weights: Floats) -> Sums:
         """Sums (nt, ...) over blocks (nb, ...) with weights (nt, nb)."""
-        return Sums(*(np.tensordot(weights, getattr(self, each.name), 1) for each in fields(Sums)))
+        parts = (getattr(self, each.name) for each in fields(Sums))
+        return Sums(*(np.asarray(np.tensordot(weights, part, 1), dtype=float) for part in parts))
 
     def centred(self) -> Sums:
         """The sum over a leading axis of each about its own means: zeros that a record does not know no longer
