@@ -181,7 +181,8 @@ def periodic(
     Raises
     ------
     InputError
-        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
+        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return:
+        then it is chaotic, quasi-periodic or has a longer period.
     """
     scene = with_values(scene, dict(values)) if values else scene
     walks = isinstance(scene.robot.structure, Walker)

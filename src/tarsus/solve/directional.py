@@ -76,10 +76,14 @@ class Log:
 
 def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
-    return directional_slopes(log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name))
+    return directional_slopes(
+        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
+    )
 
 
-def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
+def directional_slopes(
+    log: Log, of: Callable[[Floats, Floats, Floats], Floats]
+) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P) along
     the derivatives, a number of each run, and where (P,) it has a kink or a jump."""
     size = np.array([_step(log, p) for p in range(len(log.by_period))])
@@ -94,9 +98,7 @@ def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats])
     return values @ _WEIGHTS / size, kinked
 
 
-def _values(
-    log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str
-) -> Floats:
+def _values(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str) -> Floats:
     """The measure of runs that differ in their events (nr, ne, 12), periods and steps along the derivatives."""
     runs, events = rows.shape[:2]
     ways, marks, first = log.ways, None, None
@@ -134,7 +136,11 @@ def _step(log: Log, p: int) -> float:
     hold(np.abs(apex), slopes[:, E_APEX], LARGEST)
     if log.ways is not None:
         way, moved = log.ways.rows, log.ways.slopes[..., p]
-        hold(np.abs(np.diff(way, axis=0)).max(axis=0, initial=0.0), np.abs(np.diff(moved, axis=0)).max(axis=0, initial=0.0), WAY)
+        hold(
+            np.abs(np.diff(way, axis=0)).max(axis=0, initial=0.0),
+            np.abs(np.diff(moved, axis=0)).max(axis=0, initial=0.0),
+            WAY,
+        )
         hold(np.abs(log.ways.values()[p : p + 1]), np.ones(1), LARGEST)
     numbers = np.abs(events).max(axis=0, initial=0.0)
     hold(numbers, np.abs(slopes).max(axis=0, initial=0.0), LARGEST)
