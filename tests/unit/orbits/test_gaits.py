@@ -19,7 +19,7 @@ def test_the_packaged_walker_has_a_stable_gait(gait):
     assert gait.kind.startswith("stable, period 1, 8 impacts, 2 of them held, travels ")
     assert gait.mismatch <= 1e-10 and np.abs(gait.multipliers).max() < 1.0
     run = ts.simulate(gait.scene, 45 * gait.period)
-    assert gait.travel == pytest.approx(run.measures["stride"].value, rel=1e-7)
+    assert gait.travel == pytest.approx(np.diff(run.marks["body"][:, 0])[-1], rel=1e-7)
     # its events are those of the run, a period on
     start = gait.start
     later = run.events[(run.events["time"] > start) & (run.events["time"] < start + gait.period)]
@@ -39,7 +39,9 @@ def test_its_return_differs_as_its_derivative_says(gait):
     returns = gait.map
     assert isinstance(returns, WalkMap)
     scale = returns.scales(gait.state)
-    for column in (0, 2, 6):
+    # of what a gait forgets at once differences see rounding alone
+    sizes = np.abs(gait.derivative / scale[:, None]).max(axis=0) * (returns.free.T @ scale)
+    for column in np.argsort(sizes)[-4:]:
         along = returns.free[:, column]
         size = 1e-4 * float(along @ scale)
         ahead, behind = (returns(gait.state + sign * size * along).state for sign in (1.0, -1.0))
