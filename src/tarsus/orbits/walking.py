@@ -114,7 +114,7 @@ class WalkMap(ReturnMap):
             self.plan,
             end,
             given,
-            tables=self.book,
+            tables=self.book,  # type: ignore[arg-type]
             accuracy=self.accuracy,
             times=np.array([end]),
             start=begin,
@@ -154,7 +154,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
     aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
-    found = WalkMap(
+    found = WalkMap(  # type: ignore[arg-type]
         plan, tables_of(plan, HORIZON * period), rows_of(plan), period, start, contacts, stuck=stuck, aging=aging,
     )  # fmt: skip
     ages = np.array([held[i] for i in aging]) - start

@@ -313,15 +313,8 @@ class LeggedLanes : public LeggedMarch {
     motion_at(t, h, fraction, moment);
     for (int f = 0; f < body.feet(); f++) track(t, f, h, fraction);
     const Extreme low = extreme(nodes, at.x[1], -1.0, fraction), high = extreme(nodes, at.x[1], 1.0, fraction);
-    // a lane rings with its legs where the run need not: no polynomial through its nodes
-    const auto height = [&](double s) {
-      Moment here;
-      here.legs.resize(DIRECTIONS * body.legs.size());
-      motion_at(t, h, s, here);
-      return here.x[1];
-    };
-    if (low.value == lowest_body) t.lowest_body = height(low.at);
-    if (high.value == highest_body) t.highest_body = height(high.at);
+    if (low.value == lowest_body) t.lowest_body = polynomial_at(t.at.x[1], low.at);
+    if (high.value == highest_body) t.highest_body = polynomial_at(t.at.x[1], high.at);
     for (int i = 0; i < legs(); i++) {
       LeggedFoot& foot = t.feet[i];
       const double way = moment.of(i, ALONG).u - foot.u[ALONG];
@@ -347,7 +340,7 @@ class LeggedLanes : public LeggedMarch {
     double line[N], bend = 0.0;
     store(line, powers(rows[i].gap));
     for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
-    to.gap = leg_at(t, i, UP, h, s).u + t.body.legs[i].gap;
+    to.gap = polynomial_at(t.rows[i].gap, s);
     if (s <= 0.0) {  // what is highest where it began moves with that
       to.gap += to.time * rows[i].rate[0];
       return;
