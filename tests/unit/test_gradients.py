@@ -12,7 +12,6 @@ from scene_files import scene as scene_of
 from survey_gradients import look_at
 from tarsus.base.spec import get_value, with_values
 from tarsus.plan.slots import slots
-from walking_scenes import trotter
 
 TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
 FIELDS = ("time", "speed_before", "speed_after", "pull", "energy")
@@ -300,5 +299,3 @@ def test_bad_requests_are_told():
         run.gradient("contact_durations")
     with pytest.raises(ts.InputError, match="no such term"):
         run.gradient("ledger.glue")
-    with pytest.raises(ts.InputError, match="walking engine"):
-        ts.simulate(trotter(), gradients=["ground.gravity.acceleration"])

@@ -182,7 +182,8 @@ def periodic(
     Raises
     ------
     InputError
-        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return: then it is chaotic, quasi-periodic or has a longer period.
+        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return:
+        then it is chaotic, quasi-periodic or has a longer period.
     """
     scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
     walks = isinstance(scene.robot.structure, Walker)

@@ -2,9 +2,9 @@
 
     P: s -> s + k periods, taken back by the surge of its body,   s = (x, v, begins of contacts) at the phase t0.
 
-Wherever a walker is, it walks alike: P(s + a e) = P(s) + a e for a shift by a of body and feet, whose multiplier is 1 and
-says nothing of the gait. The map is that of states with one surge. Some foot is on the ground as a rule, and what its
-contact remembers, when it began, is part of the state.
+Wherever a walker is, it walks alike: P(s + a e) = P(s) + a e for a shift by a of body and feet, whose multiplier is 1
+and says nothing of the gait. The map is that of states with one surge. Some foot is on the ground as a rule, and what
+its contact remembers, when it began, is part of the state.
 """
 
 from __future__ import annotations
@@ -42,9 +42,8 @@ Floats = NDArray[np.float64]
 class WalkMap(ReturnMap):
     """Returns of a walker's plan after k drive periods, less its travel.
 
-    stuck: numbers of the feet that stick at the section; aging: of those on the ground there
-    whose contact begins anew in every period, after displacements and velocities their begins [s] before the section are
-    part of the state.
+    stuck: numbers of the feet that stick at the section; aging: of those on the ground there whose contact begins anew
+    in every period. Their begins [s], from the section on, follow displacements and velocities in the state.
     """
 
     stuck: tuple[int, ...] = ()
@@ -112,7 +111,13 @@ class WalkMap(ReturnMap):
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
         begin = (self.start, *(row[0] for row in self._at(state).rows(self.plan.feet, self.start)))
         found = walk_tangents(
-            self.plan, end, given, tables=self.book, accuracy=self.accuracy, times=np.array([end]), start=begin
+            self.plan,
+            end,
+            given,
+            tables=self.book,  # type: ignore[arg-type]
+            accuracy=self.accuracy,
+            times=np.array([end]),
+            start=begin,
         )
         return found.samples[0, :n2], found
 
@@ -149,7 +154,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
     aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
-    found = WalkMap(
+    found = WalkMap(  # type: ignore[arg-type]
         plan, tables_of(plan, HORIZON * period), rows_of(plan), period, start, contacts, stuck=stuck, aging=aging,
     )  # fmt: skip
     ages = np.array([held[i] for i in aging]) - start

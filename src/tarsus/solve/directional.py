@@ -81,7 +81,9 @@ class Log:
 
 def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
-    return directional_slopes(log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name))
+    return directional_slopes(
+        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
+    )
 
 
 def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
@@ -101,9 +103,7 @@ def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats])
     return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
 
 
-def _values(
-    log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str
-) -> Floats:
+def _values(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str) -> Floats:
     """The measure of runs that differ in their events (nr, ne, 12), periods and steps along the derivatives."""
     return measured(Judgement(table_of(log, feet, rows, periods, along)), [name])[name].value
 

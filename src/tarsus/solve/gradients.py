@@ -18,7 +18,7 @@ from tarsus.core.replay import Sampled
 from tarsus.measure import RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import EVENT_TYPE, structured_events
+from tarsus.solve.codes import EVENT_TYPE, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
@@ -276,9 +276,24 @@ class WalkGradientRun(GradientRun):
     def _tangents(  # type: ignore[override]
         self, times: Floats | None = None, *, account: bool = False
     ) -> WalkTangents:
-        return walk_tangents(
+        found = walk_tangents(
             self.plan, self.duration, self._given, accuracy=self.accuracy, account=account, times=times
         )
+        return found.told_of(len(self.log.events), len(self.log.marks if self.log.marks is not None else ()))
+
+    @cached_property
+    def way_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
+        """Derivatives of the marks by path, fields as those of `marks`; NaN from the time on from which there is
+        none."""
+        derived, out = self._derived, {}
+        assert isinstance(derived, WalkTangents) and self.log.marks is not None
+        for p, path in enumerate(self.paths):
+            rows = derived.marks[..., p].copy()
+            for event, _ in self._reasons(p):
+                start = self.log.events[event, E_TIME] if event < len(self.log.events) else self.end_time
+                rows[self.log.marks[:, 0] >= start] = np.nan
+            out[path] = structured_marks(rows, len(self.foot_names))
+        return MappingProxyType(out)
 
     @property
     def _log(self) -> Log:

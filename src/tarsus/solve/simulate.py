@@ -69,7 +69,7 @@ def simulate(
     ------
     InputError
         For an unknown device, a duration that is not positive, a user's law that cannot be compiled, and paths by
-        which there is no derivative; a walker's run has none yet.
+        which there is no derivative, of a walker's run those of its structure.
 
     The run always ends, with a `ResultCode` that is a sentence.
     """

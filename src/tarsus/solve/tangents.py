@@ -38,11 +38,14 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+LOST = 4
+"""Reason of a flag: the derivative could not be followed, as in native/tangent.hpp."""
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4
-"""Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What is lowered is smooth in it, a
-polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of rounding."""
+"""Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What
+is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of
+rounding."""
 FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
 """Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
 run, and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter
@@ -441,6 +444,19 @@ class WalkTangents:
     energies: Floats
     flags: NDArray[np.int64]
 
+    def told_of(self, events: int, marks: int) -> WalkTangents:
+        """Those of a run with so many events and marks. The engine cuts some steps of the run that it makes again:
+        where that comes to other events, as it may in chaos, there are no derivatives."""
+        if (len(self.events), len(self.marks)) == (events, marks):
+            return self
+
+        def fitted(rows: Floats, count: int) -> Floats:
+            rest = np.full((max(count - len(rows), 0), *rows.shape[1:]), np.nan)
+            return np.concatenate([rows[:count], rest])
+
+        flags = np.append(self.flags, [[0, LOST, -1]], axis=0)
+        return replace(self, events=fitted(self.events, events), marks=fitted(self.marks, marks), flags=flags)
+
 
 def walk_tangents(
     plan: Plan,
@@ -457,7 +473,10 @@ def walk_tangents(
     these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
     tables = tables if tables is not None else tables_of(plan, duration)
-    settings, when = walk_settings(plan, duration, accuracy, True), np.zeros(0) if times is None else np.array(times, dtype=float)
+    settings, when = (
+        walk_settings(plan, duration, accuracy, True),
+        np.zeros(0) if times is None else np.array(times, dtype=float),
+    )
     nb, n, m = len(plan.legs.body.body_mass), len(plan.system.mass), plan.feet
     sizes = (12, 3 + nb + 2 * m, 2 * n + 5 * m, 1, 1)
     parts, flags = [], []
@@ -466,7 +485,9 @@ def walk_tangents(
             plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, _by_programs(plan.laws), given.row,
             settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
         )  # fmt: skip
-        parts.append([np.asarray(one).reshape(-1, size, LANES) for one, size in zip(found, sizes, strict=True)])
+        parts.append(
+            [np.asarray(one).reshape(-1, size, LANES) for one, size in zip(found, sizes, strict=True)]
+        )
         rows = np.asarray(flag).reshape(-1, 3).astype(np.int64)
         rows[rows[:, 2] >= 0, 2] += first
         flags.append(rows)

@@ -1,0 +1,69 @@
+"""Gaits: periodic motions of walkers modulo their travel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.spec import with_values
+from tarsus.orbits.walking import WalkMap
+
+
+@pytest.fixture(scope="module")
+def gait() -> ts.Orbit:
+    return ts.periodic(ts.load_scene("millipede"))
+
+
+def test_the_packaged_walker_has_a_stable_gait(gait):
+    assert gait.kind.startswith("stable, period 1, 8 impacts, 2 of them held, travels ")
+    assert gait.mismatch <= 1e-10 and np.abs(gait.multipliers).max() < 1.0
+    run = ts.simulate(gait.scene, 45 * gait.period)
+    assert gait.travel == pytest.approx(np.diff(run.marks["body"][:, 0])[-1], rel=1e-7)
+    # its events are those of the run, a period on
+    start = gait.start
+    later = run.events[(run.events["time"] > start) & (run.events["time"] < start + gait.period)]
+    assert list(later["kind"]) == list(gait.events["kind"]) and list(later["foot"]) == list(
+        gait.events["foot"]
+    )
+    np.testing.assert_allclose(later["time"] - start, gait.events["time"], rtol=0, atol=1e-8 * gait.period)
+
+
+def test_where_a_walker_is_has_the_multiplier_one_apart_from_the_others(gait):
+    assert gait.travel_multiplier == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(np.abs(gait.multipliers) - 1.0).min() > 0.1
+    assert gait.to_dict()["travel"] == gait.travel
+
+
+def test_its_return_differs_as_its_derivative_says(gait):
+    returns = gait.map
+    assert isinstance(returns, WalkMap)
+    scale = returns.scales(gait.state)
+    # of what a gait forgets at once differences see rounding alone
+    sizes = np.abs(gait.derivative / scale[:, None]).max(axis=0) * (returns.free.T @ scale)
+    for column in np.argsort(sizes)[-4:]:
+        along = returns.free[:, column]
+        size = 1e-4 * float(along @ scale)
+        ahead, behind = (returns(gait.state + sign * size * along).state for sign in (1.0, -1.0))
+        slope = (ahead - behind) / (2.0 * size)
+        np.testing.assert_allclose(
+            gait.derivative[:, column] / scale, slope / scale, atol=1e-6 * np.abs(slope / scale).max()
+        )
+
+
+def test_a_deviation_decays_by_the_largest_multiplier(gait):
+    returns, largest = gait.map, float(np.abs(gait.multipliers[0]))
+    state = gait.state + 1e-5 * returns.free[:, 0] * returns.scales(gait.state)[1]
+    sizes = []
+    for _ in range(8):
+        state = returns(state).state
+        sizes.append(float(np.abs((state - gait.state) / returns.scales(gait.state)).max()))
+    assert (sizes[7] / sizes[1]) ** (1.0 / 6.0) == pytest.approx(largest, rel=0.5)
+
+
+def test_branches_of_walkers_are_not_followed():
+    scene = ts.load_scene("millipede")
+    with pytest.raises(ts.InputError, match="walker"):
+        ts.branch(scene, "gait.high", 300.0, 310.0)
+    with pytest.raises(ts.InputError, match="no drive is periodic"):
+        ts.periodic(with_values(scene, {"gait": None}))

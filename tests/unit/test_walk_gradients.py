@@ -1,0 +1,224 @@
+"""Derivatives of walkers' runs against closed forms and against differences of tight runs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.base.spec import get_value, with_values
+from tarsus.model.scene import Foot, Initial, Robot
+from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
+from walking_scenes import GRAVITY, block, moving, sticky, trotter
+
+TIGHT = ts.Accuracy(gap=1e-11, drive=1e-11)
+MU, GRAV = "ground.friction.coefficient", "ground.gravity.acceleration"
+MASS = 1e-6  # of the block [kg]
+
+
+def test_a_sliding_block_stopped_by_friction():
+    speed, mu = 0.01, 0.3
+    path = "initial.velocity.2"
+    run = ts.simulate(moving(block(), block_x=speed), 0.02, gradients=[MU, GRAV, path])
+    assert list(run.events["kind"]) == [5, 8] and not run.flags
+    way = speed**2 / (2.0 * mu * GRAVITY)
+    slid = {one: found.x[2, 0] for one, found in run.state_gradients([0.019]).items()}
+    assert slid[MU] == pytest.approx(-way / mu, rel=1e-10)
+    assert slid[GRAV] == pytest.approx(-way / GRAVITY, rel=1e-10)
+    assert slid[path] == pytest.approx(2.0 * way / speed, rel=1e-10)
+    stopped = {one: found["time"][1] for one, found in run.event_gradients.items()}
+    assert stopped[MU] == pytest.approx(-speed / (mu**2 * GRAVITY), rel=1e-10)
+    assert stopped[path] == pytest.approx(1.0 / (mu * GRAVITY), rel=1e-10)
+    # friction takes all of m v^2 / 2, whatever it is
+    taken = run.gradient("ledger.friction")
+    assert taken[path] == pytest.approx(MASS * speed, rel=1e-8)
+    assert taken[MU] == pytest.approx(0.0, abs=1e-8 * MASS * speed**2)
+
+
+def falling(height: float, along: float, **changes) -> ts.Scene:
+    """The block thrown along from a height."""
+    scene = moving(block(**changes), block_x=along)
+    return scene.model_copy(
+        update={"initial": Initial(displacement=(0.0, 0.0, 0.0, height), velocity=scene.initial.velocity)}
+    )
+
+
+def test_a_block_that_strikes_the_ground_aslant_bounces_in_closed_form():
+    height, along, e, mu = 1e-3, 0.2, 0.5, 0.3
+    paths = ("ground.restitution.coefficient", MU, GRAV, "initial.displacement.3")
+    fall = math.sqrt(2.0 * height / GRAVITY)
+    second = fall * (1.0 + 2.0 * e)
+    run = ts.simulate(falling(height, along), second * 1.2, gradients=paths)
+    assert list(run.events["kind"]) == [1, 1] and not run.flags
+    by_e, by_mu, by_g, by_h = (run.event_gradients[path] for path in paths)
+    np.testing.assert_allclose(by_e["time"], [0.0, 2.0 * fall], rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(by_g["time"], [-fall / 2.0 / GRAVITY, -second / 2.0 / GRAVITY], rtol=1e-10)
+    np.testing.assert_allclose(by_h["time"], [fall / 2.0 / height, second / 2.0 / height], rtol=1e-10)
+    np.testing.assert_allclose(by_mu["time"], 0.0, atol=1e-14)
+    # along: v - mu (1 + e) w after the first impact, at w = sqrt(2 g h)
+    strike, at = math.sqrt(2.0 * GRAVITY * height), 1.5 * fall
+    found = run.state_gradients([at])
+    assert found[MU].v[2, 0] == pytest.approx(-(1.0 + e) * strike, rel=1e-10)
+    assert found[paths[0]].v[2, 0] == pytest.approx(-mu * strike, rel=1e-10)
+    assert found[MU].x[2, 0] == pytest.approx(-(1.0 + e) * strike * (at - fall), rel=1e-9)
+    # x = v t - mu (1 + e) w (t - t1), with dt1/dh = t1 / 2h and dw/dh = w / 2h
+    by_height = -mu * (1.0 + e) * strike / (2.0 * height) * (at - fall - fall)
+    assert found[paths[3]].x[2, 0] == pytest.approx(by_height, rel=1e-9)
+    apex = e**2 * height
+    np.testing.assert_allclose(by_h["apex"][1], apex / height, rtol=1e-8)
+    np.testing.assert_allclose(by_e["apex"][1], 2.0 * e * height, rtol=1e-8)
+
+
+def test_a_block_begins_to_slide_when_the_drive_says():
+    amplitude, frequency, mu = 8e-6, 30.0, 0.3
+    paths = (MU, "signals.along.amplitude", "signals.along.frequency")
+    scene = block(signals={"along": ts.Sine(amplitude=amplitude, frequency=frequency)})
+    run = ts.simulate(scene, 0.012, gradients=paths)
+    assert list(run.events["kind"]) == [5, 7]
+    share, turn = mu * MASS * GRAVITY / amplitude, 2.0 * math.pi * frequency
+    moment, rate = math.asin(share) / turn, amplitude * turn * math.sqrt(1.0 - share**2)
+    assert run.events["time"][1] == pytest.approx(moment, rel=1e-9)
+    got = [run.event_gradients[path]["time"][1] for path in paths]
+    assert got == pytest.approx(
+        [MASS * GRAVITY / rate, -amplitude * share / rate / amplitude, -moment / frequency], rel=1e-8
+    )
+
+
+def test_derivatives_by_a_state_at_rest_swing_though_the_run_does_not():
+    mass, stiff, damping = 1e-6, 2.0, 1e-4
+    leg = WalkerLeg(mass=1e-9, stiffness_v=stiff, damping_v=damping, stiffness_l=1.0, damping_l=0.0)
+    walker = Walker(body=WalkerBody(mass=mass), legs={"leg": leg})
+    scene = ts.Scene(
+        name="standing",
+        robot=Robot(structure=walker, drives={}, feet={"leg": Foot(point="leg", gap=0.0)}),
+        ground=sticky(adhesion=None),
+        initial=Initial(displacement=(0.0, -mass * GRAVITY / stiff, 0.0, 0.0), velocity=(0.0,) * 4),
+        duration=0.05,
+    )  # fmt: skip
+    run = ts.simulate(scene, gradients=["initial.velocity.1"])
+    times = np.linspace(0.001, 0.05, 20)
+    assert np.ptp(run.states(times).x[1]) < 1e-15
+    decay = damping / 2.0 / mass
+    turn = math.sqrt(stiff / mass - decay**2)
+    heave = run.state_gradients(times)["initial.velocity.1"].x[1]
+    np.testing.assert_allclose(heave, np.exp(-decay * times) * np.sin(turn * times) / turn, atol=1e-8 / turn)
+
+
+FIELDS = ("time", "speed_before", "speed_after", "pull", "energy", "apex")
+
+
+def assert_as_differences(scene: ts.Scene, paths, duration: float, steps, within: float) -> None:
+    """Events, states and marks differ along the derivatives of a run, as far as one of some steps tells."""
+    run = ts.simulate(scene, duration, TIGHT, gradients=paths)
+    assert not run.flags
+    times = np.linspace(0.0, duration, 9)[1:-1] * 0.997
+    states, way = run.state_gradients(times), ("body", "foot_x", "slipped")
+
+    def numbers(one):
+        at, marks = one.states(times), one.marks
+        events = [one.events[name] for name in FIELDS]
+        return [*events, at.x, at.v, at.rate, at.pull, *(marks[name] for name in way)]
+
+    for path in paths:
+        value, best = float(get_value(scene, path)), None
+        for step in steps:
+            size = step * abs(value)
+            runs = [
+                ts.simulate(with_values(scene, {path: value + k * size}), duration, TIGHT)
+                for k in (-2, -1, 1, 2)
+            ]
+            if {tuple(one.events["kind"]) for one in runs} != {tuple(run.events["kind"])}:
+                continue
+            found = [numbers(one) for one in runs]
+            slopes = [(a - 8.0 * b + 8.0 * c - d) / (12.0 * size) for a, b, c, d in zip(*found, strict=True)]
+            at, rows = states[path], run.way_gradients[path]
+            got = [*(run.event_gradients[path][name] for name in FIELDS), at.x, at.v, at.rate, at.pull]
+            got += [rows[name] for name in way]
+            errors = np.array(
+                [
+                    np.abs(a - b).max() / max(np.abs(b).max(), 1e-12 / abs(value))
+                    for a, b in zip(got, slopes, strict=True)
+                ]
+            )
+            best = errors if best is None else np.minimum(best, errors)
+        assert best is not None and best.max() <= within, (path, best)
+
+
+def test_a_trotter_differs_as_its_derivatives_say():
+    paths = (MU, "signals.leg0.amplitude", "robot.feet.leg1.gap", "ground.restitution.coefficient")
+    assert_as_differences(trotter(3), paths, 0.0071, (1e-4, 1e-3), 1e-7)
+
+
+@pytest.mark.slow
+def test_a_trotter_with_every_law_differs_as_its_derivatives_say():
+    ground = sticky(
+        film=ts.Film(coefficient=1e-22, thickness=2e-7),
+        electrostatic=ts.Electrostatic(coefficient=1e-15, offset=1e-6),
+    )
+    paths = (
+        "ground.film.coefficient", "ground.film.thickness", "ground.electrostatic.coefficient", MU,
+        "signals.leg1.phase", "robot.feet.leg1.gap",
+    )  # fmt: skip
+    assert_as_differences(trotter(3, ground=ground), paths, 0.01, (1e-5, 1e-4, 1e-3), 2e-7)
+
+
+@pytest.mark.slow
+def test_the_packaged_walker_differs_as_its_derivatives_say():
+    paths = (
+        MU,
+        "ground.film.thickness",
+        "ground.restitution.coefficient",
+        "ground.adhesion.initial",
+        "gait.high",
+    )
+    assert_as_differences(ts.load_scene("millipede"), paths, 0.026, (1e-3, 1e-2), 2e-7)
+
+
+def test_measures_and_energies_of_a_walk_as_differences():
+    scene, path, duration = trotter(3), MU, 0.0121
+    run = ts.simulate(scene, duration, TIGHT, gradients=[path, "robot.feet.leg1.gap"])
+    terms = ("work_in", "damping", "friction", "kinetic", "elastic", "impacts", "adhesion")
+    measures = ("mean_speed", "stride", "foot_slip")
+    names = (*(f"ledger.{one}" for one in terms), *measures)
+    for p in run.paths:
+        value = float(get_value(scene, p))
+        size = 1e-4 * value
+        runs = [
+            ts.simulate(with_values(scene, {p: value + k * size}), duration, TIGHT) for k in (-2, -1, 1, 2)
+        ]
+        found = [
+            np.array([*(getattr(one.ledger, t) for t in terms), *(one.measures[m].value for m in measures)])
+            for one in runs
+        ]
+        slopes = (found[0] - 8.0 * found[1] + 8.0 * found[2] - found[3]) / (12.0 * size)
+        got = np.array([run.gradient(name)[p] for name in names])
+        np.testing.assert_allclose(got, slopes, rtol=2e-6)
+
+
+def test_a_batch_and_an_objective_have_the_gradients_of_their_runs():
+    scene = moving(block(), block_x=0.01)
+    batch = ts.simulate_batch(scene, {MU: [0.3, 0.5]}, 0.02, gradients=[GRAV])
+    got = batch.gradient("stride")[GRAV]
+    assert got.shape == (2,) and np.allclose(got, 0.0)  # the body does not feel the block
+    assert ts.gradient(lambda events: events["time"].max(), scene, [MU], 0.02)[MU] == pytest.approx(
+        -0.01 / 0.09 / GRAVITY
+    )
+
+
+def test_where_a_walker_has_no_derivative_a_sentence_says_so():
+    # a block at rest would be stopped by friction whichever way it began to move
+    rest = ts.simulate(moving(block(), block_x=0.0), 0.01, gradients=["initial.velocity.2"])
+    assert "threshold" in rest.flags["initial.velocity.2"][0]
+    # one that is lifted by more than its weight and dips to the very ground
+    height = 1e-4
+    speed = math.sqrt(2.0 * GRAVITY * height) * (1.0 + 1e-12)
+    scene = falling(height, 0.0, signals={"upward": ts.Constant(level=2.0 * MASS * GRAVITY)})
+    scene = scene.model_copy(
+        update={"initial": Initial(displacement=(0.0, 0.0, 0.0, height), velocity=(0.0, 0.0, 0.0, -speed))}
+    )
+    grazing = ts.simulate(scene, 0.01, gradients=["initial.displacement.3"])
+    assert len(grazing.events) and "grazes" in grazing.flags["initial.displacement.3"][0]
+    with pytest.raises(ts.InputError, match="not by its structure"):
+        ts.simulate(trotter(), gradients=["robot.structure.legs.leg0.mass"])
