@@ -66,6 +66,7 @@ class LeggedLanes : public LeggedMarch {
   std::vector<double> values_;  // (channels, nodes)
   std::vector<Row> slopes_;
   std::vector<double> apexes_, ways_;  // highest gaps of the feet and places of the legs along the way, before the step
+  Moment turning_;  // room for a lane's motion at one moment
   double h_ = 0.0, fraction_ = 0.0, begin_time_ = 0.0, begun_ = 0.0;
   JetPlace place_;
   Rates before_;
@@ -308,13 +309,13 @@ class LeggedLanes : public LeggedMarch {
     }
   }
 
-  void move_lane_on(Legged& t, double h, double fraction) {
+  void move_lane_on(int lane, double h, double fraction) {
+    Legged& t = lanes_[lane];
     moment.legs.resize(DIRECTIONS * body.legs.size());
     motion_at(t, h, fraction, moment);
     for (int f = 0; f < body.feet(); f++) track(t, f, h, fraction);
-    const Extreme low = extreme(nodes, at.x[1], -1.0, fraction), high = extreme(nodes, at.x[1], 1.0, fraction);
-    if (low.value == lowest_body) t.lowest_body = polynomial_at(t.at.x[1], low.at);
-    if (high.value == highest_body) t.highest_body = polynomial_at(t.at.x[1], high.at);
+    if (lowest_at >= 0.0) t.lowest_body = height_at(lane, h, lowest_at);
+    if (highest_at >= 0.0) t.highest_body = height_at(lane, h, highest_at);
     for (int i = 0; i < legs(); i++) {
       LeggedFoot& foot = t.feet[i];
       const double way = moment.of(i, ALONG).u - foot.u[ALONG];
@@ -329,6 +330,16 @@ class LeggedLanes : public LeggedMarch {
     t.clock.time = clock.time;
   }
 
+  // Height of a lane's body within the step: it rings with the legs, and no polynomial through the nodes follows that.
+  // At an event it turns at once, and that moment moves.
+  double height_at(int lane, double h, double s) {
+    const Legged& t = lanes_[lane];
+    if (s <= 0.0) return t.x[1] + (shared_at_ == begin_time_ ? at.v[1][0] * shared_[lane] : 0.0);
+    turning_.legs.resize(DIRECTIONS * body.legs.size());
+    motion_at(t, h, s, turning_);
+    return turning_.x[1];
+  }
+
   // The highest gap of a flight, and the integral of the gap.
   void track(Legged& t, int f, double h, double fraction) {
     const int i = body.leg[f];
@@ -340,12 +351,13 @@ class LeggedLanes : public LeggedMarch {
     double line[N], bend = 0.0;
     store(line, powers(rows[i].gap));
     for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
-    to.gap = polynomial_at(t.rows[i].gap, s);
+    const Motion there = leg_at(t, i, UP, h, s);
+    to.gap = there.u + t.body.legs[i].gap;
     if (s <= 0.0) {  // what is highest where it began moves with that
       to.gap += to.time * rows[i].rate[0];
       return;
     }
-    to.time = s < fraction && bend < 0.0 ? -polynomial_at(t.rows[i].rate, s) * h * h / bend : 0.0;
+    to.time = s < fraction && bend < 0.0 ? -there.w * h * h / bend : 0.0;
   }
 
   // ---- what is told

@@ -22,6 +22,7 @@ struct LeggedMarch : Legged {
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
   Moment moment;
+  double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
 
   LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Settings& set, Log& events, Notes& some, bool account, size_t driven)
@@ -163,8 +164,11 @@ struct LeggedMarch : Legged {
         foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
       }
     }
-    lowest_body = std::min(lowest_body, extreme(nodes, at.x[1], -1.0, fraction).value);
-    highest_body = std::max(highest_body, extreme(nodes, at.x[1], 1.0, fraction).value);
+    const Extreme low = extreme(nodes, at.x[1], -1.0, fraction), high = extreme(nodes, at.x[1], 1.0, fraction);
+    lowest_at = low.value < lowest_body ? low.at : -1.0;
+    highest_at = high.value > highest_body ? high.at : -1.0;
+    lowest_body = std::min(lowest_body, low.value);
+    highest_body = std::max(highest_body, high.value);
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);

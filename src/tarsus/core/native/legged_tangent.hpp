@@ -39,7 +39,7 @@ class LeggedTangent : public LeggedLanes {
   // And after.
   void moved(double h, double fraction) {
     if (fraction <= 0.0) return;
-    for (Legged& t : lanes_) move_lane_on(t, h, fraction);
+    for (size_t lane = 0; lane < lanes_.size(); lane++) move_lane_on(int(lane), h, fraction);
   }
 
   // An event, before and after the run's state is changed by it.
