@@ -114,5 +114,5 @@ def test_a_sweep_replaces_a_sweep(tarsus, tmp_path):
     assert refused.code == 2 and "--resume" in refused.sentences[0] and "--overwrite" in refused.sentences[0]
     assert "give one of them" in tarsus(*words, "--resume", "--overwrite").sentences[0]
     assert tarsus(*words, "--overwrite").code == 0
-    assert {path.name for path in (tmp_path / "out" / "units").iterdir()} == {"000000.npz"}
+    assert {path.name for path in (tmp_path / "out" / "units").rglob("*.npz")} == {"000000.npz"}
     assert (tmp_path / "out" / "notes.md").is_file()

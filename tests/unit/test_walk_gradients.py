@@ -220,5 +220,5 @@ def test_where_a_walker_has_no_derivative_a_sentence_says_so():
     )
     grazing = ts.simulate(scene, 0.01, gradients=["initial.displacement.3"])
     assert len(grazing.events) and "grazes" in grazing.flags["initial.displacement.3"][0]
-    with pytest.raises(ts.InputError, match="not by its structure"):
+    with pytest.raises(ts.InputError, match="not by structure"):
         ts.simulate(trotter(), gradients=["robot.structure.legs.leg0.mass"])

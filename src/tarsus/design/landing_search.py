@@ -109,9 +109,10 @@ class Searcher:
         if transfer is not None:
             begun = Archive.empty(step.unknowns(pairs))
             numbers, points = transfers(transfer, step, choices, self.trials, self.rng)
-            begun.add(numbers, points, cost(numbers, points))
-            rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
-            descend(cost, archive, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
+            if len(numbers):
+                begun.add(numbers, points, cost(numbers, points))
+                rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
+                descend(cost, archive, begun.numbers[rows], begun.points[rows], budget, self.rng, step=NARROW)
         return choices, archive
 
     def _polish(self, pairs: int, grounds: Grounds, risk: Risk) -> None:

@@ -66,6 +66,18 @@ class Options:
     threads: Workers = None
     effort: float = 1.0
 
+    def __post_init__(self) -> None:
+        """Words for an objective or a sensor stand for it. Raises InputError for others."""
+        problems = []
+        for name, kind in (("objective", Objective), ("sensor", Sensor)):
+            given, words = getattr(self, name), [one.value for one in kind]
+            if given in words:
+                object.__setattr__(self, name, kind(given))
+            elif not isinstance(given, kind):
+                problems.append(f"{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{given}'")
+        if problems:
+            raise InputError(problems)
+
 
 @dataclass(frozen=True)
 class Request:

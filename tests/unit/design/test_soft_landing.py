@@ -158,7 +158,9 @@ def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, se
     found = design.learning
     assert found.speeds.shape == (40, 13) and found.regret.shape == (40, 12)
     assert (np.diff(found.regret, axis=1) >= -1e-12).all() and (found.regret >= 0.0).all()
-    assert found.halved >= 0.9
+    # the designs of so short a search begin near half the plain step's speed; the scalar learner gains a tenth more
+    assert found.halved >= (0.9 if sensor is Sensor.CONTACT else 0.75)
+    assert np.median(found.speeds[:, :11].min(axis=1)) < 0.9 * np.median(found.speeds[:, 0])
     inside = found.grounds.values[GAP]
     assert inside.min() >= 67e-6 and inside.max() <= 73e-6
 
@@ -177,6 +179,7 @@ def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, se
         ({"pairs": 99}, "pairs"),
         ({"drive": "motor"}, "no drive 'motor'"),
         ({"tick": 1.0}, "tick"),
+        ({"sensor": "sound"}, "sensor: expected speed or contact, got 'sound'"),
         ({"free": ("signals.pzt.duty",)}, "no switching time"),
     ],
 )
