@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -44,10 +44,10 @@ def movie(
     import tarsus
     from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
-    from tarsus.files.store import RunLike, read_run
+    from tarsus.files.store import read_run
     from tarsus.report.movie import write_movie
 
-    run: RunLike
+    run: Any
     if Path(walk).is_dir():
         if set_ or duration:
             raise InputError("--set and --duration are for a device or scene: a folder's run is over")

@@ -106,8 +106,8 @@ class Transfer:
         size[:n, :n] = np.linalg.cholesky(0.5 * system.stiffness).T
         size[n:, n:] = np.linalg.cholesky(0.5 * system.mass).T
         return cls(
-            rates, shapes, np.linalg.inv(shapes), volts, rest, held, landed, size, float(system.rest_gap[number]),
-            np.append(normal, np.zeros(n)),
+            rates, shapes, np.linalg.inv(shapes).astype(complex), volts, rest, held, landed, size,
+            float(system.rest_gap[number]), np.append(normal, np.zeros(n)),
         )  # fmt: skip
 
     def resting(self, volts: Floats) -> Floats:

@@ -58,6 +58,6 @@ def cma_es(
     while not strategy.stop():
         points = strategy.ask()
         strategy.tell(points, problem.costs(np.array(points)).tolist())
-    x = problem.point(strategy.result.xbest)
-    why = ", ".join(f"{name} {value}" for name, value in strategy.stop().items())
+    x = problem.point(np.asarray(strategy.result.xbest))
+    why = ", ".join(f"{name} {value}" for name, value in dict(strategy.stop() or {}).items())
     return Found(x, problem.values(x), float(strategy.result.fbest), int(strategy.result.evaluations), 0, why)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,7 +125,7 @@ class WalkMap(ReturnMap):
     def derivative(self, state: Floats, multiple: int = 1) -> Floats:
         """dP/ds (2n + na, r) along the free directions, from the engine's own steps and events."""
         whole, found = self._slopes(state, multiple)
-        back = whole - np.outer(self.shift, whole[0])
+        back: Floats = whole - self.shift[:, None] * whole[0]
         return np.concatenate([back, found.since[list(self.aging)]]) @ self.free
 
     def travel_multiplier(self, state: Floats, multiple: int = 1) -> float:
@@ -154,9 +155,8 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
     aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
-    found = WalkMap(  # type: ignore[arg-type]
-        plan, tables_of(plan, HORIZON * period), rows_of(plan), period, start, contacts, stuck=stuck, aging=aging,
-    )  # fmt: skip
+    tables: Any = tables_of(plan, HORIZON * period)
+    found = WalkMap(plan, tables, rows_of(plan), period, start, contacts, stuck=stuck, aging=aging)
     ages = np.array([held[i] for i in aging]) - start
     return found, np.concatenate([state - state[0] * found.shift, ages])
 
