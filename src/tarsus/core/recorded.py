@@ -123,6 +123,9 @@ class Steps:
         self.moves = ~(means[:, None] & _steady(self.mode)[None, :])  # columns that act on an entry of the state
         self.rest = np.where(self.moves, 0.0, _at_rest(self.mode, drive)[self.of_input])
         self.forcing[0] *= self.moves
+        # places change by velocities alone, not by forces: what blocks at rest show of them the others take back
+        places = self.mode.to_physical[: len(self.mode.to_physical) // 2]
+        self.drift = np.where(means[:, None], (drive[self.of_input] * self.moves) @ places.T, 0.0)
         self.left[2 * self.nb :, : 2 * self.nb] = self._shifted(self.left_inputs)
 
     def _shifted(self, to: Floats) -> Floats:

@@ -249,7 +249,7 @@ class _Energies:
         steps, m = self.steps, self.system.normals.shape[1]
         series = steps.series(z, length, along) @ self.velocity
         shape = (len(_POINTS), len(z))
-        v = (_POWERS.T @ series.reshape(TERMS + 1, -1)).reshape(*shape, -1)
+        v = (_POWERS.T @ series.reshape(TERMS + 1, -1)).reshape(*shape, -1) + z[:, 2 * steps.nb :] @ steps.drift
         value, slope = np.zeros((2, *shape, steps.count))
         for g, s in enumerate(_POINTS):
             value[g], slope[g] = steps.values(z, s * along, length)
