@@ -31,7 +31,8 @@ from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.march import tables_of
 from tarsus.solve.run import Run
-from tarsus.solve.tangents import DataTangents, Entering, WalkTangents, walk_tangents
+from tarsus.solve.tangents import DataTangents, Entering
+from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
 from tarsus.solve.window import Contacts, Window, simulate_window
 
 __all__ = ["WalkMap", "walk_map"]

@@ -21,7 +21,8 @@ from tarsus.core.replay import integrate, sample
 
 if TYPE_CHECKING:
     from tarsus.solve.gradients import GradientRun
-    from tarsus.solve.tangents import Entering, Tangents, WalkTangents
+    from tarsus.solve.tangents import Entering, Tangents
+    from tarsus.solve.walk_tangents import WalkTangents
 
 __all__ = ["energy_slopes", "walk_energy_slopes"]
 

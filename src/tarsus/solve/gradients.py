@@ -29,13 +29,12 @@ from tarsus.solve.tangents import (
     Direction,
     Entering,
     Tangents,
-    WalkTangents,
     beside,
     directions_of,
     entering,
     tangents,
-    walk_tangents,
 )
+from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
 from tarsus.solve.window import Recorded, record, recording
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
