@@ -17,7 +17,7 @@ from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import Plan, lower_scene, lower_system
+from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -28,6 +28,7 @@ __all__ = [
     "Entering",
     "Tangents",
     "beside",
+    "by_programs",
     "directions_of",
     "entering",
     "tangents",
@@ -388,7 +389,7 @@ def tangents(
 ) -> Tangents:
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events, eight numbers
     at a time."""
-    laws = _by_programs(plan.laws)
+    laws = by_programs(plan.laws)
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
     begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
     parts, flags = [], []
@@ -422,3 +423,13 @@ def tangents(
     ]
     all_flags = np.concatenate(flags)
     return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
+
+
+def by_programs(laws: FootLaws) -> _native.Laws:
+    """The laws as programs alone, which carry derivatives."""
+    terms = [
+        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
+        for k, (name, law) in enumerate(laws.acting.items())
+    ]
+    programs = [program_of(type(law)) for law in laws.acting.values()]
+    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native
 from tarsus.core.book import NODES
-from tarsus.plan.lowering import FootLaws, Plan, program_of
+from tarsus.plan.lowering import Plan
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import tables_of, walk_settings
-from tarsus.solve.tangents import LANES, Entering
+from tarsus.solve.tangents import LANES, LOST, Entering, by_programs
 
 __all__ = ["WalkTangents", "walk_tangents"]
 
@@ -74,7 +74,7 @@ def walk_tangents(
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
         *found, flag = _native.tangents_legged(
-            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, _by_programs(plan.laws), given.row,
+            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, by_programs(plan.laws), given.row,
             settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
         )  # fmt: skip
         parts.append(
@@ -86,13 +86,3 @@ def walk_tangents(
     joined = [np.concatenate(some, axis=2)[..., : len(given.paths)] for some in zip(*parts, strict=True)]
     events, marks, samples, since, energies = joined
     return WalkTangents(events, marks, samples, since[:, 0], energies[:, 0], np.concatenate(flags))
-
-
-def _by_programs(laws: FootLaws) -> _native.Laws:
-    """The laws as programs alone, which carry derivatives."""
-    terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
-        for k, (name, law) in enumerate(laws.acting.items())
-    ]
-    programs = [program_of(type(law)) for law in laws.acting.values()]
-    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)
