@@ -42,13 +42,15 @@ def test_the_session_on_the_page_of_slots_runs():
     assert {"robot.feet.tip.gap", "signals.pzt.phase", "ground.film.coefficient"} <= set(slots)
 
 
-def test_the_orbit_on_the_page_of_periodic_motion_is_found():
+def test_the_orbits_on_the_page_of_periodic_motion_are_found():
     page = (DOCS / "orbits.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    text, walking = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict = {}
     exec(text, names)
     assert names["orbit"].kind == "stable, period 1, 5 impacts, 2 of them held"
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
+    exec(walking, names)
+    assert names["gait"].kind in walking and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
 
 
 def test_the_fit_on_the_page_of_fits_finds_the_device():
@@ -78,7 +80,9 @@ def snippets(page: str, count: int | None = None) -> dict:
 
     matplotlib.use("Agg")
     names: dict = {}
-    for text in re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)[:count]:
+    for text in re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)[
+        :count
+    ]:
         exec(text, names)
     return names
 
