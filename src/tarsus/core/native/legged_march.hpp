@@ -145,6 +145,27 @@ struct LeggedMarch : Legged {
     notes.sampled++;
   }
 
+  // How low and high the body has been. Nodes are less than 0.22 of a step apart: between two it rises above both by less than
+  // half of that times its largest speed, and by twice as much where that, too, lies between nodes.
+  void note_heights(double h, double fraction) {
+    const double margin = 0.22 * h * highest(magnitude(at.v[1]));
+    lowest_at = highest_at = -1.0;
+    if (lowest(at.x[1]) - margin < lowest_body) {
+      const Extreme low = extreme(nodes, at.x[1], -1.0, fraction);
+      if (low.value < lowest_body) {
+        lowest_at = low.at;
+        lowest_body = low.value;
+      }
+    }
+    if (highest(at.x[1]) + margin > highest_body) {
+      const Extreme high = extreme(nodes, at.x[1], 1.0, fraction);
+      if (high.value > highest_body) {
+        highest_at = high.at;
+        highest_body = high.value;
+      }
+    }
+  }
+
   // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
   bool accept(double h, double fraction, double reached) {
     const Energies before = energy;
@@ -164,11 +185,7 @@ struct LeggedMarch : Legged {
         foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
       }
     }
-    const Extreme low = extreme(nodes, at.x[1], -1.0, fraction), high = extreme(nodes, at.x[1], 1.0, fraction);
-    lowest_at = low.value < lowest_body ? low.at : -1.0;
-    highest_at = high.value > highest_body ? high.at : -1.0;
-    lowest_body = std::min(lowest_body, low.value);
-    highest_body = std::max(highest_body, high.value);
+    note_heights(h, fraction);
     double sum = 0.0;
     for (int b = 0; b < coordinates(); b++) {
       sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);
