@@ -222,3 +222,18 @@ def test_where_a_walker_has_no_derivative_a_sentence_says_so():
     assert len(grazing.events) and "grazes" in grazing.flags["initial.displacement.3"][0]
     with pytest.raises(ts.InputError, match="not by structure"):
         ts.simulate(trotter(), gradients=["robot.structure.legs.leg0.mass"])
+
+
+@pytest.mark.parametrize("name", ["max_heave", "vertical_amplitude"])
+def test_heights_of_the_body_are_derived_where_it_turned(name):
+    path, step, fine = "gait.high", 1e-5, ts.Accuracy(gap=1e-11, drive=1e-11)
+    scene = ts.load_scene("millipede-printed")
+    volts = ts.get_value(scene, path)
+
+    def value(steps: int) -> float:
+        changed = ts.with_values(scene, {path: volts * (1.0 + steps * step)})
+        return ts.simulate(changed, 0.03, fine).measures[name].value
+
+    slope = (8.0 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12.0 * step * volts)
+    found = ts.simulate(scene, 0.03, fine, gradients=[path]).gradient(name)
+    assert not found.flags and found[path] == pytest.approx(slope, rel=1e-6)
