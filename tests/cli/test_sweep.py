@@ -171,7 +171,7 @@ def killed_and_resumed(tarsus, file: Path, place: Path, *, units: int, kills: in
 
 
 def says_how_to_resume(code: int, out: str, err: str, folder: Path) -> None:
-    assert code == 1 and out == ""
+    assert code == 130 and out == ""
     (sentence,) = err.splitlines()
     assert sentence.startswith("tarsus: interrupted; finished parts are kept")
     assert f"-o '{folder}' --resume" in sentence

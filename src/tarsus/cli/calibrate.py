@@ -76,10 +76,12 @@ def calibrate(
 
                 write_calibration_report(table, folder / "report.html")
     except KeyboardInterrupt:
+        from tarsus.cli.app import INTERRUPTED
+
         console.complain(
             [f"interrupted; visited sets are kept, continue with `{_again(study, folder, law or (), seed)}`"]
         )
-        return 1
+        return INTERRUPTED
     if json:
         console.print_json(table)
     else:

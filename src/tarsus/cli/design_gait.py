@@ -126,13 +126,15 @@ def gait(
 
                 write_gait_report(found, folder)
     except KeyboardInterrupt:
+        from tarsus.cli.app import INTERRUPTED
+
         console.complain(
             [
                 f"interrupted; the walks so far are kept in {shlex.quote(str(output))}: the same line with "
                 "--resume goes on"
             ]
         )
-        return 1
+        return INTERRUPTED
     if json:
         console.print_json(gait_table(found))
     else:

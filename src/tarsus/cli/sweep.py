@@ -131,8 +131,10 @@ def _task(folder: Path, task: int, submission: int, threads: int | None) -> int:
     try:
         done = run_task(folder, task, submission, threads)
     except KeyboardInterrupt:
+        from tarsus.cli.app import INTERRUPTED
+
         console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
-        return 1
+        return INTERRUPTED
     print(
         f"task {task}: {done.runs} runs in {done.units} units"
         + ("; the sweep is finished" if done.finished else "")
@@ -186,9 +188,11 @@ def _run(
                 chosen, folder, resume=resume, threads=threads, progress=tell
             )
     except KeyboardInterrupt:
+        from tarsus.cli.app import INTERRUPTED
+
         go_on = f"`{shlex.join(words)} --resume`"
         console.complain([f"interrupted; finished parts are kept, continue with {go_on}"])
-        return 1
+        return INTERRUPTED
     seconds = time.perf_counter() - start
     failed = result.runs - result.outcomes.get("DONE", 0)
     if json:
