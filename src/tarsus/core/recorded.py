@@ -79,9 +79,9 @@ def _steady(mode: ContactMode) -> NDArray[np.bool_]:
     return np.tile(np.abs(product) > STEADY * (mode.blocks**2).sum(axis=(1, 2)), 2)
 
 
-def _at_rest(mode: ContactMode, drive: Floats) -> Floats:
-    """Places of rest (count, 2nb) under unit inputs of rates (count, 2nb), zero where there is none."""
-    steady, nb = _steady(mode), len(mode.blocks)
+def _at_rest(mode: ContactMode, steady: NDArray[np.bool_], drive: Floats) -> Floats:
+    """Places of rest (count, 2nb) under unit inputs of rates (count, 2nb), zero in entries that have none."""
+    nb = len(mode.blocks)
     out = np.zeros_like(drive)
     for b in np.flatnonzero(steady[:nb]):
         out[:, [b, nb + b]] = -np.linalg.solve(mode.blocks[b], drive[:, [b, nb + b]].T).T
@@ -120,8 +120,9 @@ class Steps:
         drive[: len(self.mode.inputs)] = self.mode.inputs
         self.forcing = _MONOMIAL[:, self.degree, None] * drive[self.of_input]
         means = (self.degree == 0) & (self.of_input >= len(self.mode.beta))
-        self.moves = ~(means[:, None] & _steady(self.mode)[None, :])  # columns that act on an entry of the state
-        self.rest = np.where(self.moves, 0.0, _at_rest(self.mode, drive)[self.of_input])
+        steady = _steady(self.mode)
+        self.moves = ~(means[:, None] & steady[None, :])  # columns that act on an entry of the state
+        self.rest = np.where(self.moves, 0.0, _at_rest(self.mode, steady, drive)[self.of_input])
         self.forcing[0] *= self.moves
         # places change by velocities alone, not by forces: what blocks at rest show of them the others take back
         places = self.mode.to_physical[: len(self.mode.to_physical) // 2]
@@ -151,9 +152,9 @@ class Steps:
             acts = self.of_input < len(response)
             push = np.zeros((len(self.of_input), 2 * nb))
             push[acts] = response[self.of_input[acts], self.degree[acts]]
-            begun = self._shifted(self.left_inputs) @ out[: 2 * nb, : 2 * nb]
-            ended = self._shifted(self.right_inputs) - self._shifted(self.left_inputs)
-            out[2 * nb :, : 2 * nb] = begun + self.left_inputs @ (push * self.moves) + ended
+            begun = self.left[2 * nb :, : 2 * nb]
+            ended = self._shifted(self.right_inputs) - begun
+            out[2 * nb :, : 2 * nb] = begun @ out[: 2 * nb, : 2 * nb] + self.left_inputs @ (push * self.moves) + ended
             out[2 * nb :, 2 * nb :] = self.right_inputs
             self._right[k] = out
         return self._right[k]
