@@ -129,21 +129,19 @@ def landing(
 def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str | None) -> dict[str, Any]:
     from tarsus.base.errors import InputError
     from tarsus.cli import requests
-    from tarsus.design.request import Sensor
-    from tarsus.design.target import Objective
+    from tarsus.design.request import members
 
     problems: list[str] = []
     found: dict[str, Any] = {}
-    for name, text, kind in (("objective", objective, Objective), ("sensor", sensor, Sensor)):
-        words = [one.value for one in kind]
-        if text in words:
-            found[name] = kind(text)
-        else:
-            problems.append(f"--{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{text}'")
-    try:
-        found |= requests.quantities_of(tick=(tick, "s"), shortest=(shortest, "s"), ringing=(ringing, "1"))
-    except InputError as error:
-        problems += error.problems
+    quantities = {"tick": (tick, "s"), "shortest": (shortest, "s"), "ringing": (ringing, "1")}
+    for read in (
+        lambda: members({"objective": objective, "sensor": sensor}, "--"),
+        lambda: requests.quantities_of(**quantities),
+    ):
+        try:
+            found |= read()
+        except InputError as error:
+            problems += error.problems
     if problems:
         raise InputError(problems)
     return found

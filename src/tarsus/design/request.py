@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -26,7 +26,7 @@ from tarsus.model.robot import Drive
 from tarsus.model.scene import Scene
 from tarsus.solve.batch import simulate_batch
 
-__all__ = ["Options", "Request", "Sensor", "levels_of", "request_of"]
+__all__ = ["Options", "Request", "Sensor", "levels_of", "members", "request_of"]
 
 Floats = NDArray[np.float64]
 
@@ -43,6 +43,26 @@ class Sensor(Enum):
     """A scalar: the design's measure, how hard the step struck."""
     CONTACT = "contact"
     """One bit: whether the contact has closed by the instant at which it is planned to."""
+
+
+WORDED: dict[str, type[Objective] | type[Sensor]] = {"objective": Objective, "sensor": Sensor}
+"""Options that are told by a word."""
+
+
+def members(given: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """What is meant by each of some `WORDED` options by name, given as itself or by its word; prefix: of their names in
+    complaints. Raises InputError for other words."""
+    problems, found = [], {}
+    for name, one in given.items():
+        kind = WORDED[name]
+        words = [member.value for member in kind]
+        if isinstance(one, kind) or one in words:
+            found[name] = kind(one)
+        else:
+            problems.append(f"{prefix}{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{one}'")
+    if problems:
+        raise InputError(problems)
+    return found
 
 
 @dataclass(frozen=True)
@@ -68,15 +88,8 @@ class Options:
 
     def __post_init__(self) -> None:
         """Words for an objective or a sensor stand for it. Raises InputError for others."""
-        problems = []
-        for name, kind in (("objective", Objective), ("sensor", Sensor)):
-            given, words = getattr(self, name), [one.value for one in kind]
-            if given in words:
-                object.__setattr__(self, name, kind(given))
-            elif not isinstance(given, kind):
-                problems.append(f"{name}: expected {', '.join(words[:-1])} or {words[-1]}, got '{given}'")
-        if problems:
-            raise InputError(problems)
+        for name, meant in members({name: getattr(self, name) for name in WORDED}).items():
+            object.__setattr__(self, name, meant)
 
 
 @dataclass(frozen=True)
