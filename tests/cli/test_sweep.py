@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from study.sweep_case import files
 
 from tarsus.study.studyfile import load_sweep
 from walking_devices import CREEPING
@@ -60,10 +61,6 @@ def study(tmp_path):
         return file
 
     return write
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_a_study_becomes_one_file(tarsus, study, tmp_path):

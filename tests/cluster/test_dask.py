@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from distributed import Client, LocalCluster
-from study.sweep_case import small
+from study.sweep_case import files, small
 
 import tarsus as ts
 from tarsus.cluster.dask import dask_executor
@@ -21,10 +21,6 @@ from tarsus.study.sweeping import run_sweep
 SWEEP = small(
     vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=80), chunk=2
 )
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import tarsus as ts
@@ -21,3 +22,8 @@ def small(**changes: Any) -> Sweep:
         "chunk": 4,
     }
     return Sweep(**(table | changes))
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Content of every file below a folder, by its path there."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from study.failing_executor import FailingExecutor
-from study.sweep_case import small
+from study.sweep_case import files, small
 
 import tarsus as ts
 import tarsus.study.crew as crew
@@ -22,10 +22,6 @@ from tarsus.study.sweeping import run_sweep
 SWEEP = small(
     vary={"ground.restitution.coefficient": Linspace(start=0.1, stop=0.6)}, design=Sobol(count=37), chunk=3
 )
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")
