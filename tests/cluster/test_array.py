@@ -10,12 +10,13 @@ import time
 from pathlib import Path
 
 import pytest
-from study.sweep_case import small
+from study.sweep_case import files, small
 
 import tarsus as ts
 from tarsus.cluster.array import _ranges, _units, prepare, run_task
 from tarsus.cluster.status import status_lines, status_of
 from tarsus.study.axes import Linspace, Sobol
+from tarsus.study.beats import Beats
 from tarsus.study.sweeping import run_sweep
 
 SWEEP = small(
@@ -137,3 +138,103 @@ def test_the_script_runs_its_share_in_any_shell(alone, tmp_path):
     done = subprocess.run(["sh", str(array.script), "0"], capture_output=True, text=True, env=environment)
     assert done.returncode == 0 and "29 runs in 15 units; the sweep is finished" in done.stdout, done.stderr
     assert result(tmp_path / "a folder") == result(alone)
+
+
+def test_a_damaged_unit_is_done_again_by_the_task_that_finishes(alone, tmp_path):
+    array = prepare(SWEEP, tmp_path, 2, resume=False)
+    assert array is not None
+    run_task(tmp_path, 0, array.number)
+    for name in ("000000", "000004"):
+        file = tmp_path / "units" / "000" / f"{name}.npz"
+        file.write_bytes(file.read_bytes()[:-100])
+    done = run_task(tmp_path, 1, array.number)
+    assert done.finished and done.units == 7 + 2
+    assert result(tmp_path) == result(alone)
+
+
+def test_a_task_that_ends_after_the_others_have_finished_leaves_nothing(alone, tmp_path):
+    array = prepare(SWEEP, tmp_path, 2, resume=False)
+    assert array is not None
+    with Beats(tmp_path, 0) as late:
+        run_task(tmp_path, 0, array.number)
+        run_task(tmp_path, 1, array.number)
+        late.count("n1", 1)
+    assert result(tmp_path) == result(alone) and not (tmp_path / "workers").exists()
+
+
+COLLECTOR = """
+import sys
+from pathlib import Path
+from tarsus.study.collecting import collect
+from tarsus.study.layout import open_store
+from tarsus.study.studyfile import frozen_sweep
+folder = Path(sys.argv[1])
+sweep = frozen_sweep(folder)
+store, _ = open_store(sweep, folder, resume=True)
+collect(sweep, store)
+print("ready", flush=True)
+sys.stdin.readline()
+for _ in range(20):
+    collect(sweep, store)
+"""
+
+
+def test_tasks_that_collect_at_the_same_time_do_not_meet(alone, tmp_path):
+    run_sweep(SWEEP, tmp_path)
+    words = [sys.executable, "-c", COLLECTOR, str(tmp_path)]
+    pipe = subprocess.PIPE
+    both = [subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
+    for one in both:
+        assert one.stdout is not None and one.stdout.readline() == "ready\n"
+    for one in both:
+        assert one.stdin is not None
+        one.stdin.write("\n")
+        one.stdin.flush()
+    assert [(one.communicate()[1], one.returncode) for one in both] == [("", 0)] * 2
+    assert files(tmp_path) == files(alone)
+
+
+def test_a_task_without_a_number_is_told(tmp_path):
+    array = prepare(SWEEP, tmp_path, 1, resume=False)
+    assert array is not None
+    environment = {name: text for name, text in os.environ.items() if not name.startswith("SLURM")}
+    done = subprocess.run(["sh", str(array.script)], capture_output=True, text=True, env=environment)
+    assert done.returncode == 2 and "the script takes the task's number" in done.stderr
+
+
+def test_status_of_a_sweep_that_has_just_begun(tmp_path):
+    prepare(SWEEP, tmp_path, 1, resume=False)
+    (tmp_path / "units").rmdir()
+    assert status_of(tmp_path).units_done == 0
+
+
+def test_laws_from_several_folders_are_one_plan(tmp_path):
+    scene = ts.load_scene("cantilever", wave="sine", hz=200)
+    for place, law in (("b", "Alpha"), ("a", "Beta")):  # by paths b/alpha.py comes last, by names first
+        (tmp_path / place).mkdir()
+        text = LAW.replace("Pull", law)
+        (tmp_path / place / f"{law.lower()}.py").write_text(text, encoding="utf-8")
+    laws = {
+        name: cls
+        for place, law in (("b", "alpha"), ("a", "beta"))
+        for name, cls in ts.load_laws(tmp_path / place / f"{law}.py").items()
+    }
+    ground = scene.ground.model_copy(update={"laws": {name: cls() for name, cls in laws.items()}})
+    own = small(scene=scene.model_copy(update={"ground": ground}))
+    array = prepare(own, tmp_path / "out", 1, resume=False)
+    assert array is not None and run_task(tmp_path / "out", 0, 1).finished
+
+
+LAW = """
+from tarsus import SmoothLaw, quantity
+
+
+class Pull(SmoothLaw):
+    strength: float = quantity("N", "a constant pull", default=1e-9)
+
+    uses_rate = False
+
+    @staticmethod
+    def force(gap, gap_rate, volts, time, strength):
+        return -strength
+"""

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -187,4 +188,60 @@ def test_a_broken_plan_is_refused(tmp_path):
     opened(tmp_path)
     (tmp_path / PLAN_FILE).write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="no whole plan"):
+        opened(tmp_path, resume=True)
+
+
+def test_no_byte_of_a_unit_can_be_damaged_unseen(tmp_path):
+    store = opened(tmp_path)
+    store.write(0, arrays(0))
+    file = next(tmp_path.glob("units/*/*.npz"))
+    whole, right = file.read_bytes(), arrays(0)
+    for place in range(len(whole)):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0x21]) + whole[place + 1 :])
+        found = store.read(0)  # zipfile and numpy have a dozen errors for this
+        assert found is None or all(np.array_equal(found[name], right[name], equal_nan=True) for name in found)
+
+
+def test_a_unit_that_cannot_be_read_just_now_is_not_put_aside(tmp_path, monkeypatch):
+    store = opened(tmp_path)
+    for unit in range(3):
+        store.write(unit, arrays(unit))
+
+    def refused(_):
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    for use in (store.check, lambda: collected(store)):
+        with pytest.raises(InputError, match=r"cannot be used .too many open files.; finished parts are kept"):
+            use()
+    monkeypatch.undo()
+    assert store.pending() == [] and len(collected(store)["code"]) == 6
+
+
+def test_what_a_process_of_the_same_name_left_is_no_obstacle(tmp_path):
+    """In containers node and process number are the same after every restart."""
+    code = """
+import os, sys
+from pathlib import Path
+import numpy as np
+from tarsus.files.sweepstore import SweepStore
+os.getpid = lambda: 7
+if sys.argv[2] == "die":
+    os.replace = lambda *_: os._exit(9)
+SweepStore(Path(sys.argv[1]), "d", 3).write(1, {"code": np.zeros(2, np.int8)})
+"""
+    store = opened(tmp_path)
+    store.write(0, arrays(0))
+    words = [sys.executable, "-c", code, str(tmp_path)]
+    assert subprocess.run([*words, "die"]).returncode == 9 and len(list(tmp_path.rglob("*.part"))) == 1
+    again = subprocess.run([*words, "live"], capture_output=True, text=True)
+    assert again.returncode == 0, again.stderr
+    assert store.pending() == [2]
+
+
+def test_a_plan_of_impossible_numbers_is_refused(tmp_path):
+    opened(tmp_path)
+    plan = tmp_path / PLAN_FILE
+    plan.write_text(plan.read_text(encoding="utf-8").replace('"units": 3', '"units": -3'), encoding="utf-8")
+    with pytest.raises(InputError, match="holds no whole plan of a sweep: -3 units"):
         opened(tmp_path, resume=True)

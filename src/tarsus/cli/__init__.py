@@ -8,9 +8,9 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-__all__ = ["main"]
+__all__ = ["alone", "main"]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,25 +26,26 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         0 done, 1 the physics or a check failed, 2 bad input, 130 interrupted.
     """
-    own = argv is None
-    if own:
-        _prepare()
-    from tarsus.cli.app import run
 
-    code = run(list(sys.argv[1:] if argv is None else argv))
-    if own:
-        gc.freeze()  # nor is it searched once more at the end
-    return code
+    def run(words: list[str]) -> int:
+        from tarsus.cli.app import run
+
+        return run(words)
+
+    return alone(run) if argv is None else run(list(argv))
 
 
-def _prepare() -> None:
-    """What is right for a process of its own, before anything is loaded.
+def alone(do: Callable[[list[str]], int]) -> int:
+    """The exit code of a process of its own, which does nothing else with the words it was called with.
 
     What it loads stays, and to search that for garbage takes a tenth of a run. On matrices as small as ours the threads
     of BLAS, which numpy would start, only wait for each other.
     """
     gc.set_threshold(100_000)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    code = do(sys.argv[1:])
+    gc.freeze()  # nor is it searched once more at the end
+    return code
 
 
 if __name__ == "__main__":

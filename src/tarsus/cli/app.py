@@ -96,21 +96,27 @@ def _version() -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one command line.
+    """Run one command line; failures are `told`."""
+    if argv and argv[0] in GONE:
+        console.complain([GONE[argv[0]]])
+        return BAD_INPUT
+    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _command(argv))
+
+
+def _page() -> int:
+    print(_front_page())
+    return DONE
+
+
+def told(do: Callable[[], object]) -> int:
+    """The exit code of what is done.
 
     Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
     bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no
     error.
     """
-    if argv and argv[0] in GONE:
-        console.complain([GONE[argv[0]]])
-        return BAD_INPUT
     try:
-        if argv in ([], ["--help"], ["-h"]):
-            print(_front_page())
-            code = DONE
-        else:
-            code = _command(argv)
+        code = do()
         sys.stdout.flush()
     except KeyboardInterrupt:
         console.complain(["interrupted, nothing further was written"])

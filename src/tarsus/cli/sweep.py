@@ -81,7 +81,9 @@ def sweep(
         console.print_json(asdict(found)) if json else print("\n".join(status_lines(found)))
         return 0
     if task is not None:
-        return _task(Path(study), task, submission, threads)
+        from tarsus.cli.task import task as do_task
+
+        return do_task(Path(study), task, submission, threads)
     if slurm is not None and dask is not None:
         raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
     chosen, folder, resume = _chosen(study, output, law, resume, overwrite)
@@ -119,27 +121,6 @@ def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     target.check(resume=resume)
     with target.writing(resume=resume):
         yield
-
-
-def _task(folder: Path, task: int, submission: int, threads: int | None) -> int:
-    import signal
-
-    from tarsus.cli import console
-    from tarsus.cluster.array import run_task
-
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # how a scheduler ends a task
-    try:
-        done = run_task(folder, task, submission, threads)
-    except KeyboardInterrupt:
-        from tarsus.cli.app import INTERRUPTED
-
-        console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
-        return INTERRUPTED
-    print(
-        f"task {task}: {done.runs} runs in {done.units} units"
-        + ("; the sweep is finished" if done.finished else "")
-    )
-    return 0
 
 
 def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: bool) -> int:

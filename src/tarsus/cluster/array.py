@@ -19,7 +19,7 @@ from tarsus.study.beats import Beats
 from tarsus.study.collecting import collect
 from tarsus.study.crew import Threads
 from tarsus.study.layout import open_store
-from tarsus.study.studyfile import frozen_sweep
+from tarsus.study.studyfile import frozen_sweep, stored_texts
 from tarsus.study.sweep import Sweep
 from tarsus.study.sweeping import do_units
 
@@ -43,7 +43,7 @@ number=$1
 for one in "$SLURM_ARRAY_TASK_ID" "$PBS_ARRAY_INDEX" "$PBS_ARRAYID" "$LSB_JOBINDEX" "$SGE_TASK_ID"; do
   case $one in '' | undefined) ;; *) number=${{number:-$one}} ;; esac
 done
-{environment}exec {python} -m tarsus.cli sweep {folder} --task "$number" --submission {submission}
+{environment}exec {python} -m tarsus.cli.task {folder} "$number" {submission}
 """
 
 
@@ -116,22 +116,32 @@ def run_task(folder: Path, task: int, submission: int, threads: int | None = Non
     file = folder / ARRAY_FOLDER / f"{submission}.units"
     try:
         said = json.loads(file.read_text(encoding="utf-8"))
-        tasks, units = int(said["tasks"]), _units(said["units"])
+        tasks, units = max(int(said["tasks"]), 1), _units(said["units"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"'{file}' cannot be read: {error}") from None
     sweep = frozen_sweep(folder)
-    store, layout = open_store(sweep, folder, resume=True)
+    store, layout = open_store(sweep, folder, resume=True, texts=stored_texts(folder))
     own = [unit for unit in units[task % tasks :: tasks] if not store.has(unit)]
     with Beats(folder, task) as beats:
-        if own:
-            do_units(store, layout, Threads(sweep, layout, store, workers(threads)), own, beats)
+
+        def do(chosen: Sequence[int]) -> None:
+            if chosen:
+                do_units(store, layout, Threads(sweep, layout, store, workers(threads)), chosen, beats)
+
+        do(own)
         missing = store.pending() if len(own) >= HELP else []
-        if missing:
-            chosen = random.Random(task).sample(missing, min(len(own) // HELP, len(missing)))
-            do_units(store, layout, Threads(sweep, layout, store, workers(threads)), chosen, beats)
-    finished = not store.pending()
-    if finished and not (folder / COLLECTED_FILE).exists():
-        collect(sweep, store)
+        do(random.Random(task).sample(missing, min(len(own) // HELP, len(missing))))
+        finished = not store.pending()
+        if finished and not (folder / COLLECTED_FILE).exists():
+            try:
+                collect(sweep, store)
+            except InputError:
+                store.check()
+                damaged = store.pending()
+                if not damaged:
+                    raise
+                do(damaged)
+                collect(sweep, store)
     return TaskDone(sum(beats.runs.values()), beats.units, finished)
 
 

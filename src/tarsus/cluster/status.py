@@ -56,11 +56,7 @@ def status_of(folder: Path) -> Status:
         raise ValueError(
             f"'{folder}' holds no sweep: it has no plan.json, or one of an earlier version"
         ) from None
-    done = sum(
-        sum(one.name.endswith(".npz") for one in os.scandir(place))
-        for place in os.scandir(folder / "units")
-        if place.is_dir()
-    )
+    done = _units_done(folder / "units")
     finished = (folder / "sweep.nc").exists()
     done = units if finished else done
     last = runs - (units - 1) * chunk
@@ -79,6 +75,15 @@ def status_of(folder: Path) -> Status:
     return Status(
         runs, runs_done, units, done, finished, **counts, runs_per_second=rate, seconds_left=left, nodes=nodes
     )
+
+
+def _units_done(place: Path) -> int:
+    """Files of units that are listed; none where a process has just begun and made no folder for them yet."""
+    try:
+        folders = [one.path for one in os.scandir(place) if one.is_dir()]
+    except FileNotFoundError:
+        return 0
+    return sum(one.name.endswith(".npz") for folder in folders for one in os.scandir(folder))
 
 
 def _workers(folder: Path) -> list[tuple[float, dict]]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.files.steady import SteadyFile
 
 if TYPE_CHECKING:
     import xarray
@@ -75,6 +76,8 @@ def write_netcdf(
     With `fill` the values of a variable may be `blank`: such a one is made with its shape and filled by
     ``fill(put)``, where ``put(name, first, values)`` writes values (k, ...) of its leading dimensions, taken in the
     order of a file as one, from number ``first`` on. So a file can be larger than the memory.
+
+    Raises OSError where the disk takes no more.
     """
     import h5netcdf
 
@@ -82,7 +85,8 @@ def write_netcdf(
     sizes = {
         dim: size for dims, values, _ in plain.values() for dim, size in zip(dims, values.shape, strict=True)
     }
-    with h5netcdf.File(path, "w") as file:
+    # the innermost block ends first: HDF5 has written all, or believes so, when the disk is asked
+    with SteadyFile(path) as disk, h5netcdf.File(disk, "w") as file:
         file.dimensions = sizes
         file.attrs.update(attrs)
         for name in sorted(plain, key=lambda name: name not in sizes):
@@ -94,7 +98,12 @@ def write_netcdf(
             variable = file.create_variable(name, dims, values.dtype, chunking_heuristic="h5py", **data)
             variable.attrs.update(notes)
         if fill is not None:
-            fill(lambda name, first, values: _put(file[name], (), first, values))
+
+            def put(name: str, first: int, values: np.ndarray) -> None:
+                disk.check()
+                _put(file[name], (), first, values)
+
+            fill(put)
 
 
 Put = Callable[[str, int, np.ndarray], None]

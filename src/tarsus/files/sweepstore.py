@@ -1,19 +1,20 @@
 """A sweep on disk: its frozen plan, one file a finished unit of work, and one NetCDF of them all.
 
 Many processes of many machines may work in one folder. Every file is written beside its destination under a name that
-no other writer has (node, process, counter) and moved into place, so that what bears its final name is whole whenever
+no other writer has (node, process, chance) and moved into place, so that what bears its final name is whole whenever
 a process dies, and a unit that two write is written twice, not spoilt. A unit is done when its file is listed; what it
 holds (number, plan) is looked at when it is read.
 """
 
 from __future__ import annotations
 
+import contextlib
 import errno
-import itertools
+import io
 import json
 import os
+import secrets
 import socket
-import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,9 +69,6 @@ SWEEP_FILES = (
     *(f"array/*.{end}" for end in ("units", "sh", "json", "out")),
 )  # fmt: skip
 """Everything that a sweep's folder may hold of the sweep, as glob patterns."""
-
-_COUNTER = itertools.count()
-
 
 @dataclass(frozen=True)
 class SweepStore:
@@ -165,6 +163,8 @@ class SweepStore:
             plan = json.loads((self.folder / PLAN_FILE).read_text(encoding="utf-8"))
             layout, digest, units = int(plan["format"]), str(plan["plan"]), int(plan["units"])
             chunk, by = int(plan.get("chunk", 0)), dict(plan.get("made", {}))
+            if not (1 <= units <= MOST_UNITS and chunk >= 0):
+                raise ValueError(f"{units} units of {chunk} runs")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"'{self.folder}' holds no whole plan of a {self.what}: {error}") from None
         if layout != FORMAT:
@@ -199,11 +199,23 @@ class SweepStore:
         return self.folder / UNIT_FOLDER / f"{unit // PER_FOLDER:03d}" / f"{unit:06d}.npz"
 
     def read(self, unit: int) -> dict[str, np.ndarray] | None:
-        """Arrays of a unit by name; None if it is not done: not there, not whole, of another number or plan."""
+        """Arrays of a unit by name; None if it is not done: not there, not whole, of another number or plan.
+
+        Raises
+        ------
+        InputError
+            Where the disk does not give the file out: what it holds is not known, and it may be whole.
+        """
         try:
-            with np.load(self._file(unit), allow_pickle=False) as stored:
+            content = self._file(unit).read_bytes()
+        except (FileNotFoundError, IsADirectoryError):
+            return None
+        except OSError as error:
+            raise InputError(store_sentence(error, self.folder)) from error
+        try:
+            with np.load(io.BytesIO(content), allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        except Exception:  # there is no end to what zipfile and numpy say of a damaged file
             return None
         own = str(arrays.pop(_DIGEST, "")) == self.digest
         return arrays if own and arrays.pop(_NUMBER, np.array([])).tolist() == [unit, self.units] else None
@@ -270,7 +282,7 @@ class SweepStore:
 
     def _put_aside(self, unit: int) -> None:
         file = self._file(unit)
-        if file.exists():
+        with contextlib.suppress(FileNotFoundError):  # not there, or another process put it aside
             os.replace(file, file.with_name(f"{file.name}.damaged"))
 
     def check(self) -> list[int]:
@@ -292,8 +304,9 @@ class SweepStore:
             for name in _entries(place):
                 left = name.endswith((_PART, ".damaged")) or place.name == WORKER_FOLDER
                 if left:
-                    (place / name).unlink(missing_ok=True)
-        if (self.folder / WORKER_FOLDER).is_dir() and not _entries(self.folder / WORKER_FOLDER):
+                    with contextlib.suppress(OSError):  # another process was faster, or holds it open
+                        (place / name).unlink()
+        with contextlib.suppress(OSError):
             (self.folder / WORKER_FOLDER).rmdir()
 
 
@@ -331,8 +344,12 @@ def _own(name: str, names: Iterable[str]) -> bool:
 
 
 def _part_of(target: Path) -> Path:
-    """A name beside a target that no other writer uses."""
-    return target.with_name(f"{target.name}.{socket.gethostname()}-{os.getpid()}-{next(_COUNTER)}{_PART}")
+    """A name beside a target that no other writer uses.
+
+    Node and process are for whoever looks at the folder: in containers both are often the same in every one, and
+    again after a restart.
+    """
+    return target.with_name(f"{target.name}.{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}{_PART}")
 
 
 def _fill(part: Path, content: Any) -> None:

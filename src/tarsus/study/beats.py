@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import secrets
 import socket
 import threading
 import time
 from collections import Counter
 from pathlib import Path
 
-from tarsus.files.sweepstore import WORKER_FOLDER
+from tarsus.files.sweepstore import COLLECTED_FILE, WORKER_FOLDER
 
 __all__ = ["EVERY", "Beats"]
 
@@ -31,8 +32,10 @@ class Beats:
         self._task = task
         self._begin = time.monotonic()
         self._over = threading.Event()
-        name = f"{socket.gethostname()}-{os.getpid()}"
+        # in containers node and process are often the same in every one
+        name = f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
         self._file = folder / WORKER_FOLDER / f"{name}.json"
+        self._collected = folder / COLLECTED_FILE
         self._thread = threading.Thread(target=self._beat, daemon=True)
 
     def __enter__(self) -> Beats:
@@ -65,6 +68,11 @@ class Beats:
             "ended": ended,
         }
         part = self._file.with_suffix(".part")
+        if ended and self._collected.exists():  # others have finished meanwhile, and nobody asks any more
+            with contextlib.suppress(OSError):
+                self._file.unlink(missing_ok=True)
+                self._file.parent.rmdir()
+            return
         try:
             self._file.parent.mkdir(exist_ok=True)
             part.write_text(json.dumps(said), encoding="utf-8")

@@ -27,7 +27,7 @@ BLOCK = 2**22
 either."""
 
 ROOM = 1.02
-"""A file needs this much of its numbers' size: attributes and tables of the format. Full disks crash HDF5."""
+"""A file needs this much of its numbers' size: attributes and tables of the format."""
 
 
 def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
@@ -77,7 +77,12 @@ def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
         if free < sum(one.values.nbytes for one in variables.values()) * ROOM:
             raise OSError(28, os.strerror(28))
         write_netcdf(variables, attrs, part, fill)
-        os.replace(part, target)
+        try:
+            os.replace(part, target)
+        except FileNotFoundError:
+            # of two that collect at the same time the second finds its part cleared away by the first
+            if not target.exists():
+                raise
         store.clear()
     except OSError as error:
         raise InputError(store_sentence(error, store.folder)) from error

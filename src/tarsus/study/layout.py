@@ -109,15 +109,19 @@ def _rounded(value: float) -> int:
     return whole // power * power
 
 
-def open_store(sweep: Sweep, folder: Path, *, resume: bool) -> tuple[SweepStore, Layout]:
+def open_store(
+    sweep: Sweep, folder: Path, *, resume: bool, texts: Mapping[str, str] | None = None
+) -> tuple[SweepStore, Layout]:
     """The store of a sweep and its units; where others have begun it, their units count.
+
+    `texts` are the sweep's frozen ones, from whoever has them already.
 
     Raises
     ------
     InputError
         As `SweepStore.open` and `runs_per_unit`.
     """
-    texts = frozen_texts(sweep)
+    texts = texts if texts is not None else frozen_texts(sweep)
     digest = digest_of(sweep, texts)
     begun = resume and (folder / "plan.json").exists()
     own = Layout(sweep.runs, sweep.runs if begun else runs_per_unit(sweep))

@@ -32,6 +32,7 @@ __all__ = [
     "read_sweep",
     "read_table",
     "scene_of_study",
+    "stored_texts",
     "study_names",
     "study_path",
 ]
@@ -172,7 +173,9 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
         if not axis["paths"]:
             del axis["paths"]
     study = {"name": table.pop("name"), "scene": SCENE_FILE, **table}
-    files = sorted({Path(inspect.getfile(type(law))) for law in sweep.scene.ground.laws.values()})
+    files = {Path(inspect.getfile(type(law))) for law in sweep.scene.ground.laws.values()}
+    # by their names alone: whoever reads them back has them all in one folder
+    files = sorted(files, key=lambda file: file.name)
     laws = {f"{LAWS}/{file.name}": file.read_text(encoding="utf-8") for file in files}
     if len(laws) < len(files):
         raise InputError("law files of one sweep need different names")
@@ -182,6 +185,13 @@ def frozen_texts(sweep: Sweep) -> dict[str, str]:
         powers = sobol_powers(dimensions, seed, sweep.runs).tolist()
         texts[SOBOL_FILE] = json.dumps({"dimensions": dimensions, "seed": seed, "powers": powers}) + "\n"
     return texts
+
+
+def stored_texts(folder: Path) -> dict[str, str]:
+    """The `frozen_texts` that lie in a folder, as they are."""
+    laws = (f"{LAWS}/{file.name}" for file in sorted((folder / LAWS).glob("*.py")))
+    names = (STUDY_FILE, SCENE_FILE, *laws, SOBOL_FILE)
+    return {name: (folder / name).read_text(encoding="utf-8") for name in names if (folder / name).exists()}
 
 
 def frozen_sweep(folder: Path) -> Sweep:
@@ -194,8 +204,11 @@ def frozen_sweep(folder: Path) -> Sweep:
     """
     sobol = folder / SOBOL_FILE
     if sobol.exists():
-        found = json.loads(sobol.read_text(encoding="utf-8"))
-        keep_powers(found["dimensions"], found["seed"], np.array(found["powers"], dtype=np.int64))
+        try:
+            found = json.loads(sobol.read_text(encoding="utf-8"))
+            keep_powers(found["dimensions"], found["seed"], np.array(found["powers"], dtype=np.int64))
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"'{sobol}' cannot be read: {error}") from None
     laws = {
         name: law for file in sorted((folder / LAWS).glob("*.py")) for name, law in load_laws(file).items()
     }
