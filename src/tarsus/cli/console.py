@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from tarsus.cli.lines import Lines
 from tarsus.files.jsontext import json_text
 
 Progress = Callable[[int, int, str], None]
@@ -50,12 +51,13 @@ def table(headings: Sequence[str], rows: Sequence[Sequence[str]], *, numbers_fro
 
 @contextmanager
 def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
-    """A progress bar on stderr for the length of the block; silent when stderr is no terminal.
+    """A progress bar on stderr for the length of the block; plain lines where stderr is no terminal.
 
     Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
     """
     if not sys.stderr.isatty():
-        yield lambda done, total, what: None
+        with Lines(title, time_left) as lines:
+            yield lines.say
         return
     from rich.console import Console
     from rich.progress import (

@@ -1,0 +1,72 @@
+"""How long work goes, as plain lines: for logs, where a bar that moves would be noise."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+__all__ = ["Lines"]
+
+EVERY = 10.0
+"""Seconds between two lines: what someone who waits takes for a sign of life."""
+
+SLOWER = 20.0
+"""Once this share of the time so far is longer than `EVERY`, lines come that much later: a day of work makes a hundred
+lines more than an hour, and not eight thousand."""
+
+STEP = 0.1
+"""Share of the work that is worth a line before its time."""
+
+SOON = 2.0
+"""Seconds within which no second line comes: what is over sooner says nothing."""
+
+
+class Lines:
+    """Lines on stderr for the length of a block: how much is done, of what, for how long."""
+
+    def __init__(self, title: str, time_left: bool) -> None:
+        self._title, self._left = title, time_left
+        self._begin = self._last = time.monotonic()
+        self._at: tuple[int, int, str] | None = None
+        self._first: tuple[float, int] | None = None
+        self._shown = 0.0
+        self._lock, self._over = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+
+    def __enter__(self) -> Lines:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def say(self, done: int, total: int, what: str) -> None:
+        """Take note of what is done; a line where that is a step further."""
+        with self._lock:
+            self._at = done, total, what
+            if self._first is None:
+                # what an earlier call had done says nothing of the pace
+                self._first, self._shown = (time.monotonic(), done), done / max(total, 1)
+            elif done / max(total, 1) - self._shown >= STEP - 1e-9 and time.monotonic() - self._last >= SOON:
+                self._print()
+
+    def _beat(self) -> None:
+        while not self._over.wait(min(EVERY, SOON)):
+            now = time.monotonic()
+            with self._lock:
+                if now - self._last >= max(EVERY, (now - self._begin) / SLOWER):
+                    self._print()
+
+    def _print(self) -> None:
+        self._last = now = time.monotonic()
+        words = [f"{now - self._begin:.0f} s"]
+        if self._at is not None and self._first is not None:
+            done, total, what = self._at
+            self._shown = done / max(total, 1)
+            words = [f"{done} of {total} ({100.0 * self._shown:.0f} %)", *([what] if what else []), *words]
+            begin, before = self._first
+            if self._left and done > before:
+                words.append(f"about {(now - begin) * (total - done) / (done - before):.0f} s left")
+        print(f"{self._title}: {', '.join(words)}", file=sys.stderr, flush=True)
