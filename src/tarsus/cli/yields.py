@@ -166,9 +166,5 @@ def _print(found: Yield, shares: dict[str, tuple[float, float, float]]) -> None:
             print(f"  nine in ten: {name} {word} {format_quantity(float(f'{value:.4g}'), curve.unit)}")
     for word, (share, low, high) in shares.items():
         print(f"  {word}: {100 * share:.1f} % of robots (95 %: {100 * low:.1f} to {100 * high:.1f})")
-    for name, groups in found.indices.items():
-        if groups:
-            group, one = max(groups.items(), key=lambda item: item[1]["total"])
-            print(
-                f"  scatter of {group} matters most for {name}: {one['total']:.2f} ± {one['total_error']:.2f}"
-            )
+    for name, leader in found.leaders.items():
+        print(f"  {leader.sentence(name)}")

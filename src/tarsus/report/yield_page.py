@@ -88,14 +88,10 @@ def _lede(found: Yield) -> str:
         f"{len(found.lost)} robots: {_words(first)} from {ends} {_scale(unit, values).label} in nine of ten, "
         f"median {middle / _scale(unit, values).step:.4g}."
     )
-    ranked = _ranked(found.indices.get(first, {}))
-    if ranked:
-        name, one = ranked[0]
-        clear = one["total"] - one["total_error"] > (ranked[1][1]["total"] + ranked[1][1]["total_error"])
-        told += (
-            f" The scatter of {name} matters most (total index {one['total']:.2f} ± {one['total_error']:.2f})"
-            + ("." if clear else f", not clearly more than that of {ranked[1][0]}.")
-        )
+    leader = found.leaders.get(first)
+    if leader is not None:
+        said = leader.sentence(_words(first))
+        told += f" {said[0].upper()}{said[1:]}."
     return told
 
 

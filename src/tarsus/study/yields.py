@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from tarsus.study.axes import Axis, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.sweep import Sweep
 
-__all__ = ["Curve", "Robots", "Yield", "read_robots", "yield_of"]
+__all__ = ["Curve", "Leader", "Robots", "Yield", "leader_of", "read_robots", "yield_of"]
 
 Floats = NDArray[np.float64]
 
@@ -209,6 +209,62 @@ class Curve:
     high: Floats
 
 
+MOST_DRAWS = 2**20
+"""More draws than this are not worth naming: the two are alike."""
+
+
+@dataclass(frozen=True)
+class Leader:
+    """The group whose scatter makes most of a measure's variance, as far as that is known.
+
+    group, total, error: its name, total index and half-width of the 95 % interval; rivals: groups whose intervals
+    overlap its own, the largest first; draws: about how many would tell it from the first rival, None where no
+    number in reach would.
+    """
+
+    group: str
+    total: float
+    error: float
+    rivals: tuple[str, ...]
+    draws: int | None
+
+    @property
+    def resolved(self) -> bool:
+        """Whether no interval overlaps its own."""
+        return not self.rivals
+
+    def sentence(self, measure: str) -> str:
+        """What there is to say."""
+        own = f"{self.group} {self.total:.2f} ± {self.error:.2f}"
+        if self.resolved:
+            return f"scatter of {self.group} matters most for {measure}: {self.total:.2f} ± {self.error:.2f}"
+        more = f"about {self.draws} draws would tell these two" if self.draws else "more draws would hardly tell"
+        others = f" and {len(self.rivals) - 1} others" if len(self.rivals) > 1 else ""
+        return (
+            f"whose scatter matters most for {measure} is not resolved: {own}, and the intervals of "
+            f"{self.rivals[0]}{others} overlap; {more}"
+        )
+
+
+def leader_of(indices: Mapping[str, Mapping[str, float]], draws: int) -> Leader | None:
+    """The leader of groups with indices as `Saltelli.indices` gives them from so many draws; None without groups.
+
+    Half-widths shrink with the square root of the number of draws.
+    """
+    ranked = sorted(indices.items(), key=lambda one: -one[1]["total"])
+    if not ranked:
+        return None
+    name, own = ranked[0]
+    low = own["total"] - own["total_error"]
+    rivals = [(group, one) for group, one in ranked[1:] if one["total"] + one["total_error"] >= low]
+    wanted = None
+    if rivals:
+        apart, both = own["total"] - rivals[0][1]["total"], own["total_error"] + rivals[0][1]["total_error"]
+        if apart > 0.0 and draws * (both / apart) ** 2 <= MOST_DRAWS:
+            wanted = 2 ** int(np.ceil(np.log2(draws * (both / apart) ** 2)))
+    return Leader(name, own["total"], own["total_error"], tuple(group for group, _ in rivals), wanted)
+
+
 @dataclass(frozen=True)
 class Yield:
     """What the runs say.
@@ -216,7 +272,7 @@ class Yield:
     values (nr,) of every measure by name, NaN of a robot that failed; lost (nr,) number of dead legs; curves by
     measure; outcomes: runs by how they ended; by_dead: for each number of dead legs robots, failed, and quantiles 5,
     50, 95 % of each measure; cost: by leg the mean of the first measure when it is dead, minus that when it is not, and
-    its standard error; indices: by measure and group, as `Saltelli.indices`.
+    its standard error; indices: by measure and group, as `Saltelli.indices`, from so many draws.
     """
 
     robots: Robots
@@ -229,6 +285,13 @@ class Yield:
     by_dead: Sequence[Mapping[str, Any]]
     cost: Mapping[str, tuple[float, float]]
     indices: Mapping[str, Mapping[str, Mapping[str, float]]]
+    draws: int = 0
+
+    @property
+    def leaders(self) -> dict[str, Leader]:
+        """By measure, of which indices are known."""
+        found = {name: leader_of(one, self.draws) for name, one in self.indices.items()}
+        return {name: one for name, one in found.items() if one is not None}
 
     def share(self, measure: str, requirement: float) -> tuple[float, float, float]:
         """Share of robots that meet a requirement [SI], and its 95 % interval; a failed robot meets none."""
@@ -247,6 +310,7 @@ class Yield:
             "outcomes": dict(self.outcomes), "curves": curves, "by_dead": list(self.by_dead),
             "cost_of_a_dead_leg": {leg: {"difference": d, "error": e} for leg, (d, e) in self.cost.items()},
             "indices": {name: dict(one) for name, one in self.indices.items()},
+            "matters_most": {name: asdict(one) | {"resolved": one.resolved} for name, one in self.leaders.items()},
         }  # fmt: skip
 
 
@@ -289,6 +353,7 @@ def yield_of(robots: Robots, sweep: Sweep, file: Path, legs: tuple[Sweep, Path] 
         [_group(int(n), lost == n, found) for n in np.unique(lost)],
         {robots.legs.get(path, path): _difference(first, dead[:, i]) for i, path in enumerate(design.parts)},
         indices,
+        legs[0].design.count if legs is not None and isinstance(legs[0].design, Saltelli) else 0,
     )
 
 

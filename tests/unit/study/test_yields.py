@@ -7,10 +7,10 @@ import pytest
 from scipy import stats
 
 import tarsus as ts
-from tarsus.study.axes import CUT, Normal
+from tarsus.study.axes import CUT, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
 from tarsus.study.studyfile import frozen_texts, read_sweep
-from tarsus.study.yields import _curve, _difference, _wilson, read_robots
+from tarsus.study.yields import Leader, _curve, _difference, _wilson, leader_of, read_robots
 from walking_devices import creeping_millipede
 
 GAIN, STIFF = "robot.drives.*.law.gain", "robot.structure.legs.*.stiffness_v"
@@ -151,3 +151,39 @@ def test_words_that_mean_nothing_are_told(millipede, words, said):
 def test_more_dead_legs_than_legs_are_refused():
     with pytest.raises(ts.InputError, match=r"at most 5 dead and 0 weak of \d parts is too many"):
         read_robots(creeping_millipede(), (), (), "legs=0:5").sweep(8, ["mean_speed"])
+
+
+def told(**totals: tuple[float, float]) -> dict[str, dict[str, float]]:
+    return {name: {"total": total, "total_error": error} for name, (total, error) in totals.items()}
+
+
+def test_who_matters_most_is_said_only_where_intervals_are_apart():
+    clear = leader_of(told(L1=(0.2, 0.05), R1=(0.5, 0.1), L2=(0.1, 0.02)), 64)
+    assert clear is not None and clear.group == "R1" and clear.resolved and clear.draws is None
+    assert clear.sentence("speed") == "scatter of R1 matters most for speed: 0.50 ± 0.10"
+    alike = leader_of(told(L1=(0.40, 0.1), R1=(0.45, 0.1), L2=(0.38, 0.1), R2=(0.1, 0.05)), 64)
+    assert alike is not None and not alike.resolved and alike.rivals == ("L1", "L2")
+    assert alike.draws == 1024  # 64 (0.2 / 0.05)^2
+    assert "is not resolved: R1 0.45 ± 0.10, and the intervals of L1 and 1 others overlap" in alike.sentence("speed")
+    twins = leader_of(told(L1=(0.5, 0.1), R1=(0.5, 0.1)), 64)
+    assert twins is not None and twins.draws is None and "hardly" in twins.sentence("speed")
+    assert leader_of({}, 64) is None
+
+
+def test_as_many_draws_as_are_named_tell_them_apart():
+    """Y = a + 0.85 b and eight more: 32 draws do not tell a from b, the number that they name does."""
+    names = [f"x{i}" for i in range(10)]
+    weights = np.array([1.0, 0.85, *[0.4] * 8])
+    axes = {name: Linspace(start=0.0, stop=1.0) for name in names}
+
+    def leader(draws: int) -> Leader:
+        design = Saltelli(count=draws, seed=2, groups=tuple(names))
+        points = design.points(axes, slice(0, design.runs(axes)))
+        values = sum(weight * points[name] for weight, name in zip(weights, names, strict=True))
+        found = leader_of(design.indices(values), draws)
+        assert found is not None
+        return found
+
+    few = leader(32)
+    assert not few.resolved and few.draws is not None
+    assert (many := leader(2 * few.draws)).resolved and many.group == "x0"
