@@ -157,6 +157,7 @@ def adapt(
     hidden: int = 200,
     training: int = 96,
     noise: str = "2 %",
+    repeats: int = 1,
     symmetry: str = "none",
     dead: str = "",
     candidates: int = 4000,
@@ -197,6 +198,8 @@ def adapt(
         grounds that the rule is grown on.
     noise
         standard deviation of what is sensed, as a share of it.
+    repeats
+        walks, a thousandth apart, that every gait is judged by on every ground: more than one where walks ring.
     symmetry, dead, candidates, duration, seed, threads, dask
         as for `tarsus design gait`.
     set_
@@ -223,7 +226,8 @@ def adapt(
     with console.progress_bar("adaptive gait") as progress, requests.workers_for(dask, threads) as workers:
         found = design(
             the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden, training=training,
-            progress=progress, symmetry=symmetry, dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
+            repeats=repeats, progress=progress, symmetry=symmetry,
+            dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
             candidates=candidates, seed=seed, threads=workers, **options,
         )  # fmt: skip
     with target.writing() as folder:
@@ -295,6 +299,12 @@ def _show(design: GaitFront) -> None:
     )
     if judged and design.gap == design.gap:
         print(f"gap of the worst grounds: {100 * design.gap:.2g} %; {len(design.grounds)} grounds active")
+    if design.certificate is not None:
+        looked = design.certificate
+        print(
+            f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse than "
+            f"known; at most {100 * looked.share:.2g} % of the box are (95 %)"
+        )
     if judged:
         print(f"worst {design.objectives[0].name}, robust gait over nominal optimum: {design.gain:.3g}")
 

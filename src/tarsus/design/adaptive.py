@@ -38,6 +38,9 @@ YOUNG = 8
 """Gaits tried about the best of a ground in each step of its own search."""
 STEP = 0.15
 """First step of such a search, in the unit cube; a third shorter each time."""
+JITTER = 1e-3
+"""Standard deviation, in the unit cube, of what repeated walks of a gait differ by: what no timer and no leg keeps, and
+ten times what makes a walk that rings forget how it began."""
 
 
 class Sense(Enum):
@@ -76,7 +79,9 @@ class AdaptiveGait:
     gaits: values by path of each; probe: number of the one that is walked first; senses: names; rule: from senses
     to the number of a gait. costs (nh, k): of the gaits on the hidden grounds; known (nh,): of the best gait found
     for each ground by a search of its own; chosen (nh,): by the rule; grounds (nh,) by path. steps: walked before
-    the gait is chosen, with the probe. runs: made in all.
+    the gait is chosen, with the probe. runs: made in all. repeats: walks that each cost is the mean of; with several
+    the gait that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's
+    merit, and losses may be below 0.
     """
 
     request: GaitRequest
@@ -91,6 +96,7 @@ class AdaptiveGait:
     grounds: Mapping[str, Floats]
     steps: int
     runs: int
+    repeats: int = 1
 
     def __repr__(self) -> str:
         return shown.adapt_line(self)
@@ -151,6 +157,7 @@ def adapt(
     hidden: int = 200,
     training: int = 96,
     noise: float = 0.02,
+    repeats: int = 1,
     progress: Progress | None = None,
     **options: Any,
 ) -> AdaptiveGait:
@@ -177,6 +184,10 @@ def adapt(
         Steps of the probe, gaits at most, number of hidden grounds, and of those in a box that the rule is grown on.
     noise
         Standard deviation of what is sensed, as a share of it.
+    repeats
+        Walks that each gait is judged by on each ground, whose values differ by a thousandth of their ranges. One is
+        right where a walk settles; where it rings, its speed is a matter of digits, and the best of many single walks
+        is luck.
 
     Raises
     ------
@@ -191,6 +202,7 @@ def adapt(
             ("gaits", gaits, 1),
             ("hidden", hidden, 2),
             ("training", training, 2),
+            ("repeats", repeats, 1),
         )
         if value < least
     ]
@@ -216,18 +228,18 @@ def adapt(
         raise InputError(
             "objective: a robot adapts to its ground for one objective that depends on it, such as speed"
         )
-    return _Adapter(request, found, noise, progress or (lambda done, total, what: None)).design(
-        steps, gaits, (training, hidden)
-    )
+    adapter = _Adapter(request, found, noise, repeats, progress or (lambda done, total, what: None))
+    return adapter.design(steps, gaits, (training, hidden))
 
 
 class _Adapter:
     """The search of one request."""
 
     def __init__(
-        self, request: GaitRequest, sense: tuple[Sense, ...], noise: float, progress: Progress
+        self, request: GaitRequest, sense: tuple[Sense, ...], noise: float, repeats: int, progress: Progress
     ) -> None:
         self.request, self.sense, self.noise, self.progress = request, sense, noise, progress
+        self.repeats = repeats
         options = request.options
         self.rng = np.random.default_rng([options.seed, 41])
         self.sensed = tuple(one for sense in self.sense for one in _SENSED[sense])
@@ -256,7 +268,7 @@ class _Adapter:
         return AdaptiveGait(
             self.request, self.sense, tuple(self.walks.changes(one) for one in library), probe,
             tuple(one.name for one in self.sensed), rule, on_hidden, known, chosen, hidden, steps,
-            self.walks.runs + self.runs,
+            self.walks.runs + self.runs, self.repeats,
         )  # fmt: skip
 
     def _grounds(self, some: int, count: int) -> tuple[dict[str, Floats], dict[str, Floats]]:
@@ -299,26 +311,36 @@ class _Adapter:
         (ng,)."""
         best, costs, step = best.copy(), costs.copy(), STEP
         n, nu = best.shape
-        around = self.request.unknowns.around
         for _ in range(generations):
-            moved = best[:, None] + step * self.rng.standard_normal((n, YOUNG, nu))
-            low = np.abs(moved)
-            moved = np.where(
-                around, np.remainder(moved, 1.0), np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
-            )
+            moved = self._moved(np.repeat(best[:, None], YOUNG, axis=1), step)
             given = {path: np.repeat(own, YOUNG) for path, own in grounds.items()}
-            found = self.walks.each(moved.reshape(-1, nu), given)[:, 0].reshape(n, YOUNG)
+            found = self._judged(moved.reshape(-1, nu), given).reshape(n, YOUNG)
             at, rows = found.argmin(axis=1), np.arange(n)
             better = found[rows, at] < costs
             best[better], costs[better] = moved[rows, at][better], found[rows, at][better]
             step /= 1.5
         return best, costs
 
+    def _moved(self, points: Floats, step: float) -> Floats:
+        """Points (..., nu) moved by chance, and back into the unit cube."""
+        moved = points + step * self.rng.standard_normal(points.shape)
+        low = np.abs(moved)
+        inside = np.clip(np.where(low > 1.0, 2.0 - low, low), 0.0, 1.0)
+        return np.where(self.request.unknowns.around, np.remainder(moved, 1.0), inside)
+
+    def _judged(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
+        """Costs (nr,) of gaits at points (nr, nu), each on its own ground: of one walk, or the mean of several."""
+        if self.repeats == 1:
+            return self.walks.each(points, grounds)[:, 0]
+        given = {path: np.repeat(own, self.repeats) for path, own in grounds.items()}
+        costs = self.walks.each(self._moved(np.repeat(points, self.repeats, axis=0), JITTER), given)[:, 0]
+        return costs.reshape(len(points), self.repeats).mean(axis=1)
+
     def _table(self, points: Floats, grounds: Mapping[str, Floats]) -> Floats:
         """Costs (ng, n) of gaits on grounds; of a walk that did not reach its end those of standing still."""
         n, ng = len(points), len(next(iter(grounds.values())))
         given = {path: np.repeat(own, n) for path, own in grounds.items()}
-        costs = self.walks.each(np.tile(points, (ng, 1)), given)[:, 0].reshape(ng, n)
+        costs = self._judged(np.tile(points, (ng, 1)), given).reshape(ng, n)
         worst = float(np.max(costs, where=np.isfinite(costs), initial=0.0))
         return np.where(np.isfinite(costs), costs, worst)
 
@@ -361,8 +383,11 @@ class _Adapter:
     def _known(self, library: Floats, costs: Floats, hidden: Mapping[str, Floats]) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, searched further on this
         ground."""
-        _, found = self._sought(library[costs.argmin(axis=1)], costs.min(axis=1), hidden, 3)
-        return found
+        best, found = self._sought(library[costs.argmin(axis=1)], costs.min(axis=1), hidden, 3)
+        if self.repeats == 1:
+            return found
+        again = self._judged(best, hidden)  # what it was chosen by was partly luck
+        return np.where(np.isfinite(again), again, float(costs.max()))
 
 
 def _few(costs: Floats, most: int) -> list[int]:

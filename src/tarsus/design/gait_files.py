@@ -31,11 +31,14 @@ def gait_table(design: GaitFront) -> dict[str, Any]:
 
     objectives: name, unit, whether the most is best; front, nominal_front: gaits, each with ``values`` by path and,
     by objective, ``nominal``, ``risk`` and ``worst``; robust, optimum: the two gaits that are compared, and gain:
-    worst value of the first over that of the second; gap: what is left open about the worst grounds.
+    worst value of the first over that of the second; gap: what is left open about the worst grounds; certificate:
+    grounds drawn by chance at the end, those more than 2 % worse than known, and the box's share that may be so.
     """
-    request = design.request
+    request, looked = design.request, design.certificate
+    proof = None if looked is None else {"grounds": looked.grounds, "worse": looked.worse, "share": looked.share}
     return {
-        "scene": request.scene.name, "risk": request.risk.name, "free": list(request.unknowns.names),
+        "certificate": proof, "scene": request.scene.name, "risk": request.risk.name,
+        "free": list(request.unknowns.names),
         "objectives": [{"name": one.name, "unit": one.unit, "most": one.most} for one in design.objectives],
         "front": [_point(design, one) for one in design.members],
         "nominal_front": [_point(design, one) for one in design.nominal],
@@ -114,7 +117,7 @@ def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
         "probe": design.probe, "gaits": [dict(one) for one in design.gaits],
         "table": [{"when": said, "gait": number} for said, number in design.table],
         "regret": design.regret, "fixed_regret": design.fixed_regret, "choice_regret": design.choice_regret,
-        "hidden": len(design.known), "runs": design.runs, "version": package_version(),
+        "hidden": len(design.known), "repeats": design.repeats, "runs": design.runs, "version": package_version(),
     }  # fmt: skip
 
 

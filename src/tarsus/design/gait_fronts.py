@@ -17,7 +17,7 @@ from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
 from tarsus.design.kept import Kept, store_of
 from tarsus.design.over import Box, Ensemble, Grounds
 from tarsus.design.risk import Nominal, Risk, Worst
-from tarsus.design.strike import strike
+from tarsus.design.strike import Certificate, Strike, strike
 from tarsus.design.walk_objectives import WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.files.library import SceneLike, as_scene
@@ -52,7 +52,11 @@ LAST_LOOKS = 3
 """Attacks at the end at most: grounds that one finds join, the best candidates are judged again, and the next looks
 elsewhere."""
 CLIMB = 4
-"""Steps uphill of an attack between rounds; the last attack climbs twice as long."""
+"""Steps uphill of an attack between rounds; the last attack climbs twice as long, and from `ISLANDS` regions."""
+ISLANDS = 3
+CHECK = 16
+"""Grounds drawn by chance in the last look at the gaits that matter most, for each that an attack between rounds looks
+at: what none of 768 is, is less than 0.4 % of a box."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,8 @@ class GaitFront:
     the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
     gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
     costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
-    read from an earlier call.
+    read from an earlier call. certificate: of the robust gait, the optimum and the front's best in each objective,
+    against the worst that was known before; None without a box.
     """
 
     request: GaitRequest
@@ -112,6 +117,7 @@ class GaitFront:
     candidates: int
     runs: int
     reused: int
+    certificate: Certificate | None = None
 
     def __repr__(self) -> str:
         return shown.front_line(self)
@@ -264,6 +270,7 @@ class _Designer:
         self.own = Grounds.nominal(request.scene, () if request.over is None else request.over.paths)
         self.tried = 0
         self.asked = 0
+        self.certificate: Certificate | None = None
 
     # -- searches ------------------------------------------------------------------------------------------------
 
@@ -316,7 +323,7 @@ class _Designer:
         plain, _, _ = self._shown(nominal.points[along(nominal.costs)], grounds, None)
         return GaitFront(
             request, tuple(made[:-2]), tuple(plain), made[-2], made[-1], grounds, tuple(rounds), gap,
-            found.points, found.costs, self.tried, self.kept.walks.runs, self.kept.reused,
+            found.points, found.costs, self.tried, self.kept.walks.runs, self.kept.reused, self.certificate,
         )  # fmt: skip
 
     def _again(self, points: Floats, before: _Found, grounds: Grounds) -> _Found:
@@ -356,7 +363,7 @@ class _Designer:
             options = self.request.options
             seed = 100 * options.seed + 10 * self.asked
             struck = strike(self.kept, attacked, box, options.look, CLIMB, seed)
-            gaps = self._gaps(self.kept(attacked, grounds), struck.costs)
+            gaps = _excess(self.kept(attacked, grounds).max(axis=1), struck.costs)
             rounds.append(FrontRound(goal.what, len(grounds), float(gaps.max())))
             closed = rounds[-1].gap <= CLOSED
             if found is not None and (closed or number == ROUNDS):
@@ -370,14 +377,23 @@ class _Designer:
         assert found is not None
         return found, grounds, rounds
 
-    def _gaps(self, active: Floats, struck: Floats) -> Floats:
-        """Gaps (k, no) of gaits: how much worse struck costs (k, no) are than the worst of active ones (k, ng,
-        no)."""
-        known = _finite(active.max(axis=1))
-        finite = np.where(np.isfinite(known), np.abs(known), 0.0)
-        scale = np.maximum(finite, FLOOR * finite.max(axis=0))
-        worse = np.maximum(np.nan_to_num(struck - known, nan=0.0), 0.0)
-        return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
+    def _last_look(self, points: Floats, active: Floats, risked: Floats, number: int) -> Strike:
+        """An attack on gaits at points (k, nu), of worst costs (k, no) on active grounds: four times as many grounds as
+        between rounds, and for the gaits that matter most many more by chance, which certify the others."""
+        box, options = self.request.over, self.request.options
+        assert isinstance(box, Box)
+        seed = 100 * options.seed + 5 + number
+        struck = strike(self.kept, points, box, 4 * options.look, 2 * CLIMB, seed, islands=ISLANDS)
+        rows = np.unique([*np.argmin(risked[:-2], axis=0), len(points) - 2, len(points) - 1])
+        count, steps = CHECK * options.look, 2 * CLIMB
+        checked = strike(self.kept, points[rows], box, count, steps, seed + 50, islands=ISLANDS, by_chance=True)
+        known = np.maximum(struck.costs, _finite(active))[rows]
+        beyond = (_excess(known[:, None], checked.first) > CLOSED).any(axis=2).sum(axis=1)
+        self.certificate = Certificate(count, int(beyond.max()))
+        worse = checked.costs > struck.costs[rows]
+        struck.costs[rows] = np.where(worse, checked.costs, struck.costs[rows])
+        struck.grounds[rows] = np.where(worse[:, :, None], checked.grounds, struck.grounds[rows])
+        return struck
 
     def _shown(
         self, points: Floats, grounds: Grounds, look: int | None
@@ -395,10 +411,9 @@ class _Designer:
             where = [{path: float(own[i]) for path, own in grounds.values.items()} for i in at]
         if look is not None and isinstance(request.over, Box):
             self.progress(self.tried, request.options.candidates, "the last look at the box")
-            count, seed = 4 * request.options.look, 100 * request.options.seed + 5 + look
-            struck = strike(self.kept, points, request.over, count, 2 * CLIMB, seed)
+            struck = self._last_look(points, each.max(axis=1), risked, look)
             if isinstance(request.risk, Worst):
-                gaps = self._gaps(each, struck.costs)[:-1]
+                gaps = _excess(each.max(axis=1), struck.costs)[:-1]
                 gap, hurt = float(gaps.max()), _worst(struck.grounds[:-1], gaps, request.over)
             for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
                 where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
@@ -434,6 +449,15 @@ def _best(costs: Floats) -> int:
 def _risked(risk: Risk, each: Floats, grounds: Grounds) -> Floats:
     """Costs (n, no) under a risk, of costs (n, ng, no) on grounds."""
     return np.stack([_finite(risk(each[:, :, j], grounds.weights)) for j in range(each.shape[2])], axis=1)
+
+
+def _excess(known: Floats, found: Floats) -> Floats:
+    """Shares by which costs that were found are worse than those known of gaits, in the first axis of both."""
+    known = _finite(known)
+    finite = np.where(np.isfinite(known), np.abs(known), 0.0)
+    scale = np.maximum(finite, FLOOR * finite.max(axis=0))
+    worse = np.maximum(np.nan_to_num(found - known, nan=0.0), 0.0)
+    return np.where(scale > 0.0, worse / np.where(scale > 0.0, scale, 1.0), 0.0)
 
 
 def _finite(costs: Floats) -> Floats:

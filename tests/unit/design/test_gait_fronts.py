@@ -13,7 +13,7 @@ from tarsus.design.gait_files import gait_table, write_front
 from tarsus.design.gait_fronts import along, gait, search_of
 from tarsus.design.kept import Kept
 from tarsus.design.over import Box, Ensemble, Grounds
-from tarsus.design.strike import strike
+from tarsus.design.strike import Certificate, strike
 from tarsus.design.unknowns import unknowns_of
 from tarsus.design.walk_objectives import OBJECTIVES, objectives_of
 from tarsus.design.walks import Walks, without_legs
@@ -102,6 +102,40 @@ def test_a_strike_finds_the_worst_ground_inside_a_box(scene):
     assert found.tried == 2 + 4 + 8 * 6
 
 
+class Needle(Kept):
+    """A cost with a broad hill in one corner of a square box and a narrow one, higher, elsewhere."""
+
+    def each(self, points, grounds):
+        x, y = grounds.values()
+        broad = np.exp(-(((x - 0.2) ** 2 + (y - 0.2) ** 2) / 0.02))
+        narrow = 1.5 * np.exp(-(((x - 0.45) ** 2 + (y - 0.5) ** 2) / 0.004))
+        return np.stack([broad + narrow + 0.0 * points[:, 0], np.zeros(len(x))], axis=1)
+
+
+SQUARE = Box(("ground.friction.coefficient", "ground.restitution.coefficient"), np.full(2, 0.1), np.full(2, 0.7))
+
+
+def test_several_regions_are_climbed_where_one_hides_the_worst(scene):
+    points = np.array([[0.5, 0.5]])
+    kept = Needle(walks_of(scene))
+    found = {
+        islands: [strike(kept, points, SQUARE, 32, 8, seed, islands=islands).costs[0, 0] for seed in range(12)]
+        for islands in (1, 4)
+    }
+    reached = {islands: sum(cost > 1.45 for cost in costs) for islands, costs in found.items()}
+    assert reached[4] > reached[1] and reached[4] >= 8
+
+
+def test_a_check_by_chance_says_how_much_of_the_box_may_be_worse(scene):
+    struck = strike(Needle(walks_of(scene)), np.array([[0.5, 0.5]]), SQUARE, 512, 0, 3, by_chance=True)
+    assert struck.first.shape == (1, 512, 2) and struck.tried == 512
+    worse = int((struck.first[0, :, 0] > 1.05).sum())
+    share = 0.004 * np.log(1.5 / 1.05) * np.pi / 0.36  # of the box: an ellipse about the narrow hill
+    assert 0 < worse / 512 < Certificate(512, worse).share and Certificate(512, worse).share > share
+    assert Certificate(1000, 0).share == pytest.approx(3.0 / 1000, rel=0.01)
+    assert Certificate(10, 10).share == 1.0
+
+
 def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tmp_path):
     found = gait(scene, FREE, over=BOX, **SMALL)
     assert len(found.grounds) > 1 and found.grounds.values["ground.friction.coefficient"][0] == 7.96
@@ -117,6 +151,7 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
         struck = walks.each(member.point[None], {p: np.array([v]) for p, v in member.worst_ground.items()})
         assert -struck[0, 0] == pytest.approx(member.worst[0])
     assert found.gap >= 0.0 and found.rounds[0].grounds == 1
+    assert found.certificate is not None and found.certificate.grounds == 16 * SMALL["look"]
     best = max(one.nominal[0] for one in (*found.nominal, found.optimum))
     assert found.robust.nominal[0] >= 0.9 * best - 1e-12
     assert (
