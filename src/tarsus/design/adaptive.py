@@ -34,6 +34,11 @@ WORTH = 0.005
 """Share of the mean value that another gait must add to the few."""
 REPEATS = 4
 """Draws of the noise on which the rule is grown."""
+FOLDS = 5
+"""Parts of the training grounds, each of which judges the rules grown on the others."""
+SURE = 2.0
+"""Standard errors by which a rule must save more than one gait for all grounds: of a dozen rules that are tried the
+best one saves one of them by chance."""
 YOUNG = 8
 """Gaits tried about the best of a ground in each step of its own search."""
 STEP = 0.15
@@ -165,9 +170,9 @@ def adapt(
 
     Gaits are sought on grounds spread over the box, each by itself; the few that together lose least are kept. The
     robot walks ``steps`` steps with one of them, the probe, and then takes the one that the rule says. Rule and
-    probe are those that lose least on training grounds. What is lost is measured on hidden grounds, which nothing
-    above has seen, against the best gait that a search finds for each of them alone. The chosen gait is judged by a
-    walk of its own from the start of the scene.
+    probe are those that lose least on training grounds that they were not made on. What is lost is measured on hidden
+    grounds, which nothing above has seen, against the best gait that a search finds for each of them alone. The chosen
+    gait is judged by a walk of its own from the start of the scene.
 
     Parameters
     ----------
@@ -365,20 +370,36 @@ class _Adapter:
         return senses * (1.0 + self.noise * self.rng.standard_normal(senses.shape))
 
     def _rule(self, felt: Sequence[Floats], costs: Floats) -> tuple[int, Rule]:
-        """The probe and the rule that lose least on other draws of the noise than those that the rule was grown
-        on."""
+        """The probe and the rule, grown on all training grounds (ng), for the probe and the number of comparisons that
+        lose least on grounds that a rule was not grown on; one gait always where that saves no more than chance."""
+        fixed = int(np.argmin(costs.mean(axis=0)))
         if not felt:
-            return (fixed := int(np.argmin(costs.mean(axis=0)))), Rule(fixed)
-        many = np.tile(costs, (REPEATS, 1))
-        best: tuple[float, int, Rule] | None = None
-        for probe, own in enumerate(felt):
-            rule = grown(np.concatenate([self._noisy(own) for _ in range(REPEATS)]), many, DEPTH)
-            seen = np.concatenate([self._noisy(own) for _ in range(REPEATS)])
-            lost = float(many[np.arange(len(many)), rule(seen)].mean())
-            if best is None or lost < best[0]:
-                best = lost, probe, rule
-        assert best is not None
-        return best[1], best[2]
+            return fixed, Rule(fixed)
+        fold = self.rng.permutation(len(costs)) % FOLDS
+        tried = [
+            (self._held_out(own, costs, fold, depth), depth, probe)
+            for depth in range(1, DEPTH + 1)
+            for probe, own in enumerate(felt)
+        ]
+        lost, depth, probe = min(tried, key=lambda one: float(one[0].mean()))
+        saved = self._held_out(felt[fixed], costs, fold, 0) - lost
+        if not saved.mean() > SURE * saved.std() / np.sqrt(len(saved)):
+            return fixed, Rule(fixed)
+        return probe, self._grown(felt[probe], costs, depth)
+
+    def _grown(self, felt: Floats, costs: Floats, depth: int) -> Rule:
+        """A rule from what is felt (ng, ns), with several draws of the noise, to costs (ng, n)."""
+        senses = np.concatenate([self._noisy(felt) for _ in range(REPEATS)])
+        return grown(senses, np.tile(costs, (REPEATS, 1)), depth)
+
+    def _held_out(self, felt: Floats, costs: Floats, fold: NDArray[np.int64], depth: int) -> Floats:
+        """Costs (ng,) on the grounds of each fold by a rule grown on all others."""
+        lost = np.zeros(len(costs))
+        for one in range(int(fold.max()) + 1):
+            out = fold == one
+            chosen = self._grown(felt[~out], costs[~out], depth)(self._noisy(felt[out]))
+            lost[out] = costs[out][np.arange(int(out.sum())), chosen]
+        return lost
 
     def _known(self, library: Floats, costs: Floats, hidden: Mapping[str, Floats]) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, searched further on this

@@ -7,8 +7,9 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.adaptive import Sense, _few, adapt, senses_of
+from tarsus.design.adaptive import Sense, _Adapter, _few, adapt, senses_of
 from tarsus.design.gait_files import adapt_table, write_adapt
+from tarsus.design.rules import Rule, grown
 from tarsus.design.walks import Walks
 
 FREE = {"gait.duty": None}
@@ -67,6 +68,21 @@ def test_luck_is_not_taken_for_knowledge_where_walks_ring(monkeypatch):
     assert once.regret > 0.3
     assert abs(often.regret) < 0.05 and often.repeats == 32
     assert adapt_table(often)["repeats"] == 32
+
+
+def test_a_sense_that_tells_nothing_is_not_asked():
+    """Two gaits that differ by chance from ground to ground: a rule fits the training grounds and nothing else."""
+    scene = ts.load_scene("millipede-printed")
+    request = adapt(scene, FREE, BOX, "slip", **SMALL).request
+    adapter = _Adapter(request, (Sense.SLIP,), 0.02, 1, lambda done, total, what: None)
+    rng = np.random.default_rng(4)
+    costs = np.stack([-1.0 + 0.0 * rng.random(60), -0.9 + 0.4 * rng.standard_normal(60)], axis=1)
+    telling = np.where(costs[:, 1] < costs[:, 0], 2.0, 1.0)[:, None]
+    nothing = [rng.random((60, 2)), rng.random((60, 2))]
+    assert grown(nothing[0], costs, 3).leaves > 1
+    assert adapter._rule(nothing, costs)[1] == Rule(0)
+    probe, rule = adapter._rule([nothing[0], np.hstack([nothing[1], telling])], costs)
+    assert probe == 1 and rule.leaves >= 2 and rule.sense == 2
 
 
 def test_few_gaits_are_those_that_lose_least_together():
