@@ -179,7 +179,7 @@ def test_as_many_draws_as_are_named_tell_them_apart():
     def leader(draws: int) -> Leader:
         design = Saltelli(count=draws, seed=2, groups=tuple(names))
         points = design.points(axes, slice(0, design.runs(axes)))
-        values = sum(weight * points[name] for weight, name in zip(weights, names, strict=True))
+        values = np.stack([points[name] for name in names], axis=1) @ weights
         found = leader_of(design.indices(values), draws)
         assert found is not None
         return found
