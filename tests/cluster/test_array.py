@@ -14,6 +14,7 @@ from study.sweep_case import files, small
 
 import tarsus as ts
 from tarsus.cluster.array import _ranges, _units, prepare, run_task
+from tarsus.cluster.slurm import _jobs
 from tarsus.cluster.status import status_lines, status_of
 from tarsus.study.axes import Linspace, Sobol
 from tarsus.study.beats import Beats
@@ -200,6 +201,14 @@ def test_a_task_without_a_number_is_told(tmp_path):
     environment = {name: text for name, text in os.environ.items() if not name.startswith("SLURM")}
     done = subprocess.run(["sh", str(array.script)], capture_output=True, text=True, env=environment)
     assert done.returncode == 2 and "the script takes the task's number" in done.stderr
+
+
+def test_a_submission_whose_job_cannot_be_read_is_left_out(tmp_path):
+    place = tmp_path / "array"
+    place.mkdir()
+    for number, text in enumerate(('{"job": 7}', "", "[]", '{"jo": 7}'), start=1):
+        (place / f"{number}.json").write_text(text, encoding="utf-8")
+    assert _jobs(tmp_path) == ["7"]
 
 
 def test_status_of_a_sweep_that_has_just_begun(tmp_path):

@@ -245,3 +245,18 @@ def test_run_without_events_feet_or_drives_is_stored(run: SampleRun, tmp_path: P
     back = read_run(tmp_path)
     assert len(back.events) == 0
     assert back.to_dataset()["gap"].shape == (0, run.dataset.sizes["time"])
+
+
+def test_writers_of_one_process_number_do_not_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in two containers on one disk: the second writes between the first one's writing and moving."""
+    replace, second = os.replace, []
+
+    def meanwhile(part: Path, target: Path) -> None:
+        if not second:
+            second.append(target)
+            write_text(target, "second")
+        replace(part, target)
+
+    monkeypatch.setattr(os, "replace", meanwhile)
+    write_text(tmp_path / "page.html", "first")
+    assert (tmp_path / "page.html").read_text() == "first" and contents(tmp_path) == {"page.html"}

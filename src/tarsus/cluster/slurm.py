@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shlex
 import subprocess
@@ -74,9 +75,12 @@ def submit(sweep: Sweep, folder: Path, options: str, tasks: int, *, resume: bool
 
 
 def _jobs(folder: Path) -> list[str]:
-    """Jobs of earlier submissions."""
-    files = sorted((folder / ARRAY_FOLDER).glob("[0-9]*.json"))
-    return [str(json.loads(file.read_text(encoding="utf-8"))["job"]) for file in files]
+    """Jobs of earlier submissions; where a file does not say which, nothing worse happens than double work."""
+    found = []
+    for file in sorted((folder / ARRAY_FOLDER).glob("[0-9]*.json")):
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+            found.append(str(json.loads(file.read_text(encoding="utf-8"))["job"]))
+    return found
 
 
 def _queued(job: str) -> int:

@@ -13,6 +13,7 @@ import io
 import json
 import math
 import os
+import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -164,7 +165,8 @@ def write_text(path: Path, text: str) -> None:
     """
     if path.is_dir():
         raise InputError([f"cannot write {path}: it is a folder"])
-    part = path.with_name(f".tarsus-{os.getpid()}-{path.name}")
+    # in containers on one disk the number of a process is often the same in every one
+    part = path.with_name(f".tarsus-{os.getpid()}-{secrets.token_hex(4)}-{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.write_text(text, encoding="utf-8", newline="\n")
