@@ -91,6 +91,20 @@ def test_a_disk_without_room_for_the_collected_file_is_told_before(tmp_path, mon
     assert run_sweep(small(), tmp_path, resume=True).kept == 6
 
 
+def test_what_killed_collectors_left_makes_room_for_the_next(tmp_path, monkeypatch):
+    run_sweep(small(), tmp_path)
+    left, busy = (tmp_path / f"sweep.nc.n{n}-7-0.part" for n in (1, 2))
+    for file, ago in ((left, 3600.0), (busy, 60.0)):
+        file.write_bytes(bytes(1000))
+        then = time.time() - ago
+        os.utime(file, (then, then))
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage(1, 1, 100))
+    with pytest.raises(ts.InputError, match="is full"):
+        run_sweep(small(), tmp_path, resume=True)
+    assert not left.exists() and busy.exists() and [one.name for one in tmp_path.glob("*.part")] == [busy.name]
+
+
 @pytest.mark.slurm
 def test_a_real_full_disk_keeps_what_is_finished(tmp_path):
     """On a disk of its own (root mounts it): the sweep stops with a sentence, and goes on when there is room."""

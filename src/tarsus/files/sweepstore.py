@@ -49,6 +49,10 @@ PER_FOLDER = 1000
 MOST_UNITS = 1_000_000
 """Units are numbered with six digits; more files than that make every listing slow."""
 
+ABANDONED = 600.0
+"""Seconds without a write after which a large file that is being written is taken as left behind by a process that was
+killed: its writer writes all the time, and one that was stopped for so long finds the file of another in its place."""
+
 _PART = ".part"
 _DIGEST, _NUMBER = "plan", "unit"
 
@@ -295,6 +299,17 @@ class SweepStore:
     def part_of(self, name: str) -> Path:
         """A name of its own beside a file of the folder."""
         return _part_of(self.folder / name)
+
+    def clear_abandoned(self, part: Path) -> None:
+        """Make room: of the files that were to become the one that `part` is to become, those that nobody has written
+        to for `ABANDONED` seconds by the clock of the disk go."""
+        part.touch()
+        now, name = part.stat().st_mtime, part.name.partition(f".{socket.gethostname()}-")[0]
+        for one in _entries(self.folder):
+            if one.startswith(f"{name}.") and one.endswith(_PART) and one != part.name:
+                with contextlib.suppress(OSError):
+                    if now - (self.folder / one).stat().st_mtime > ABANDONED:
+                        (self.folder / one).unlink()
 
     def clear(self) -> None:
         """Clear away what killed processes left, and what is of use only while units are missing."""

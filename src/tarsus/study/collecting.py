@@ -73,6 +73,7 @@ def collect(sweep: Sweep, store: SweepStore) -> tuple[Path, dict[str, int]]:
     # one run is too few for a blank to be told from a value: it is filled all the same
     variables = collected_variables(sweep, {axis: blank((sweep.runs,)) for axis in sweep.vary}, empty)
     try:
+        store.clear_abandoned(part)
         free = shutil.disk_usage(store.folder).free
         if free < sum(one.values.nbytes for one in variables.values()) * ROOM:
             raise OSError(28, os.strerror(28))

@@ -236,13 +236,14 @@ class Leader:
     def sentence(self, measure: str) -> str:
         """What there is to say."""
         own = f"{self.group} {self.total:.2f} ± {self.error:.2f}"
-        if self.resolved:
+        if not self.rivals:
             return f"scatter of {self.group} matters most for {measure}: {self.total:.2f} ± {self.error:.2f}"
         more = f"about {self.draws} draws would tell these two" if self.draws else "more draws would hardly tell"
-        others = f" and {len(self.rivals) - 1} others" if len(self.rivals) > 1 else ""
+        rival, *rest = self.rivals
+        others = f" and {len(rest)} more" if rest else ""
         return (
-            f"whose scatter matters most for {measure} is not resolved: {own}, and the intervals of "
-            f"{self.rivals[0]}{others} overlap; {more}"
+            f"whose scatter matters most for {measure} is not resolved: {own}, and the interval of {rival}{others} "
+            f"overlaps it; {more}"
         )
 
 
