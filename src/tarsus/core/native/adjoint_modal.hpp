@@ -1,0 +1,480 @@
+// Derivatives of one number of a recorded run by all of its data at once: backwards over its steps and events.
+//
+// A step's tangents solve (1 - G S) dy = L dw + G own, and everything after it is linear in them. Of a number J whose
+// derivatives by what comes out of the step are known, those by what enters follow by the transposed maps, with
+//   (1 - G S)^T mu = S^T u + (what J makes of the gaps),   u: derivatives of J by the forces,
+// and those by the data from what these do to forces, drives and sources at the nodes. Instants take the transposed matrices
+// of adjoint_instant.hpp.
+#pragma once
+#include "adjoint_instant.hpp"
+
+namespace tarsus::modal {
+
+// What of a run a number depends on, and how. events (events, EVENT_WIDTH); times [s] (count); samples (count, sample width
+// less held).
+struct Objective {
+  const double *events, *times, *samples;
+  size_t count;
+};
+
+// refused: feet that land at one moment hand blows on to each other, or a step could not be followed. edges: of channels that
+// begin with a jump at the very start: piece, turns, channel that is driven.
+struct AdjointResult {
+  DataAdjoint data;
+  std::vector<TangentFlag> flags;
+  std::vector<int64_t> edges;
+  bool refused = false;
+};
+
+// What lists of instants and steps the way back needs, beside the record of the run.
+struct Passed {
+  struct Mark {
+    size_t event;
+    double turns, rate, gap;  // turns: of the period, 0 where it is no end of one; rate of the highest gap at the mark
+    bool rising;
+  };
+  struct Kink {
+    size_t row;
+    int channel;
+  };
+  std::vector<InstantMap> instants;
+  std::vector<Mark> marks;
+  std::vector<Kink> kinks;
+  std::vector<Cursor> cursors;       // (rows + 1, channels): before the first step and in every one
+  std::vector<size_t> events, samples;  // of every step: number of the first event after it, of the first sample in it
+};
+
+class ModalAdjoint : Lens {
+ public:
+  // data: of the lenses; groups (feet, columns): number of the group of each parameter, or -1.
+  ModalAdjoint(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws, const Settings& settings,
+               const RunData& run, const Beginning& start, const std::vector<DataTangents>& data, size_t channels,
+               const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees, const Directions& directions)
+      : Lens(book, nodes, halves, signals, laws, settings, run, start, data[0], channels, directions, 0), groups_(groups),
+        back_(signals, nodes, run, degrees), bar_(sizes_), room_(sizes_), seed_(sizes_), by_channel_(channels * N) {
+    for (size_t b = 1; b < data.size(); b++) {
+      others_.push_back(std::make_unique<Lens>(book, nodes, halves, signals, laws, settings, run, start, data[b], channels, directions,
+                                               int(b) * LANES));
+    }
+    list_rates(laws, run);
+    const int m = sizes_.feet;
+    DataAdjoint& to = result_.data;
+    to.groups.assign(directions.count - directions.groups, 0.0);
+    to.initial.assign(2 * sizes_.coordinates, 0.0);
+    to.sources.assign(sizes_.sources(), 0.0);
+    to.coef.assign(signals.coef.size(), 0.0);
+    to.begin.assign(signals.start.size(), 0.0);
+    to.end = to.begin;
+    to.loops.assign(signals.loop.size(), 0.0);
+    to.changes.assign(3 * channels, 0.0);
+    by_state_.assign(sizes_.state(), 0.0);
+    for (auto* one : {&by_since_, &apex_, &apex_time_, &integral_}) one->assign(m, 0.0);
+    by_gap_.assign(m, Row(0.0));
+    next_.assign(m, 0);
+  }
+
+  AdjointResult run(const RunRecord& record, const Objective& objective) {
+    objective_ = &objective;
+    follow(record);
+    for (auto& one : others_) one->follow(record);
+    forward();
+    if (!result_.refused) backward();
+    result_.flags = told.flags;
+    return std::move(result_);
+  }
+
+ private:
+  const std::vector<int64_t>& groups_;
+  DrivesBack back_;
+  std::vector<std::unique_ptr<Lens>> others_;
+  std::vector<LawTangents> rates_;  // each by seven of the parameters of every program
+  const Objective* objective_ = nullptr;
+  AdjointResult result_;
+  Passed passed_;
+  Entering<double> bar_;
+  Inside<double> room_;
+  Shown<double> seed_;
+  // Derivatives of the number by: the state; since when feet are held; of the flights that end next, the highest gaps and when,
+  // and the integrals; outputs and inputs of an instant; what is shown; channels, and right sides, at the nodes.
+  std::vector<double> by_state_, by_since_, apex_, apex_time_, integral_, out_by_, in_by_, shown_by_, by_channel_, right_by_;
+  std::vector<Row> by_gap_, forces_by_;
+  double begun_ = 0.0;                     // start of the run [s]
+  double by_shared_ = 0.0, margin_ = 0.0;  // by the moment last shared; by the gap or pull of a foot at the end of the step
+  int margin_foot_ = 0;
+
+  void list_rates(const Laws& laws, const RunData& run) {
+    int most = 0;
+    for (const auto& terms : laws.terms) {
+      for (const Term& term : terms) most = std::max(most, laws.programs[term.program].parameters);
+    }
+    for (int from = 0; from < most || from == 0; from += LANES - 1) {
+      std::vector<Row> slopes(groups_.size(), Row(0.0));
+      for (const auto& terms : laws.terms) {
+        for (const Term& term : terms) {
+          const int count = std::min(laws.programs[term.program].parameters, from + LANES - 1);
+          for (int i = 0; i < laws.feet; i++) {
+            for (int k = from; k < count; k++) slopes[size_t(i) * laws.columns + term.first + k] = unit(k - from + 1);
+          }
+        }
+      }
+      rates_.emplace_back(laws, run.parameters, slopes);
+    }
+  }
+
+  // ---- forwards: where the run was, and the maps of its instants
+
+  void forward() {
+    begun_ = now_.time.value;
+    passed_.cursors = drives_.player.cursor;
+    drives_.jumps_at(now_.time.value, [&](int c, const Cursor& at) {
+      result_.edges.insert(result_.edges.end(), {at.piece, at.turns, int64_t(c)});
+    });
+    passed_.instants.emplace_back();
+    passed_.instants.back().blocks.resize(1 + others_.size());
+    size_t event = gone_through(0, 0), sample = 0;
+    for (size_t r = 0; r < record_->rows && !result_.refused; r++) {
+      const double* row = record_->trace + r * recorded_width(sizes_);
+      const Recorded step = recorded(book_, row);
+      if (step.mode != now_.mode) result_.refused = true;
+      if (result_.refused) return;
+      seek(step, r);
+      passed_.events.push_back(event);
+      passed_.samples.push_back(sample);
+      const bool last = r + 1 == record_->rows;
+      const double next = last ? INF : row[recorded_width(sizes_)];
+      while (sample < objective_->count && (last || objective_->times[sample] < next)) sample++;
+      const bool happens = same_instant(event, r + 1);
+      if (moving_ || happens) take(step);
+      if (moving_) {
+        each_lens([&](Lens& lens, std::vector<Row>& to) {
+          if (&lens != this) lens.take_from(*this);
+          lens.arrive(to);
+        });
+      }
+      now_.time = Jet(step.time + step.length * step.fraction);
+      if (happens) event = gone_through(event, r + 1);
+    }
+    passed_.samples.push_back(sample);
+  }
+
+  void take(const Recorded& step) {
+    take_step(step);
+    tables_ = &book_.step(*step.mode, step.step_class);
+  }
+
+  template <class See>
+  void each_lens(See&& see) {
+    std::vector<std::vector<Row>>& blocks = passed_.instants.back().blocks;
+    see(static_cast<Lens&>(*this), blocks[0]);
+    for (size_t b = 0; b < others_.size(); b++) see(*others_[b], blocks[1 + b]);
+  }
+
+  // The channels at the start of a step, and what kinks they pass there.
+  void seek(const Recorded& step, size_t r) {
+    for (size_t c = 0; c < channels_; c++) {
+      const Cursor was = drives_.player.cursor[c];
+      drives_.player.seek(int(c), step.time);
+      if (moving_ || !drives_.passed(was, drives_.player.cursor[c], step.time)) continue;
+      passed_.kinks.push_back({r, int(c)});
+      shared_at_ = step.time;
+    }
+    passed_.cursors.insert(passed_.cursors.end(), drives_.player.cursor.begin(), drives_.player.cursor.end());
+  }
+
+  // As ModalTangent::happen.
+  size_t gone_through(size_t event, size_t steps) {
+    const bool begun = moving_;
+    if (same_instant(event, steps)) end_values();
+    for (; same_instant(event, steps); event++) {
+      if (record_->notes[event].origin == MARKED) {
+        mark(event);
+        continue;
+      }
+      if (!moving_) {
+        InstantMap map;
+        map.foot = first_foot(event, steps);
+        const bool shared = at_shared();
+        map.steps = steps;
+        map.blocks.resize(1 + others_.size());
+        passed_.instants.push_back(std::move(map));
+        for (auto& one : others_) one->begin(*this, event, steps, shared);
+        begin(*this, event, steps, shared);
+      }
+      passed_.instants.back().events.push_back(event);
+      each_lens([&](Lens& lens, std::vector<Row>& to) { lens.happen(event, to); });
+    }
+    if (moving_ && (!begun || steps == 0)) {
+      each_lens([](Lens& lens, std::vector<Row>& to) { lens.leave(to); });
+    }
+    for (const TangentFlag& one : told.flags) result_.refused |= one.reason == SIMULTANEOUS;
+    for (auto& one : others_) {
+      for (const TangentFlag& flag : one->told.flags) result_.refused |= flag.reason == SIMULTANEOUS;
+    }
+    return event;
+  }
+
+  void mark(size_t event) {
+    const Event& e = record_->events[event];
+    const double* row = now_.mode->outputs + size_t(e.foot) * sizes_.state();
+    passed_.marks.push_back({event, turns_of(e), dot(row, rate_), plain_gap(int(e.foot)), e.apex_time == e.time && e.apex > 0.0});
+  }
+
+  // ---- backwards
+
+  void backward() {
+    size_t end = record_->count;
+    for (size_t r = record_->rows; r-- > 0;) {
+      const Recorded step = recorded(book_, record_->trace + r * recorded_width(sizes_));
+      end = happened(end, r + 1, step.time + step.length * step.fraction);
+      std::copy_n(channels_in(r), channels_, drives_.player.cursor.begin());
+      take(step);
+      for (size_t c = 0; c < channels_; c++) drives_.player.fill(int(c), step.time, step.length, &channel_values_[N * c]);
+      go_back(r);
+      pass_kinks_back(r);
+    }
+    happened(end, 0, begun_);
+    for (size_t q = 0; q < bar_.sources.size(); q++) result_.data.sources[q] += bar_.sources[q];
+  }
+
+  // The channels in a step, or at the start of the run (row -1).
+  const Cursor* channels_in(size_t row) const { return passed_.cursors.data() + (row + 1) * channels_; }
+
+  // What happened after so many steps, at a time, before event number ``end``. Returns the number of the first of that.
+  size_t happened(size_t end, size_t steps, double time) {
+    InstantMap* map = passed_.instants.empty() || passed_.instants.back().steps != steps ? nullptr : &passed_.instants.back();
+    size_t place = map == nullptr ? 0 : map->events.size();
+    if (map != nullptr) {
+      out_by_.assign(place * TOLD, 0.0);
+      out_by_.push_back(by_shared_);
+      out_by_.insert(out_by_.end(), by_since_.begin(), by_since_.end());
+      out_by_.insert(out_by_.end(), by_state_.begin(), by_state_.end());
+    }
+    margin_ = 0.0;
+    size_t event = end;
+    while (event > 0 && same_instant(event - 1, steps)) {
+      event--;
+      const double* by = objective_->events + event * EVENT_WIDTH;
+      const int foot = int(record_->events[event].foot);
+      if (record_->notes[event].origin == MARKED) {
+        marked(by, foot);
+      } else {
+        double* told = &out_by_[--place * TOLD];
+        told[0] = by[0];
+        std::copy_n(by + 3, 6, told + 1);
+        told[7] = apex_time_[foot];
+        apex_time_[foot] = by[10];
+      }
+      apex_[foot] = by[9];
+      integral_[foot] += by[11];
+      next_[foot] = event;
+    }
+    if (map != nullptr) transpose(*map, time);
+    return event;
+  }
+
+  void marked(const double* by, int foot) {
+    const Passed::Mark& mark = passed_.marks.back();
+    double moment = by[0] + apex_time_[foot] + by[11] * mark.gap;
+    if (mark.rising) moment += by[9] * mark.rate + by[10];
+    result_.data.period += mark.turns * moment;
+    apex_time_[foot] = mark.rising ? 0.0 : by[10];
+    passed_.marks.pop_back();
+  }
+
+  // From what came out of an instant, ``out_by_``, to what went into it.
+  void transpose(const InstantMap& map, double time) {
+    const Directions& of = of_;
+    std::vector<double>& in = in_by_;
+    in.assign(map.blocks.size() * LANES, 0.0);
+    for (size_t b = 0; b < map.blocks.size(); b++) {
+      Row sum = Row(0.0);
+      const std::vector<Row>& rows = map.blocks[b];
+      for (size_t n = 0; n < rows.size(); n++) {
+        if (out_by_[n] != 0.0) sum += rows[n] * out_by_[n];
+      }
+      store(&in[b * LANES], sum);
+    }
+    by_shared_ = in[Directions::SHARED];
+    margin_ = in[Directions::MARGIN];
+    margin_foot_ = map.foot;
+    DataAdjoint& to = result_.data;
+    const double* state = &in[Directions::STATE];
+    if (map.steps == 0) {
+      for (size_t k = 0; k < to.initial.size(); k++) to.initial[k] += state[k];
+    }
+    std::copy_n(state, sizes_.state(), by_state_.begin());
+    std::copy_n(&in[of.since], sizes_.feet, by_since_.begin());
+    const Cursor* cursors = channels_in(map.steps - 1);
+    for (size_t c = 0; c < channels_; c++) {
+      if (in[of.channels + c] != 0.0) back_.value(int(c), cursors[c], time, in[of.channels + c], to);
+    }
+    for (size_t q = 0; q < to.sources.size(); q++) to.sources[q] += in[of.sources + q];
+    for (size_t g = 0; g < to.groups.size(); g++) to.groups[g] += in[of.groups + g];
+    passed_.instants.pop_back();
+  }
+
+  // From the end of a step to its start.
+  void go_back(size_t r) {
+    const ContactMode& mode = *step_.mode;
+    std::fill(bar_.state.begin(), bar_.state.end(), 0.0);
+    std::fill(bar_.inputs.begin(), bar_.inputs.end(), 0.0);
+    if (margin_ != 0.0) {
+      (mode.is_held[margin_foot_] ? seed_.pull : seed_.gap)[margin_foot_] = margin_;
+      show_back(mode, nodes_, step_.length, step_.fraction, acting_, seed_, by_state_, bar_);
+      seed_.pull[margin_foot_] = seed_.gap[margin_foot_] = 0.0;
+    }
+    if (step_.fraction == 1.0) {
+      end_back(*tables_, acting_, by_state_.data(), bar_);
+    } else {
+      within_back(book_, nodes_, halves_, mode, step_.step_class, step_.fraction, acting_, room_, by_state_, bar_);
+    }
+    for (size_t n = passed_.samples[r]; n < passed_.samples[r + 1]; n++) sampled(n);
+    tracked(r);
+    linearise_back();
+    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += bar_.state[k];
+  }
+
+  // What is shown at scaled time s, by ``seed_``, which is left at nothing.
+  void shown(double s) {
+    shown_by_.assign(sizes_.state(), 0.0);
+    show_back(*step_.mode, nodes_, step_.length, s, acting_, seed_, shown_by_, bar_);
+    within_back(book_, nodes_, halves_, *step_.mode, step_.step_class, s, acting_, room_, shown_by_, bar_);
+    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += shown_by_[k];
+    for (auto* part : {&seed_.place, &seed_.gap, &seed_.rate, &seed_.resistive, &seed_.smooth, &seed_.pull}) {
+      std::fill(part->begin(), part->end(), 0.0);
+    }
+  }
+
+  void sampled(size_t n) {
+    const double* from = objective_->samples + n * (sample_width(sizes_) - sizes_.feet);
+    if (std::all_of(from, from + sample_width(sizes_) - sizes_.feet, [](double x) { return x == 0.0; })) return;
+    for (auto* part : {&seed_.place, &seed_.gap, &seed_.rate, &seed_.resistive, &seed_.smooth, &seed_.pull}) {
+      std::copy_n(from, part->size(), part->begin());
+      from += part->size();
+    }
+    shown(std::min(std::max((objective_->times[n] - step_.time) / step_.length, 0.0), step_.fraction));
+  }
+
+  // As StepTangents::track.
+  void tracked(size_t r) {
+    Row weights = Row(0.0);
+    double power = step_.fraction * step_.length;
+    for (int c = 0; c < N; c++, power *= step_.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
+    for (int i : step_.mode->free) {
+      if (nearly_lands(step_, i)) flag(passed_.events[r], NEAR_MISS, -1);
+      by_gap_[i] = weights * integral_[i];
+      if ((apex_[i] == 0.0 && apex_time_[i] == 0.0) || !(record_->events[next_[i]].apex > 0.0)) continue;
+      const double s = (record_->events[next_[i]].apex_time - step_.time) / step_.length;
+      if (!(s >= 0.0 && s <= step_.fraction)) continue;
+      const double bend = bend_of(i, s);
+      seed_.gap[i] = apex_[i];
+      if (s > 0.0 && s < step_.fraction && bend < 0.0) seed_.rate[i] = apex_time_[i] * (-step_.length * step_.length / bend);
+      apex_[i] = apex_time_[i] = 0.0;
+      shown(s);
+    }
+  }
+
+  // From the inputs and gaps at the nodes of a step, ``bar_`` and ``by_gap_``, to its state and the data.
+  void linearise_back() {
+    const int m = sizes_.feet;
+    std::fill(by_channel_.begin(), by_channel_.end(), 0.0);
+    if (!smooth_.empty()) forces_back();
+    for (int i : step_.mode->free) {
+      const bool felt = laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE);
+      if (!felt && integral_[i] != 0.0) drives_back(i, by_gap_[i]);
+    }
+    for (size_t c = 0; c < channels_; c++) {
+      double* by = &by_channel_[N * c];
+      if (int(c) < sizes_.drives) store(by, load(by) + load(bar_.input(2 * m + int(c))));
+      if (any_less(Row(0.0), magnitude(load(by)))) {
+        back_.fill(int(c), drives_.player.cursor[c], step_.time, step_.length, by, result_.data);
+      }
+    }
+  }
+
+  // An output by state, drives and sources.
+  void drives_back(int output, const Row& by) {
+    outputs_back(*tables_, acting_.data() + smooth_.size(), acting_.size() - smooth_.size(), output, by, bar_);
+  }
+
+  void forces_back() {
+    const int m = sizes_.feet;
+    solved_.clear();
+    forces_by_.clear();
+    for (int i : smooth_) {
+      solved_.push_back(smooth_input(step_, i));
+      for (int o : step_.mode->free) {
+        if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE) || integral_[o] == 0.0) continue;
+        input_back(*tables_, o, i, by_gap_[o], bar_.input(i));
+      }
+      forces_by_.push_back(load(bar_.input(i)));
+    }
+    right_by_.resize(unknown_.size() * N);
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      Row by = unknown_[a] < m ? by_gap_[unknown_[a]] : Row(0.0);
+      for (size_t n = 0; n < solved_.size(); n++) {
+        if (solved_[n].feels(unknown_[a], m)) by += solved_[n].by(unknown_[a], m) * forces_by_[n];
+      }
+      store(&right_by_[N * a], by);
+    }
+    if (!factor_forces()) {
+      result_.refused = true;
+      return;
+    }
+    solver_.solve(right_by_.data());
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const Row by = load(&right_by_[N * a]);
+      for (const Smooth& one : solved_) input_back(*tables_, unknown_[a], one.input, by, bar_.input(one.input));
+      drives_back(unknown_[a], by);
+    }
+    for (const Smooth& one : solved_) laws_back(one, load(bar_.input(one.input)));
+  }
+
+  // A force at the nodes by the parameters of its laws and by its voltage.
+  void laws_back(const Smooth& one, const Row& by) {
+    const int m = sizes_.feet;
+    const int64_t* groups = groups_.data() + size_t(one.foot) * laws_.laws.columns;
+    const bool moves = std::any_of(groups, groups + laws_.laws.columns, [](int64_t g) { return g >= 0; });
+    for (size_t n = 0; n < rates_.size() && (moves || (n == 0 && one.channel >= 0)); n++) {
+      const int from = int(n) * (LANES - 1);
+      rates_[n].each_term(one.hook(m), one.foot, one.arguments, one.count(m), [&](const Term& term, const Dual<Row, LANES>& found) {
+        const Row own = select(is_finite(found.value), by, Row(0.0));
+        const int last = std::min(laws_.laws.programs[term.program].parameters, from + LANES - 1);
+        for (int k = from; k < last; k++) {
+          const int64_t group = groups[term.first + k];
+          if (group >= 0) result_.data.groups[group] += total(own * found.slope[k - from + 1]);
+        }
+        if (n > 0 || one.channel < 0) return;
+        double* channel = &by_channel_[N * one.channel];
+        store(channel, load(channel) + own * found.slope[0]);
+      });
+    }
+  }
+
+  // Kinks that moved the state at the start of a step.
+  void pass_kinks_back(size_t r) {
+    for (; !passed_.kinks.empty() && passed_.kinks.back().row == r; passed_.kinks.pop_back()) {
+      const int c = passed_.kinks.back().channel;
+      double by = by_shared_;
+      by_shared_ = 0.0;
+      const double before = drives_.value(c, channels_in(r - 1)[c], Jet(step_.time)).value;
+      each_jump(c, before, channel_values_[N * c], [&](int k, double rate) { by += by_state_[k] * rate; });
+      back_.beginning(c, channels_in(r)[c], by, result_.data);
+    }
+  }
+};
+
+// The derivatives of a number by all data of a run. nothing: of the sizes of the data.
+inline AdjointResult adjoint(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
+                             const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& nothing,
+                             size_t channels, const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees,
+                             const RunRecord& record, const Objective& objective) {
+  const int64_t most = groups.empty() ? -1 : *std::max_element(groups.begin(), groups.end());
+  const Directions directions(book.sizes, channels, int(most + 1));
+  std::vector<DataTangents> data;
+  for (int b = 0; b < directions.blocks(); b++) data.push_back(Lens::data(nothing, directions, b * LANES, groups));
+  ModalAdjoint march(book, nodes, halves, signals, laws, settings, run, start, data, channels, groups, degrees, directions);
+  return march.run(record, objective);
+}
+
+}  // namespace tarsus::modal
