@@ -186,6 +186,12 @@ class Entering:
     beside: tuple[Beside, ...] = ()
     changes: Mapping[int, Change] = field(default_factory=dict)
 
+    def some(self, numbers: Sequence[int]) -> Entering:
+        """Along some of the directions alone, before `beside` has added what is beside the run."""
+        parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
+        changes = {k: self.changes[p] for k, p in enumerate(numbers) if p in self.changes}
+        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), (), changes)
+
 
 def entering(
     scene: Scene, plan: Plan, gradients: Sequence[str] | Mapping[str, Direction], duration: float
