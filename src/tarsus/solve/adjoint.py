@@ -92,6 +92,15 @@ def _groups(parameters: Floats) -> tuple[NDArray[np.int64], Floats]:
 
 
 def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
-    """Highest power (pieces,) that a piece of a channel has, or a derivative of it."""
+    """Highest power (pieces,) that a piece of a channel has, or a derivative of it; -1 in channels that nothing moves."""
+    first = np.asarray(row.signals.first)
     used = (np.asarray(row.signals.coef) != 0.0) | data.coef.any(axis=2)
-    return np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
+    out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
+    moves = data.coef.any(axis=(1, 2)) | data.begin.any(axis=1) | data.end.any(axis=1)
+    still = np.ones(len(out), dtype=bool)
+    for c, channel in enumerate(row.channels[0]):
+        pieces = slice(first[channel], first[channel + 1])
+        if moves[pieces].any() or data.loops[channel].any() or data.changes[c].any():
+            still[pieces] = False
+    out[still] = -1
+    return out

@@ -64,13 +64,15 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
         return None
     period = 0.0
     if log.by_period.any():
+        # with all times stretched alike no event changes places with an edge of a period
         way = np.zeros_like(rows)
-        way[:, E_TIME] = _turns(log)
+        way[:, [E_TIME, E_APEX_TIME]] = rows[:, [E_TIME, E_APEX_TIME]] / log.period
+        way[marks, E_TIME] = _turns(log)[marks]
         way[rising, E_APEX_TIME] = way[rising, E_TIME]
         moved = replace(log, slopes=way[..., None], by_period=np.ones(1))
-        (period,), (kinked,) = measure_slopes(moved, feet, name)
-        period = float("nan") if kinked else period
-    return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), float(period))
+        (stretched,), (kinked,) = measure_slopes(moved, feet, name)
+        period = float("nan") if kinked else float(stretched - (seeds * way).sum())
+    return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), period)
 
 
 def _moves_by(trial: Log, feet: tuple[str, ...], name: str, parts: Floats) -> bool:

@@ -63,6 +63,7 @@ class Lens : public ModalTangent {
   void take_from(const Lens& run) {
     step_ = run.step_;
     tables_ = run.tables_;
+    gaps_ = run.gaps_;
     value_ = run.value_;
     acting_ = run.acting_;
     drives_.player.cursor = run.drives_.player.cursor;

@@ -40,7 +40,8 @@ struct Passed {
   std::vector<InstantMap> instants;
   std::vector<Mark> marks;
   std::vector<Kink> kinks;
-  std::vector<Cursor> cursors;       // (rows + 1, channels): before the first step and in every one
+  std::vector<Cursor> cursors;          // (places, channels): before the first step, and wherever one moves
+  std::vector<size_t> moved;            // (places): the first step that has them
   std::vector<size_t> events, samples;  // of every step: number of the first event after it, of the first sample in it
 };
 
@@ -97,7 +98,9 @@ class ModalAdjoint : Lens {
   // Derivatives of the number by: the state; since when feet are held; of the flights that end next, the highest gaps and when,
   // and the integrals; outputs and inputs of an instant; what is shown; channels, and right sides, at the nodes.
   std::vector<double> by_state_, by_since_, apex_, apex_time_, integral_, out_by_, in_by_, shown_by_, by_channel_, right_by_;
-  std::vector<Row> by_gap_, forces_by_;
+  std::vector<Row> by_gap_, forces_by_, head_;
+  std::vector<std::unique_ptr<BackTables>> backs_;  // by contact mode and step
+  const BackTables* tables_back_ = nullptr;         // of the step
   double begun_ = 0.0;                     // start of the run [s]
   double by_shared_ = 0.0, margin_ = 0.0;  // by the moment last shared; by the gap or pull of a foot at the end of the step
   int margin_foot_ = 0;
@@ -126,22 +129,23 @@ class ModalAdjoint : Lens {
   void forward() {
     begun_ = now_.time.value;
     passed_.cursors = drives_.player.cursor;
+    passed_.moved = {0};
     drives_.jumps_at(now_.time.value, [&](int c, const Cursor& at) {
       result_.edges.insert(result_.edges.end(), {at.piece, at.turns, int64_t(c)});
     });
     passed_.instants.emplace_back();
     passed_.instants.back().blocks.resize(1 + others_.size());
     size_t event = gone_through(0, 0), sample = 0;
+    Recording steps(book_, record_->trace);
     for (size_t r = 0; r < record_->rows && !result_.refused; r++) {
-      const double* row = record_->trace + r * recorded_width(sizes_);
-      const Recorded step = recorded(book_, row);
+      const Recorded step = steps.step(r);
       if (step.mode != now_.mode) result_.refused = true;
       if (result_.refused) return;
       seek(step, r);
       passed_.events.push_back(event);
       passed_.samples.push_back(sample);
       const bool last = r + 1 == record_->rows;
-      const double next = last ? INF : row[recorded_width(sizes_)];
+      const double next = last ? INF : steps.row(r + 1)[0];
       while (sample < objective_->count && (last || objective_->times[sample] < next)) sample++;
       const bool happens = same_instant(event, r + 1);
       if (moving_ || happens) take(step);
@@ -159,7 +163,7 @@ class ModalAdjoint : Lens {
 
   void take(const Recorded& step) {
     take_step(step);
-    tables_ = &book_.step(*step.mode, step.step_class);
+    find_tables();
   }
 
   template <class See>
@@ -171,14 +175,19 @@ class ModalAdjoint : Lens {
 
   // The channels at the start of a step, and what kinks they pass there.
   void seek(const Recorded& step, size_t r) {
+    bool moved = false;
     for (size_t c = 0; c < channels_; c++) {
-      const Cursor was = drives_.player.cursor[c];
+      Cursor& now = drives_.player.cursor[c];
+      const Cursor was = now;
       drives_.player.seek(int(c), step.time);
-      if (moving_ || !drives_.passed(was, drives_.player.cursor[c], step.time)) continue;
+      moved = moved || was.piece != now.piece || was.turns != now.turns;
+      if (moving_ || !drives_.passed(was, now, step.time)) continue;
       passed_.kinks.push_back({r, int(c)});
       shared_at_ = step.time;
     }
+    if (!moved) return;
     passed_.cursors.insert(passed_.cursors.end(), drives_.player.cursor.begin(), drives_.player.cursor.end());
+    passed_.moved.push_back(r);
   }
 
   // As ModalTangent::happen.
@@ -223,21 +232,33 @@ class ModalAdjoint : Lens {
 
   void backward() {
     size_t end = record_->count;
+    Recording steps(book_, record_->trace);
     for (size_t r = record_->rows; r-- > 0;) {
-      const Recorded step = recorded(book_, record_->trace + r * recorded_width(sizes_));
+      const Recorded step = steps.step(r);
       end = happened(end, r + 1, step.time + step.length * step.fraction);
-      std::copy_n(channels_in(r), channels_, drives_.player.cursor.begin());
       take(step);
-      for (size_t c = 0; c < channels_; c++) drives_.player.fill(int(c), step.time, step.length, &channel_values_[N * c]);
+      std::copy_n(cursors(), channels_, drives_.player.cursor.begin());
+      for (int i : smooth_) {
+        const int c = i < sizes_.feet ? -1 : channel_of(i - sizes_.feet);
+        if (c >= 0) drives_.player.fill(c, step.time, step.length, &channel_values_[N * c]);
+      }
       go_back(r);
-      pass_kinks_back(r);
+      leave_place(r);
     }
     happened(end, 0, begun_);
     for (size_t q = 0; q < bar_.sources.size(); q++) result_.data.sources[q] += bar_.sources[q];
   }
 
-  // The channels in a step, or at the start of the run (row -1).
-  const Cursor* channels_in(size_t row) const { return passed_.cursors.data() + (row + 1) * channels_; }
+  // The channels where the way back has come to; ``before``: one place earlier.
+  const Cursor* cursors(size_t before = 0) const { return passed_.cursors.data() + (passed_.moved.size() - 1 - before) * channels_; }
+
+  // From the start of a step, kinks that moved the state there passed, to the end of the one before.
+  void leave_place(size_t r) {
+    pass_kinks_back(r);
+    if (passed_.moved.back() < r || passed_.moved.size() == 1) return;
+    passed_.moved.pop_back();
+    passed_.cursors.resize(passed_.cursors.size() - channels_);
+  }
 
   // What happened after so many steps, at a time, before event number ``end``. Returns the number of the first of that.
   size_t happened(size_t end, size_t steps, double time) {
@@ -304,9 +325,8 @@ class ModalAdjoint : Lens {
     }
     std::copy_n(state, sizes_.state(), by_state_.begin());
     std::copy_n(&in[of.since], sizes_.feet, by_since_.begin());
-    const Cursor* cursors = channels_in(map.steps - 1);
     for (size_t c = 0; c < channels_; c++) {
-      if (in[of.channels + c] != 0.0) back_.value(int(c), cursors[c], time, in[of.channels + c], to);
+      if (in[of.channels + c] != 0.0) back_.value(int(c), cursors()[c], time, in[of.channels + c], to);
     }
     for (size_t q = 0; q < to.sources.size(); q++) to.sources[q] += in[of.sources + q];
     for (size_t g = 0; g < to.groups.size(); g++) to.groups[g] += in[of.groups + g];
@@ -316,22 +336,34 @@ class ModalAdjoint : Lens {
   // From the end of a step to its start.
   void go_back(size_t r) {
     const ContactMode& mode = *step_.mode;
-    std::fill(bar_.state.begin(), bar_.state.end(), 0.0);
     std::fill(bar_.inputs.begin(), bar_.inputs.end(), 0.0);
+    tables_back_ = &back_of(mode);
     if (margin_ != 0.0) {
       (mode.is_held[margin_foot_] ? seed_.pull : seed_.gap)[margin_foot_] = margin_;
       show_back(mode, nodes_, step_.length, step_.fraction, acting_, seed_, by_state_, bar_);
       seed_.pull[margin_foot_] = seed_.gap[margin_foot_] = 0.0;
     }
+    head_.assign(tables_back_->head, Row(0.0));
     if (step_.fraction == 1.0) {
-      end_back(*tables_, acting_, by_state_.data(), bar_);
+      for (int i : acting_) store(bar_.input(i), load(bar_.input(i)) + tables_back_->end_input(i, by_state_.data()));
+      tables_back_->end(by_state_.data(), head_.data());
+      std::fill(by_state_.begin(), by_state_.end(), 0.0);
     } else {
       within_back(book_, nodes_, halves_, mode, step_.step_class, step_.fraction, acting_, room_, by_state_, bar_);
     }
     for (size_t n = passed_.samples[r]; n < passed_.samples[r + 1]; n++) sampled(n);
     tracked(r);
     linearise_back();
-    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += bar_.state[k];
+    const double* head = reinterpret_cast<const double*>(head_.data());
+    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += head[k];
+    for (int q = 0; q < sizes_.sources(); q++) bar_.sources[q] += head[sizes_.state() + q];
+  }
+
+  const BackTables& back_of(const ContactMode& mode) {
+    const size_t place = size_t(mode.number) * book_.classes() + step_.step_class;
+    if (place >= backs_.size()) backs_.resize(place + 1);
+    if (backs_[place] == nullptr) backs_[place] = std::make_unique<BackTables>(*tables_);
+    return *backs_[place];
   }
 
   // What is shown at scaled time s, by ``seed_``, which is left at nothing.
@@ -359,10 +391,11 @@ class ModalAdjoint : Lens {
   void tracked(size_t r) {
     Row weights = Row(0.0);
     double power = step_.fraction * step_.length;
-    for (int c = 0; c < N; c++, power *= step_.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
+    const bool none = std::all_of(integral_.begin(), integral_.end(), [](double x) { return x == 0.0; });
+    for (int c = 0; c < N && !none; c++, power *= step_.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
     for (int i : step_.mode->free) {
       if (nearly_lands(step_, i)) flag(passed_.events[r], NEAR_MISS, -1);
-      by_gap_[i] = weights * integral_[i];
+      by_gap_[i] = integral_[i] == 0.0 ? Row(0.0) : weights * integral_[i];
       if ((apex_[i] == 0.0 && apex_time_[i] == 0.0) || !(record_->events[next_[i]].apex > 0.0)) continue;
       const double s = (record_->events[next_[i]].apex_time - step_.time) / step_.length;
       if (!(s >= 0.0 && s <= step_.fraction)) continue;
@@ -386,7 +419,7 @@ class ModalAdjoint : Lens {
     for (size_t c = 0; c < channels_; c++) {
       double* by = &by_channel_[N * c];
       if (int(c) < sizes_.drives) store(by, load(by) + load(bar_.input(2 * m + int(c))));
-      if (any_less(Row(0.0), magnitude(load(by)))) {
+      if (back_.moves(drives_.player.cursor[c])) {
         back_.fill(int(c), drives_.player.cursor[c], step_.time, step_.length, by, result_.data);
       }
     }
@@ -394,7 +427,13 @@ class ModalAdjoint : Lens {
 
   // An output by state, drives and sources.
   void drives_back(int output, const Row& by) {
-    outputs_back(*tables_, acting_.data() + smooth_.size(), acting_.size() - smooth_.size(), output, by, bar_);
+    alignas(64) double each[N];
+    store(each, by);
+    tables_back_->output(output, each, head_.data());
+    for (size_t n = smooth_.size(); n < acting_.size(); n++) {
+      double* to = bar_.input(acting_[n]);
+      store(to, load(to) + tables_back_->input(output, acting_[n], each));
+    }
   }
 
   void forces_back() {
@@ -403,11 +442,12 @@ class ModalAdjoint : Lens {
     forces_by_.clear();
     for (int i : smooth_) {
       solved_.push_back(smooth_input(step_, i));
+      Row by = load(bar_.input(i));
       for (int o : step_.mode->free) {
         if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE) || integral_[o] == 0.0) continue;
-        input_back(*tables_, o, i, by_gap_[o], bar_.input(i));
+        by += tables_back_->input(o, i, reinterpret_cast<const double*>(&by_gap_[o]));
       }
-      forces_by_.push_back(load(bar_.input(i)));
+      forces_by_.push_back(by);
     }
     right_by_.resize(unknown_.size() * N);
     for (size_t a = 0; a < unknown_.size(); a++) {
@@ -423,11 +463,11 @@ class ModalAdjoint : Lens {
     }
     solver_.solve(right_by_.data());
     for (size_t a = 0; a < unknown_.size(); a++) {
-      const Row by = load(&right_by_[N * a]);
-      for (const Smooth& one : solved_) input_back(*tables_, unknown_[a], one.input, by, bar_.input(one.input));
-      drives_back(unknown_[a], by);
+      const double* by = &right_by_[N * a];
+      for (size_t n = 0; n < solved_.size(); n++) forces_by_[n] += tables_back_->input(unknown_[a], solved_[n].input, by);
+      drives_back(unknown_[a], load(by));
     }
-    for (const Smooth& one : solved_) laws_back(one, load(bar_.input(one.input)));
+    for (size_t n = 0; n < solved_.size(); n++) laws_back(solved_[n], forces_by_[n]);
   }
 
   // A force at the nodes by the parameters of its laws and by its voltage.
@@ -457,9 +497,10 @@ class ModalAdjoint : Lens {
       const int c = passed_.kinks.back().channel;
       double by = by_shared_;
       by_shared_ = 0.0;
-      const double before = drives_.value(c, channels_in(r - 1)[c], Jet(step_.time)).value;
-      each_jump(c, before, channel_values_[N * c], [&](int k, double rate) { by += by_state_[k] * rate; });
-      back_.beginning(c, channels_in(r)[c], by, result_.data);
+      const double before = drives_.value(c, cursors(1)[c], Jet(step_.time)).value;
+      const double after = drives_.value(c, cursors()[c], Jet(step_.time)).value;
+      each_jump(c, before, after, [&](int k, double rate) { by += by_state_[k] * rate; });
+      back_.beginning(c, cursors()[c], by, result_.data);
     }
   }
 };

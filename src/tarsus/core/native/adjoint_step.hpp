@@ -13,26 +13,80 @@ struct DataAdjoint {
   double period = 0.0;
 };
 
-// sum_j rows[j] by[j]
-TARSUS_INLINE double along(const double* rows, const Row& by) { return total(load(rows) * by); }
+// The tables of a step (StepClass), transposed. A head is what enters a step beside its inputs: its state and the sources, in
+// so many rows.
+class BackTables {
+ public:
+  const Sizes& sizes;
+  const int head;  // rows of it
 
-// Of nodal inputs by what they add to an output.
-TARSUS_INLINE void input_back(const StepClass& step, int output, int input, const Row& by, double* to) {
-  const double* rows = step.from_input(output, input);
-  for (int l = 0; l < N; l++) to[l] += along(rows + l * N, by);
-}
-
-// outputs_at_nodes, of some inputs.
-inline void outputs_back(const StepClass& step, const int* inputs, size_t count, int output, const Row& by, Entering<double>& to) {
-  const Sizes& s = step.sizes;
-  const double* rows = step.from_state(output);
-  for (int b = 0; b < s.stride; b++) {
-    to.state[b] += along(rows + b * 2 * N, by);
-    to.state[s.stride + b] += along(rows + (b * 2 + 1) * N, by);
+  BackTables(const StepClass& step)
+      : sizes(step.sizes), head((sizes.state() + sizes.sources() + N - 1) / N), inputs_(size_t(sizes.outputs) * sizes.inputs() * N),
+        heads_(size_t(sizes.outputs) * N * head, Row(0.0)), ends_(size_t(sizes.inputs()) * sizes.state()),
+        end_heads_(size_t(sizes.state()) * head, Row(0.0)) {
+    const int ni = sizes.inputs(), ns = sizes.stride, st = sizes.state();
+    for (int o = 0; o < sizes.outputs; o++) {
+      for (int i = 0; i < ni; i++) {
+        for (int j = 0; j < N; j++) {
+          for (int l = 0; l < N; l++) inputs_[(size_t(o) * ni + i) * N + j].set(l, step.from_input(o, i)[l * N + j]);
+        }
+      }
+      for (int j = 0; j < N; j++) {
+        double* to = at(heads_, o * N + j);
+        for (int b = 0; b < ns; b++) {
+          for (int d = 0; d < 2; d++) to[d * ns + b] = step.from_state(o)[(b * 2 + d) * N + j];
+        }
+        for (int q = 0; q < sizes.sources(); q++) to[st + q] = step.node_bias[(size_t(q) * sizes.outputs + o) * N + j];
+      }
+    }
+    for (int k = 0; k < st; k++) {
+      for (int i = 0; i < ni; i++) {
+        for (int l = 0; l < N; l++) ends_[size_t(i) * st + k].set(l, step.state_input[(size_t(i) * N + l) * st + k]);
+      }
+      double* to = at(end_heads_, k);
+      const int b = k % ns, d = k / ns;
+      to[b] = step.exponential[2 * d * ns + b];
+      to[ns + b] = step.exponential[(2 * d + 1) * ns + b];
+      for (int q = 0; q < sizes.sources(); q++) to[st + q] = step.state_bias[q * st + k];
+    }
   }
-  for (size_t n = 0; n < count; n++) input_back(step, output, inputs[n], by, to.input(inputs[n]));
-  for (int q = 0; q < s.sources(); q++) to.sources[q] += along(step.node_bias + (q * s.outputs + output) * N, by);
-}
+
+  // Of nodal inputs by what they add to an output.
+  TARSUS_INLINE Row input(int output, int input, const double* by) const {
+    const Row* rows = &inputs_[(size_t(output) * sizes.inputs() + input) * N];
+    Row even = rows[0] * by[0], odd = rows[1] * by[1];
+    for (int j = 2; j < N; j += 2) {
+      even += rows[j] * by[j];
+      odd += rows[j + 1] * by[j + 1];
+    }
+    return even + odd;
+  }
+
+  // Of a head by an output.
+  TARSUS_INLINE void output(int output, const double* by, Row* to) const {
+    const Row* rows = &heads_[size_t(output) * N * head];
+    for (int j = 0; j < N; j++) {
+      for (int w = 0; w < head; w++) to[w] += rows[j * head + w] * by[j];
+    }
+  }
+
+  // Of nodal inputs, and of a head, by the state at the end of the whole step.
+  TARSUS_INLINE Row end_input(int input, const double* by) const {
+    Row sum = Row(0.0);
+    for (int k = 0; k < sizes.state(); k++) sum += ends_[size_t(input) * sizes.state() + k] * by[k];
+    return sum;
+  }
+  TARSUS_INLINE void end(const double* by, Row* to) const {
+    for (int k = 0; k < sizes.state(); k++) {
+      for (int w = 0; w < head; w++) to[w] += end_heads_[k * head + w] * by[k];
+    }
+  }
+
+ private:
+  std::vector<Row> inputs_, heads_, ends_, end_heads_;
+
+  double* at(std::vector<Row>& rows, int place) { return reinterpret_cast<double*>(rows.data() + size_t(place) * head); }
+};
 
 inline double dot(const double* rows, const double* x, int size) {
   double sum = 0.0;
@@ -167,15 +221,20 @@ inline void show_back(const ContactMode& mode, const Nodes& nodes, double length
   for (int k = 0; k < st; k++) state[k] += modal[k];
 }
 
-// Drives, of a run's data; degrees (pieces): highest power of a piece that it or a derivative of it has.
+// Drives, of a run's data; degrees (pieces): highest power of a piece that it or a derivative of it has, -1
+// of channels that nothing moves.
 class DrivesBack {
  public:
   DrivesBack(const Signals& s, const Nodes& nodes, const RunData& run, const std::vector<int64_t>& degrees)
       : signals_(s), nodes_(nodes), run_(run), degrees_(degrees) {}
 
+  // Whether anything depends on the piece of a cursor, or on what follows it.
+  bool moves(const Cursor& at) const { return degrees_[at.piece] >= 0; }
+
   // The value of channel c at a fixed time in the piece of a cursor.
   void value(int c, const Cursor& at, double time, double by, DataAdjoint& to) const {
     const int64_t p = at.piece;
+    if (degrees_[p] < 0) return;
     const double a = signals_.start[p], length = signals_.end[p] - a, scaled = by * at.change.factor;
     const double x = signals_.flat[p] ? 0.0 : 2.0 * (time - at.shift - a) / length - 1.0;
     const double* k = signals_.coef.data() + DEGREE * p;
@@ -195,9 +254,19 @@ class DrivesBack {
 
   // Its values at the nodes of a step, as DriveTangents::fill takes them.
   void fill(int c, Cursor at, double t, double h, const double* by, DataAdjoint& to) const {
+    const auto over = [&](int j, double from) {
+      return from + nodes_.tau[j] * h > signals_.end[at.piece] - signals_.start[at.piece] && !signals_.sharp[at.piece];
+    };
     double from = t - at.shift - signals_.start[at.piece];
+    if (!over(N - 1, from) && degrees_[at.piece] == 0) {  // a level
+      const double sum = total(load(by));
+      to.coef[DEGREE * at.piece] += sum * at.change.factor;
+      to.changes[3 * c] += sum * signals_.coef[DEGREE * at.piece];
+      to.changes[3 * c + 1] += sum;
+      return;
+    }
     for (int j = 0; j < N; j++) {
-      while (from + nodes_.tau[j] * h > signals_.end[at.piece] - signals_.start[at.piece] && !signals_.sharp[at.piece]) {
+      while (over(j, from)) {
         if (!Player::next_piece(at)) break;
         from = t - at.shift - signals_.start[at.piece];
       }

@@ -21,8 +21,9 @@ class ModalTangent : protected StepTangents {
     size_t sample = 0;
     drives_.edges_at(now_.time.value, [&](int lane) { flag(0, EDGE_AT_START, lane); });
     size_t event = happen(0, 0);
+    Recording steps(book_, record.trace);
     for (size_t r = 0; r < record.rows; r++) {
-      const Recorded step = recorded(book_, record.trace + r * recorded_width(sizes_));
+      const Recorded step = steps.step(r);
       if (step.mode != now_.mode) {
         lose(event);
         break;
@@ -31,7 +32,7 @@ class ModalTangent : protected StepTangents {
       linearise(step);
       if (keep) keep_step();
       const bool last = r + 1 == record.rows;
-      while (sample < count && (last || times[sample] < record.trace[(r + 1) * recorded_width(sizes_)])) {
+      while (sample < count && (last || times[sample] < steps.row(r + 1)[0])) {
         take_sample(step, std::min(std::max((times[sample] - step.time) / step.length, 0.0), step.fraction), sample);
         sample++;
       }

@@ -31,7 +31,7 @@ class StepTangents {
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
-        channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
+        gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
         value_room_(sizes_), slope_room_(sizes_), shown_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
@@ -85,7 +85,8 @@ class StepTangents {
   bool moving_ = false;   // within an instant
   std::vector<Row> dw_;   // tangents of the flowing state at the present, fixed time
   std::vector<FootTangent> feet_;
-  std::vector<double> channel_values_;  // (channels, 8) at the nodes of the step
+  std::vector<Row> gaps_;               // of the free feet at the nodes of the step
+  std::vector<double> channel_values_;  // (channels, 8) there
   std::vector<Row> channel_slopes_;
   size_t channels_;
   Entering<double> value_;  // what enters the step, and its tangents
@@ -254,7 +255,7 @@ class StepTangents {
   // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
   // (1 - G S) dy = dlinear + G own, with S the forces' slopes by y, and G what they do to y.
   void linearise(const Recorded& step) {
-    tables_ = &book_.step(*now_.mode, step.step_class);
+    find_tables();
     const int m = sizes_.feet;
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
@@ -262,6 +263,12 @@ class StepTangents {
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
     if (!smooth_.empty()) solve_smooth(step);
+  }
+
+  // The tables of the step, and the gaps of the free feet at its nodes.
+  void find_tables() {
+    tables_ = &book_.step(*step_.mode, step_.step_class);
+    for (int i : step_.mode->free) gaps_[i] = output_row(*tables_, acting_, value_, i);
   }
 
   void output_slopes(int output, Row* to) const {
@@ -331,11 +338,8 @@ class StepTangents {
     const int m = sizes_.feet, foot = i % m;
     const bool force = i >= m;
     Smooth out = {i, foot, force ? channel_of(foot) : -1, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}, {}};
-    double gap[N], rate[N] = {};
-    outputs_at_nodes(*tables_, acting_, value_, foot, gap);
-    if (out.rated) outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
-    out.arguments[0] = load(gap);
-    out.arguments[1] = load(rate);
+    out.arguments[0] = gaps_[foot];
+    out.arguments[1] = out.rated ? output_row(*tables_, acting_, value_, m + foot) : Row(0.0);
     out.arguments[2] = out.channel < 0 ? Row(0.0) : load(&channel_values_[N * out.channel]);
     out.arguments[3] = nodes_.times() * step.length + step.time;
     laws_.slopes(out.hook(m), foot, out.arguments, out.count(m), out.by_gap, out.by_rate);
@@ -411,11 +415,11 @@ class StepTangents {
   // Whether a foot turns in this step so close above the ground that an error of its gap could hide a touchdown. Nodes are so
   // dense that one of them sees a parabola's lowest tenth.
   bool nearly_lands(const Recorded& step, int i) {
+    const double room = GRAZE * settings_.gap, most = highest(gaps_[i]);
+    if (gaps_[i][0] <= room || !any_less(gaps_[i], Row(0.1 * most))) return false;
     alignas(64) double gap[N];
-    outputs_at_nodes(*tables_, acting_, value_, i, gap);
-    const double room = GRAZE * settings_.gap;
+    store(gap, gaps_[i]);
     const int low = int(std::min_element(gap, gap + N) - gap);
-    if (gap[0] <= room || gap[low] > 0.1 * highest(load(gap))) return false;
     double s = nodes_.tau[low], value = gap[low];
     for (int n = 0; n < 4; n++) {  // Newton's method for where it turns
       const Weights at(nodes_, s);
@@ -439,9 +443,7 @@ class StepTangents {
 
   // Second derivative of a gap by the scaled time.
   double bend_of(int i, double s) const {
-    double gap[N];
-    outputs_at_nodes(*tables_, acting_, value_, i, gap);
-    return weighted(Weights(nodes_, s).bend, gap);
+    return total(Weights(nodes_, s).bend * gaps_[i]);
   }
 
   // Tangents of the state at the end of a step.
