@@ -236,7 +236,8 @@ def _one_by_one(
         except InputError as error:
             raise InputError([f"signals.{name}.{text}" for text in error.problems]) from None
         try:
-            other = with_values(drive, dict(zip(drive_fields, values[len(fields) :], strict=True)))
+            named = dict(zip(drive_fields, values[len(fields) :], strict=True))
+            other = with_values(drive, named) if named else drive
         except InputError as error:
             raise InputError([f"robot.drives.{name}.{text}" for text in error.problems]) from None
         pieces += lower(other.actuator_volts(one), other.law, other.history)

@@ -67,7 +67,7 @@ def swept(
     by_groups, initial, sources, coef, first, last, loops, changes, period = found
     pairs = (
         (by_groups, moves), (initial, data.initial), (sources, data.sources), (coef, data.coef), (first, data.begin),
-        (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period + np.nan_to_num(seeds.period)]), data.period),
+        (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period + (seeds.period if np.isfinite(seeds.period) else 0.0)]), data.period),
     )  # fmt: skip
     values = sum(
         (np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_INTEGRAL, E_KIND, E_TIME
 from tarsus.core.replay import Sampled
-from tarsus.measure import RESOLUTION, Judgement, RunTable, event_slopes
+from tarsus.measure import RESOLUTION, Judgement, RunTable, event_slopes, periods_used
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
 from tarsus.solve.directional import LARGEST, MOVED, STEPS, TOGETHER, Log, difference, measure_slopes, step_along
@@ -39,7 +39,8 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
     """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which tells whether the
     drive period moves.
 
-    None where its derivatives by events are not known, and where it has a kink; NaN by the period where it has one there.
+    None where its derivatives by events are not known, and where it has a kink; by the period NaN
+    where it has one there, infinite where it jumps with the number of periods.
     """
     rows, (order, given) = log.rows, event_order(log.rows)
     table = RunTable(
@@ -71,8 +72,16 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
         way[rising, E_APEX_TIME] = way[rising, E_TIME]
         moved = replace(log, slopes=way[..., None], by_period=np.ones(1))
         (stretched,), (kinked,) = measure_slopes(moved, feet, name)
-        period = float("nan") if kinked else float(stretched - (seeds * way).sum())
+        period = float(stretched - (seeds * way).sum())
+        if kinked:
+            period = np.inf if _jumps(log) else np.nan
     return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), period)
+
+
+def _jumps(log: Log) -> bool:
+    """Whether the number of whole periods of a run changes with the period, however little that moves."""
+    sides = log.period * (1.0 + np.array([-1e-6, 0.0, 1e-6]))
+    return len({tuple(one) for one in np.transpose(periods_used(np.full(3, log.end), sides, None))}) > 1
 
 
 def _moves_by(trial: Log, feet: tuple[str, ...], name: str, parts: Floats) -> bool:

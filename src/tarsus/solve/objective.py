@@ -82,8 +82,9 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
         seeds = number_seeds(log, objective, times, run.states(times))
     if seeds is None:
         return [_forwards(run, objective, times)]
+    moved = by_period != 0.0
     if np.isnan(seeds.period):
-        forwards |= set(np.flatnonzero(by_period).tolist())
+        forwards |= set(np.flatnonzero(moved).tolist())
     backwards = run.along([p for p in range(len(run.paths)) if p not in forwards])
     settings, recorded = recording(run.plan, run.duration, run.accuracy or RECORDED), Recorded(run.raw, run.notes)
     found = swept(run.plan, run.raw.book, backwards.entered, recorded, settings, seeds) if backwards.paths else None
@@ -92,7 +93,8 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     values, flags = found
     count = len(backwards.paths)
     doubts = [[(event, reason) for event, reason, of in flags if of in (-1, p)] for p in range(count)]
-    out = [backwards.told_of(values, np.zeros(count, dtype=bool), doubts)]
+    jumps = backwards.entered.data.period[0].astype(bool) & np.isinf(seeds.period)
+    out = [backwards.told_of(values, jumps, doubts)]
     return [*out, _forwards(run.along(sorted(forwards)), objective, times)] if forwards else out
 
 
