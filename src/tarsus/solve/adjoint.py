@@ -1,7 +1,7 @@
 """Derivatives of one number of a recorded run by everything that enters it, backwards over its steps and events.
 
-The number's own derivatives by events and states come first; what the engine makes of them, derivatives by all of a run's
-data, is multiplied with the data's derivatives by the numbers asked for. Its cost does not depend on how many these are.
+The number's own derivatives by events and states come first; what the engine makes of them, derivatives by all of a
+run's data, is multiplied with the data's derivatives by the numbers asked for. How many these are hardly matters.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ EDGE_AT_START = 5
 
 @dataclass(frozen=True)
 class Seeds:
-    """Derivatives of a number of a run: by its event rows (ne, 12), in the order in which the engine met them; by samples
-    (nt, 2n + 5m) of displacements, velocities, gaps, gap rates, resistive and smooth forces and pulls at times (nt,) [s]; and
-    by the drive period [s]."""
+    """Derivatives of a number of a run: by its event rows (ne, 12), in the order in which the engine met them; by
+    samples (nt, 2n + 5m) of displacements, velocities, gaps, gap rates, resistive and smooth forces and pulls at times
+    (nt,) [s]; and by the drive period [s], NaN where it has a kink, infinite where it jumps."""
 
     events: Floats
     times: Floats
@@ -65,9 +65,10 @@ def swept(
     if refused:
         return None
     by_groups, initial, sources, coef, first, last, loops, changes, period = found
+    period += seeds.period if np.isfinite(seeds.period) else 0.0
     pairs = (
         (by_groups, moves), (initial, data.initial), (sources, data.sources), (coef, data.coef), (first, data.begin),
-        (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period + (seeds.period if np.isfinite(seeds.period) else 0.0)]), data.period),
+        (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period]), data.period),
     )  # fmt: skip
     values = sum(
         (np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count)
@@ -80,8 +81,8 @@ def swept(
 
 
 def _groups(parameters: Floats) -> tuple[NDArray[np.int64], Floats]:
-    """Parameters (n, P) that move alike: the number of the group of each (n,), -1 where none moves it, and how the groups
-    (g, P) move."""
+    """Parameters (n, P) that move alike: the number of the group of each (n,), -1 where none moves it, and how the
+    groups (g, P) move."""
     groups = np.full(len(parameters), -1, dtype=np.int64)
     moving = np.flatnonzero(parameters.any(axis=1))
     if not len(moving):
@@ -92,7 +93,8 @@ def _groups(parameters: Floats) -> tuple[NDArray[np.int64], Floats]:
 
 
 def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
-    """Highest power (pieces,) that a piece of a channel has, or a derivative of it; -1 in channels that nothing moves."""
+    """Highest power (pieces,) that a piece of a channel or a derivative of it has; -1 in channels that nothing
+    moves."""
     first = np.asarray(row.signals.first)
     used = (np.asarray(row.signals.coef) != 0.0) | data.coef.any(axis=2)
     out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)

@@ -14,9 +14,18 @@ from tarsus.core.replay import Sampled
 from tarsus.measure import RESOLUTION, Judgement, RunTable, event_slopes, periods_used
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
-from tarsus.solve.directional import LARGEST, MOVED, STEPS, TOGETHER, Log, difference, measure_slopes, step_along
+from tarsus.solve.directional import (
+    LARGEST,
+    MOVED,
+    STEPS,
+    TOGETHER,
+    Log,
+    difference,
+    measure_slopes,
+    step_along,
+)
 
-__all__ = ["NumberOf", "STATES", "measure_seeds", "number_seeds"]
+__all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -24,12 +33,13 @@ NumberOf = Callable[..., float]
 """A function of the events with the period marks, or of these and of states at given times (`Sampled`)."""
 
 FINER = (1.0, 1e-2, 1e-4)
-"""Parts of the longest steps that are tried where a number seems to have a kink: events that nearly repeat take turns in
-being the largest."""
+"""Parts of the longest steps that are tried where a number seems to have a kink: events that nearly repeat take turns
+in being the largest."""
 ROUNDING = 1e-14
+"""Part of the largest number of the events that a measure of them may be off by: a difference of a few of them."""
 AGREE = 1e-6
-"""Part of all that a number is made of by which its derivative along a direction may miss what its derivatives by single
-events come to; what differs more has a kink there."""
+"""Part of all that a number is made of by which its derivative along a direction may miss what its derivatives by
+single events come to; what differs more has a kink there."""
 STATES = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 """Fields of states in the order in which the engine's derivatives have them."""
 _NAMES = EVENT_TYPE.names or ()
@@ -72,7 +82,7 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
         way[rising, E_APEX_TIME] = way[rising, E_TIME]
         moved = replace(log, slopes=way[..., None], by_period=np.ones(1))
         (stretched,), (kinked,) = measure_slopes(moved, feet, name)
-        period = float(stretched - (seeds * way).sum())
+        period = float(stretched - (seeds * way).sum()) if seeds.any() else 0.0
         if kinked:
             period = np.inf if _jumps(log) else np.nan
     return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), period)
@@ -96,7 +106,8 @@ def _moves_by(trial: Log, feet: tuple[str, ...], name: str, parts: Floats) -> bo
 
 
 def number_seeds(log: Log, number: NumberOf, times: Floats, states: Sampled | None) -> Seeds | None:
-    """Of a function of a run's events, and of its states at times (nt,) where they are given. log as for `measure_seeds`.
+    """Of a function of a run's events, and of its states at times (nt,) where they are given. log as for
+    `measure_seeds`.
 
     Numbers are tried in groups, and groups that do not matter left alone. Kinks as there.
     """

@@ -101,6 +101,11 @@ class ModalAdjoint : Lens {
   std::vector<Row> by_gap_, forces_by_, head_;
   std::vector<std::unique_ptr<BackTables>> backs_;  // by contact mode and step
   const BackTables* tables_back_ = nullptr;         // of the step
+  // Terms of a series, of which each must be so much smaller than the one before: else elimination costs less.
+  static constexpr int SERIES = 16;
+  static constexpr double FALLING = 0.1;
+  std::vector<double> series_, term_, next_term_;
+  std::vector<Row> series_forces_;
   double begun_ = 0.0;                     // start of the run [s]
   double by_shared_ = 0.0, margin_ = 0.0;  // by the moment last shared; by the gap or pull of a foot at the end of the step
   int margin_foot_ = 0;
@@ -457,17 +462,65 @@ class ModalAdjoint : Lens {
       }
       store(&right_by_[N * a], by);
     }
-    if (!factor_forces()) {
-      result_.refused = true;
-      return;
+    if (!by_series()) {
+      if (!factor_forces()) {
+        result_.refused = true;
+        return;
+      }
+      solver_.solve(right_by_.data());
+      for (size_t n = 0; n < solved_.size(); n++) forces_by_[n] += outputs_back(solved_[n].input, right_by_);
     }
-    solver_.solve(right_by_.data());
-    for (size_t a = 0; a < unknown_.size(); a++) {
-      const double* by = &right_by_[N * a];
-      for (size_t n = 0; n < solved_.size(); n++) forces_by_[n] += tables_back_->input(unknown_[a], solved_[n].input, by);
-      drives_back(unknown_[a], load(by));
-    }
+    for (size_t a = 0; a < unknown_.size(); a++) drives_back(unknown_[a], load(&right_by_[N * a]));
     for (size_t n = 0; n < solved_.size(); n++) laws_back(solved_[n], forces_by_[n]);
+  }
+
+  // What unknown outputs make of an input.
+  Row outputs_back(int input, const std::vector<double>& by) const {
+    Row sum = Row(0.0);
+    for (size_t a = 0; a < unknown_.size(); a++) sum += tables_back_->input(unknown_[a], input, &by[N * a]);
+    return sum;
+  }
+
+  // Solve (1 - G S)^T mu = ``right_by_`` by the series mu = sum (S^T G^T)^n right, and add to the forces' what mu makes of them.
+  // False, and nothing done, where its terms fall too slowly: most steps are so short that a few are enough.
+  bool by_series() {
+    const int m = sizes_.feet;
+    series_ = term_ = right_by_;
+    series_forces_.assign(solved_.size(), Row(0.0));
+    double last = INF, least = 0.0;
+    for (int count = 0; count < SERIES; count++) {
+      next_term_.assign(term_.size(), 0.0);
+      for (size_t n = 0; n < solved_.size(); n++) {
+        const Row by = outputs_back(solved_[n].input, term_);
+        series_forces_[n] += by;
+        for (size_t a = 0; a < unknown_.size(); a++) {
+          if (!solved_[n].feels(unknown_[a], m)) continue;
+          store(&next_term_[N * a], load(&next_term_[N * a]) + solved_[n].by(unknown_[a], m) * by);
+        }
+      }
+      Row largest = Row(0.0);
+      for (size_t k = 0; k < term_.size(); k += N) {
+        largest = larger(largest, magnitude(load(&next_term_[k])));
+        store(&series_[k], load(&series_[k]) + load(&next_term_[k]));
+      }
+      const double size = highest(largest);
+      if (count == 0) least = 1e-18 * std::max(size, highest_of(right_by_));
+      if (!(size <= FALLING * last) || !std::isfinite(size)) return false;
+      if (size <= least) {
+        right_by_.swap(series_);
+        for (size_t n = 0; n < solved_.size(); n++) forces_by_[n] += series_forces_[n];
+        return true;
+      }
+      last = size;
+      term_.swap(next_term_);
+    }
+    return false;
+  }
+
+  static double highest_of(const std::vector<double>& values) {
+    double most = 0.0;
+    for (double x : values) most = std::max(most, std::fabs(x));
+    return most;
   }
 
   // A force at the nodes by the parameters of its laws and by its voltage.
