@@ -30,7 +30,7 @@ def backwards_alone(monkeypatch):
 def test_two_equal_balls_in_elastic_collision(backwards_alone):
     """They change places: what the second one does in the end is what the first one began, (1, 0, 1, 0)."""
     structure = ts.Lumped(  # their centre, and how far apart they are less 1 m: 2 m c'^2 / 2 + m / 2 r'^2 / 2 of energy
-        coordinates=("centre", "apart"), mass=(2.0, 0.5), stiffness=(0.0, 0.0)
+        coordinates=("centre", "apart"), mass=((2.0, 0.0), (0.0, 0.5)), stiffness=((0.0, 0.0), (0.0, 0.0))
     )
     scene = ts.Scene(
         name="balls",
@@ -91,8 +91,8 @@ def numbers_of(run: ts.GradientRun, kinds: dict[str, list[int]]):
         found = swept(run.plan, run.raw.book, run._given, recorded, settings, seeds)
         assert found is not None
         parts = [seeds.events[..., None] * tangents.events, seeds.samples[..., None] * tangents.samples]
-        wanted = sum(part.sum(axis=(0, 1)) for part in parts)
-        size = sum(np.abs(part).sum(axis=(0, 1)) for part in parts)
+        wanted = np.sum([part.sum(axis=(0, 1)) for part in parts], axis=0)
+        size = np.sum([np.abs(part).sum(axis=(0, 1)) for part in parts], axis=0)
         yield name, found, wanted, size, tangents.flags
 
 

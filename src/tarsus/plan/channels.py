@@ -189,7 +189,7 @@ def _plateaus(
 
 def _check_ends(where: str, of: Signal | Drive, varied: Mapping[str, Floats]) -> None:
     """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice;
-    entries of one list, which know nothing of each other, are looked at together."""
+    entries of one list, or numbers of one part, know nothing of each other and are looked at together."""
     groups: dict[str, list[str]] = {}
     for key in varied:
         groups.setdefault(key.rpartition(".")[0] or key, []).append(key)

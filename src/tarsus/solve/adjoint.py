@@ -98,7 +98,7 @@ def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
     first = np.asarray(row.signals.first)
     used = (np.asarray(row.signals.coef) != 0.0) | data.coef.any(axis=2)
     out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
-    moves = data.coef.any(axis=(1, 2)) | data.begin.any(axis=1) | data.end.any(axis=1)
+    moves = np.logical_or.reduce([data.coef.any(axis=(1, 2)), data.begin.any(axis=1), data.end.any(axis=1)])
     still = np.ones(len(out), dtype=bool)
     for c, channel in enumerate(row.channels[0]):
         pieces = slice(first[channel], first[channel + 1])

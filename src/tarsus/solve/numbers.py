@@ -52,7 +52,7 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
     None where its derivatives by events are not known, and where it has a kink; by the period NaN
     where it has one there, infinite where it jumps with the number of periods.
     """
-    rows, (order, given) = log.rows, event_order(log.rows)
+    rows, (place, given) = log.rows, event_order(log.rows)
     table = RunTable(
         structured_events(rows), np.array([0, len(rows)]), feet, np.array([log.end]), np.array([log.period]),
         np.zeros(1, dtype=np.intp), lambda _: None,
@@ -62,15 +62,17 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
         return None
     seeds = np.zeros_like(rows)
     for field, column in found.items():
-        np.add.at(seeds[:, _NAMES.index(field)], given[order] if field == "time" else order, column)
+        np.add.at(seeds[:, _NAMES.index(field)], given[place] if field == "time" else place, column)
     marks, rising = _marks(rows)
     seeds[marks, E_TIME] = seeds[rising, E_APEX_TIME] = 0.0
     rng = np.random.default_rng(len(rows))
     way = rng.uniform(0.5, 1.0, rows.shape) * np.abs(rows).max(axis=0, initial=0.0)
     way[:, [E_FOOT, E_KIND, E_APEX_TIME]] = 0.0
     way[marks, E_TIME] = 0.0
-    for together in _at_once(rows[:, E_FOOT], rows[:, E_TIME], np.flatnonzero(~marks)):
-        way[together, E_TIME] = way[together[0], E_TIME]
+    order = np.lexsort((rows[:, E_TIME], rows[:, E_FOOT]))
+    alike = (np.diff(rows[order][:, [E_TIME, E_FOOT]], axis=0) == 0.0).all(axis=1)
+    for k in np.flatnonzero(alike & ~marks[order][1:] & ~marks[order][:-1]):
+        way[order[k + 1], E_TIME] = way[order[k], E_TIME]
     if not _moves_by(replace(log, slopes=way[..., None], by_period=np.zeros(1)), feet, name, seeds * way):
         return None
     period = 0.0
@@ -232,7 +234,7 @@ def _event_places(log: Log, events: NDArray[np.void], order: Rows, given: Rows, 
     time = events["time"]
     groups = _at_once(events["foot"], time, np.flatnonzero(~marks))
     for n, group in enumerate(groups):
-        when = time[group[0]]
+        when = float(time[group[0]])
         rooms = [LARGEST * when, MOVED * abs(when - round(when / log.period) * log.period)]
         beside = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
         rooms += [MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]]
