@@ -91,6 +91,7 @@ def test_the_numbers_on_the_page_of_theory_are_those_of_the_engine():
     names = snippets("theory.md")
     assert names["moved"] == pytest.approx(names["landing"] / 2.0, rel=1e-10)
     assert names["found"] == pytest.approx(names["exact"], rel=1e-10)
+    assert names["row"] == pytest.approx(names["exact"][0], rel=1e-10)
     assert names["drops"] == pytest.approx(0.81)
     assert np.abs(names["orbit"].multipliers).max() < 1e-9 and names["orbit"].stable
     assert names["half"] == pytest.approx(0.6) and names["least"] == pytest.approx(0.6)

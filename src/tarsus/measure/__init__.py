@@ -22,6 +22,7 @@ from tarsus.measure.measure import (
     Scope,
     no_measure,
 )
+from tarsus.measure.origins import event_slopes
 from tarsus.measure.periods import (
     PER_WINDOW,
     PerWindow,
@@ -64,6 +65,7 @@ __all__ = [
     "Scope",
     "by_period",
     "by_window",
+    "event_slopes",
     "histories_of",
     "measured",
     "measures_of",

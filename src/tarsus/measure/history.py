@@ -158,25 +158,31 @@ class Flights:
 
         Exact at events and period marks; inside a flight it is shared out as by a parabola from touchdown to touchdown.
         """
-        count = np.diff(knots.first)[own]
-        known = count > 1
+        known = np.diff(knots.first)[own] > 1
         out = np.full(len(times), np.nan)
-        own, times, count = own[known], times[known], count[known]
+        own, times = own[known], times[known]
+        at, s, whole = self.share(knots, own, times)
+        s = np.where(whole, s * s * (3.0 - 2.0 * s), s)
+        found = knots.integral[at] + s * (knots.integral[at + 1] - knots.integral[at])
+        late = times > knots.time[knots.first[own + 1] - 1] * (1.0 + 1e-8)
+        out[known] = np.where(late, np.nan, found)
+        return out
+
+    def share(self, knots: Knots, own: Rows, times: Floats) -> tuple[Rows, Floats, NDArray[np.bool_]]:
+        """Of histories ``own`` (nq,) with two knots at least: the knot before each of ``times`` (nq,), the part of the
+        time to the next one that has passed, and whether that is a whole flight from touchdown to touchdown."""
+        count = np.diff(knots.first)[own]
         at = knots.first[own] + np.clip(last_at(knots.time, knots.first, own, times), 0, count - 2)
         begin, length = knots.time[at], knots.time[at + 1] - knots.time[at]
         s = np.divide(times - begin, length, out=np.ones(len(times)), where=length > 0.0)
-        s = np.clip(s, 0.0, 1.0)
+        whole = np.zeros(len(times), dtype=bool)
         if len(self.start):
             flight = self.first[own] + np.maximum(last_at(self.start, self.first, own, begin), 0)
             some = np.diff(self.first)[own] > 0
             flight = np.where(some, flight, 0)
             whole = some & (self.start[flight] == begin) & (self.end[flight] == knots.time[at + 1])
             whole &= (flight > self.first[own]) | ~self.airborne[own]
-            s = np.where(whole, s * s * (3.0 - 2.0 * s), s)
-        found = knots.integral[at] + s * (knots.integral[at + 1] - knots.integral[at])
-        late = times > knots.time[knots.first[own + 1] - 1] * (1.0 + 1e-8)
-        out[known] = np.where(late, np.nan, found)
-        return out
+        return at, np.clip(s, 0.0, 1.0), whole
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,7 @@ class Seen:
         """Flights of the feet."""
         return self.histories.flights
 
-    def _inside(self, own: Rows, times: Floats) -> tuple[Rows, Rows]:
+    def inside(self, own: Rows, times: Floats) -> tuple[Rows, Rows]:
         """Which of the times are in a window of their history, and in which; one at the last edge is in the last."""
         windows = self.windows
         k = windows.number(own, times)
@@ -109,27 +109,32 @@ class Seen:
 
     def total(self, own: Rows, times: Floats, values: Floats | None = None) -> Floats:
         """Sum of the values of histories ``own`` at times in each window, or how many times there are."""
-        found, cell = self._inside(own, times)
+        found, cell = self.inside(own, times)
         return sums(cell, self.windows.cell[-1], None if values is None else values[found])
 
     def mean(self, own: Rows, times: Floats, values: Floats) -> Floats:
         """Mean of the values at times in each window, NaN where there is none."""
-        found, cell = self._inside(own, times)
+        found, cell = self.inside(own, times)
         count = sums(cell, self.windows.cell[-1])
         total = sums(cell, self.windows.cell[-1], values[found])
         return np.where(count > 0, total / np.maximum(count, 1.0), np.nan)
 
     def largest(self, own: Rows, times: Floats, values: Floats) -> Floats:
         """Largest value in each window, NaN where there is none; one at an edge is where the window before it got."""
+        found, cell = self.until(own, times)
+        return self._most(cell, values[found])
+
+    def until(self, own: Rows, times: Floats) -> tuple[Rows, Rows]:
+        """As `inside`, but a time at an edge belongs to the window before it."""
         windows = self.windows
         k = windows.number(own, times * (1.0 - 1e-12))
         begin = windows.edges[windows.first[own]]
         found = np.flatnonzero((k >= 0) & (k < windows.count[own]) & (times >= begin))
-        return self._most(windows.cell[own[found]] + k[found], values[found])
+        return found, windows.cell[own[found]] + k[found]
 
     def most(self, own: Rows, times: Floats, values: Floats) -> Floats:
         """Largest value at times in each window, NaN where there is none."""
-        found, cell = self._inside(own, times)
+        found, cell = self.inside(own, times)
         return self._most(cell, values[found])
 
     def _most(self, cell: Rows, values: Floats) -> Floats:

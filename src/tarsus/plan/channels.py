@@ -188,14 +188,29 @@ def _plateaus(
 
 
 def _check_ends(where: str, of: Signal | Drive, varied: Mapping[str, Floats]) -> None:
-    """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice."""
-    for key, column in varied.items():
-        for edge in {float(column.min()), float(column.max())}:
+    """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice;
+    entries of one list, or numbers of one part, know nothing of each other and are looked at together."""
+    groups: dict[str, list[str]] = {}
+    for key in varied:
+        groups.setdefault(key.rpartition(".")[0] or key, []).append(key)
+    for keys in groups.values():
+        problem = _refused(of, [{key: varied[key] for key in keys}])
+        if problem is not None and len(keys) > 1:
+            problem = _refused(of, [{key: varied[key]} for key in keys])
+        if problem is not None:
+            raise InputError([f"{where}.{text}" for text in problem.problems]) from None
+
+
+def _refused(of: Signal | Drive, parts: Sequence[Mapping[str, Floats]]) -> InputError | None:
+    """What is wrong with the lowest or the highest values of some numbers, each part by itself."""
+    for part in parts:
+        for edge in {tuple(float(one.min()) for one in part.values()), tuple(float(one.max()) for one in part.values())}:
             try:
-                one = with_values(of, {key: edge})
+                one = with_values(of, dict(zip(part, edge, strict=True)))
                 _ = one.period if isinstance(one, Signal) else None
             except InputError as error:
-                raise InputError([f"{where}.{text}" for text in error.problems]) from None
+                return error
+    return None
 
 
 def _linear(shapes: _Shapes, law: object, varied: Mapping[str, Floats], count: int) -> Course:
@@ -236,7 +251,8 @@ def _one_by_one(
         except InputError as error:
             raise InputError([f"signals.{name}.{text}" for text in error.problems]) from None
         try:
-            other = with_values(drive, dict(zip(drive_fields, values[len(fields) :], strict=True)))
+            named = dict(zip(drive_fields, values[len(fields) :], strict=True))
+            other = with_values(drive, named) if named else drive
         except InputError as error:
             raise InputError([f"robot.drives.{name}.{text}" for text in error.problems]) from None
         pieces += lower(other.actuator_volts(one), other.law, other.history)

@@ -248,6 +248,8 @@ def law_column(scene: Scene, path: str) -> int | None:
 
     Such values vary from run to run without lowering the scene again.
     """
+    if not path.startswith("ground."):
+        return None
     acting = scene.ground.acting_laws
     paths = {
         f"ground.{'laws.' if name in scene.ground.laws else ''}{name}.{field}": columns + place

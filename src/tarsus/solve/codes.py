@@ -101,6 +101,21 @@ def structured_events(rows: np.ndarray) -> np.ndarray:
     return out[np.argsort(out["time"], kind="stable")]
 
 
+def event_order(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest
+    has that of the next event of its foot at the latest."""
+    numbers = rows.copy()
+    numbers[:, a.E_INTEGRAL] = np.arange(len(rows))
+    found = structured_events(numbers)
+    order = found["gap_integral"].astype(np.intp)
+    given = np.arange(len(rows))
+    for place in np.flatnonzero(found["time"] != rows[order, a.E_TIME]):
+        row, when = order[place], found["time"][place]
+        later = np.flatnonzero((rows[:, a.E_FOOT] == rows[row, a.E_FOOT]) & (rows[:, a.E_TIME] == when))
+        given[row] = later[later > row][0]
+    return order, given
+
+
 def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:
     """Rows of marks (nm, 3 + nb + 2 m) as a structured array: time [s]; body (nb,) coordinates [m, rad]; foot_x and
     slipped (m,) place along the way and path slid in contact so far [m]; lowest, highest: heave since the last mark.

@@ -16,11 +16,11 @@ from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 from tarsus.solve.codes import structured_events, structured_marks
 
-__all__ = ["Log", "Ways", "directional_slopes", "measure_slopes", "table_of"]
+__all__ = ["Log", "Ways", "difference", "directional_slopes", "measure_slopes", "step_along", "table_of"]
 
 Floats = NDArray[np.float64]
 
-_STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
 """Part of an interval by which events move at most: none changes places with another, or with the edge of a period."""
@@ -79,28 +79,37 @@ class Log:
     ways: Ways | None = None
 
 
-def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
+def measure_slopes(
+    log: Log, feet: Sequence[str], name: str, part: float = 1.0
+) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
     return directional_slopes(
-        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
+        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name), part
     )
 
 
-def directional_slopes(log: Log, of: Callable[[Floats, Floats, Floats], Floats]) -> tuple[Floats, NDArray[np.bool_]]:
+def directional_slopes(
+    log: Log, of: Callable[[Floats, Floats, Floats], Floats], part: float = 1.0
+) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P)
-    along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
-    size = np.array([_step(log, p) for p in range(len(log.by_period))])
-    along = _STEPS * size[:, None]
+    along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump; by
+    that part of the longest steps."""
+    size = part * np.array([step_along(log, p) for p in range(len(log.by_period))])
+    along = STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]
     made = of(rows.reshape(-1, *log.rows.shape), periods.ravel(), along)
-    values = np.moveaxis(made.reshape(len(size), len(_STEPS), *made.shape[1:]), 1, -1)
+    slopes, kinked = difference(np.moveaxis(made.reshape(len(size), len(STEPS), *made.shape[1:]), 1, -1))
+    return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
+
+
+def difference(values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """From values (..., 5) at `STEPS`, the difference a step and whether there is a kink or a jump."""
     ahead, behind = values[..., 2:] @ -_ONE_SIDE, values[..., 2::-1] @ _ONE_SIDE
     largest = np.maximum(np.abs(ahead), np.abs(behind))
     rounding = 5e-13 * np.abs(values).max(axis=-1, initial=0.0)
     kinked = np.abs(ahead - behind) > KINK * largest + rounding
-    slopes = values @ _WEIGHTS
-    return slopes / size.reshape(-1, *(1,) * (slopes.ndim - 1)), kinked
+    return values @ _WEIGHTS, kinked
 
 
 def _values(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str) -> Floats:
@@ -120,11 +129,11 @@ def table_of(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along
     return RunTable(
         np.concatenate([structured_events(np.ascontiguousarray(one)) for one in rows]), events * np.arange(runs + 1),
         tuple(feet), np.full(runs, log.end), periods, np.arange(runs) if ways else np.zeros(runs, dtype=np.intp),
-        lambda r: ways and ways.described(r // len(_STEPS), float(along.ravel()[r])), marks, first,
+        lambda r: ways and ways.described(r // len(STEPS), float(along.ravel()[r])), marks, first,
     )  # fmt: skip
 
 
-def _step(log: Log, p: int) -> float:
+def step_along(log: Log, p: int) -> float:
     """How far along derivative number p events may move."""
     events, slopes, period, by_period = log.rows, log.slopes[..., p], log.period, float(log.by_period[p])
     limits: list[float] = []

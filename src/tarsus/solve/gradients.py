@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
-from tarsus.core.arrays import E_FOOT, E_INTEGRAL, E_KIND, E_TIME, T_FRACTION, T_LENGTH
+from tarsus.core.arrays import E_FOOT, E_KIND, E_TIME, T_FRACTION, T_LENGTH
 from tarsus.core.replay import Sampled
 from tarsus.measure import RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import EVENT_TYPE, structured_events, structured_marks
+from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
@@ -56,21 +56,6 @@ _ENERGY_ONLY = 6
 _KINKED = (
     "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
 )
-
-
-def _order(rows: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest
-    has that of the next event of its foot at the latest."""
-    numbers = rows.copy()
-    numbers[:, E_INTEGRAL] = np.arange(len(rows))
-    found = structured_events(numbers)
-    order = found["gap_integral"].astype(np.intp)
-    given = np.arange(len(rows))
-    for row, when in zip(order, found["time"], strict=True):
-        if when != rows[row, E_TIME]:
-            later = np.flatnonzero((rows[:, E_FOOT] == rows[row, E_FOOT]) & (rows[:, E_TIME] == when))
-            given[row] = later[later > row][0]
-    return order, given
 
 
 @dataclass(frozen=True)
@@ -156,7 +141,7 @@ class GradientRun(Run):
         """Derivatives of every number of the events by path, fields as those of `events`; NaN from an event on at which
         there is none. ``foot`` and ``kind`` are those of the events."""
         out = {}
-        order, given = _order(self.log.events)
+        order, given = event_order(self.log.events)
         kept = order[self.log.events[order, E_KIND] != EventKind.PERIOD_MARK]
         for p, path in enumerate(self.paths):
             rows = self._derived.events[..., p].copy()
@@ -220,6 +205,14 @@ class GradientRun(Run):
 
         return self._gradient(*directional_slopes(self._log, values))
 
+    def told_along(self, slopes: Callable[[Log], tuple[Floats, npt.NDArray[np.bool_]]]) -> Gradient:
+        """Derivatives by path of a number from what a function finds along those of the events."""
+        return self._gradient(*slopes(self._log))
+
+    def along(self, numbers: Sequence[int]) -> GradientRun:
+        """The same run with derivatives by some of its paths, by their numbers."""
+        return replace(self, entered=self.entered.some(numbers))
+
     @property
     def period_moves(self) -> bool:
         """Whether the drive period depends on a number at the paths."""
@@ -244,9 +237,15 @@ class GradientRun(Run):
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
+        return self.told_of(values, kinked, [self._reasons(p, energy=energy) for p in range(len(self.paths))])
+
+    def told_of(
+        self, values: Floats, kinked: npt.NDArray[np.bool_], doubts: Sequence[Sequence[tuple[int, int]]]
+    ) -> Gradient:
+        """The gradient of a number from its derivatives (P,), where it has a kink (P,), and event and reason of the
+        flags of each path."""
         plain, flags, one_sided = {}, {}, {}
-        for p, path in enumerate(self.paths):
-            reasons = self._reasons(p, energy=energy)
+        for p, (path, reasons) in enumerate(zip(self.paths, doubts, strict=True)):
             texts = [self._sentence(*one) for one in reasons] + [_KINKED] * bool(kinked[p])
             plain[path] = float("nan") if texts else float(values[p])
             if texts:

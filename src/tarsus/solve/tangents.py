@@ -17,7 +17,7 @@ from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, program_of
+from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, pack, program_of
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -73,7 +73,9 @@ class Stencil:
     weights: Floats
 
     @classmethod
-    def of(cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0) -> Stencil:
+    def of(
+        cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0, *, drives: bool = True
+    ) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero of one unit, of a gap in the unit given)."""
         base = {path: float(get_value(scene, path)) for path in direction}
@@ -83,7 +85,7 @@ class Stencil:
         for places, weights in _STENCILS:
             found = cls(base, direction, places * size, weights / size)
             try:
-                found.check(scene)
+                found.check(scene, drives)
             except InputError as error:
                 problem = problem or error
                 continue
@@ -91,14 +93,14 @@ class Stencil:
         assert problem is not None
         raise problem
 
-    def check(self, scene: Scene) -> None:
-        """Raise InputError unless the scene takes the outermost places."""
+    def check(self, scene: Scene, drives: bool) -> None:
+        """Raise InputError unless the scene takes the outermost places; what drives do is looked at where asked for."""
         ends = np.array([self.places.min(), self.places.max()])
         for path, w in self.direction.items():
             place = slot(scene, path)
             if place is not None and place.bounded:
                 check_bounds(scene, path, self.base[path] + w * ends)
-            else:
+            elif place is None or drives:
                 for end in ends:
                     with_values(scene, {path: self.base[path] + w * float(end)})
 
@@ -186,6 +188,12 @@ class Entering:
     beside: tuple[Beside, ...] = ()
     changes: Mapping[int, Change] = field(default_factory=dict)
 
+    def some(self, numbers: Sequence[int]) -> Entering:
+        """Along some of the directions alone, before `beside` has added what is beside the run."""
+        parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
+        changes = {k: self.changes[p] for k, p in enumerate(numbers) if p in self.changes}
+        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), (), changes)
+
 
 def entering(
     scene: Scene, plan: Plan, gradients: Sequence[str] | Mapping[str, Direction], duration: float
@@ -197,36 +205,42 @@ def entering(
     pieces.
     """
     found = directions_of(gradients)
-    stencils: list[Stencil | None] = []
-    changes: dict[int, Change] = {}
-    problems: list[str] = []
-    for p, one in enumerate(found.values()):
-        data, structure = _apart(scene, one)
-        stencils.append(Stencil.of(scene, data, STEP, plan.length) if data else None)
-        if structure and plan.legs is not None:
-            problems += [
-                f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by structure"
-                for path in structure
-            ]
-        elif structure:
-            changes[p] = Change.of(scene, plan, structure)
+    parts = {name: _apart(scene, one) for name, one in found.items()}
+    problems = [
+        f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by structure"
+        for _, structure in parts.values()
+        for path in structure
+        if plan.legs is not None
+    ]
     if problems:
         raise InputError(problems)
-    own = [p for p, one in enumerate(stencils) if one is not None]
-    steps = [one for one in stencils if one is not None]
-    base = {path: value for one in steps for path, value in one.base.items()}
-    columns = {path: np.full(1 + 4 * len(own), value) for path, value in base.items()}
-    for k, one in enumerate(steps):
-        for path, w in one.direction.items():
-            columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
-    rows = rows_for(scene, plan, columns, duration)
-    row = _one_row(rows, 0)
+    changes = {p: Change.of(scene, plan, one) for p, (_, one) in enumerate(parts.values()) if one}
+    own = [p for p, (data, _) in enumerate(parts.values()) if data]
+    moved = [data for data, _ in parts.values() if data]
+    try:  # what drives refuse is found where they are lowered; then some step to one side alone
+        steps, rows = _stepped(scene, plan, moved, duration, drives=False)
+    except InputError:
+        steps, rows = _stepped(scene, plan, moved, duration, drives=True)
+    row = _one_row(rows)
     data = DataTangents.none(row, len(found))
     if own:
-        by_data = _differences(rows, steps, [list(found)[p] for p in own])
+        by_data = _differences(rows, row, steps, [list(found)[p] for p in own])
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
     return Entering(tuple(found), row, data, (), changes)
+
+
+def _stepped(
+    scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float, *, drives: bool
+) -> tuple[list[Stencil], Rows]:
+    """The stencils along directions of data, and rows of a run and of those beside it, four for each direction."""
+    steps = [Stencil.of(scene, one, STEP, plan.length, drives=drives) for one in directions]
+    base = {path: value for one in steps for path, value in one.base.items()}
+    columns = {path: np.full(1 + 4 * len(steps), value) for path, value in base.items()}
+    for k, one in enumerate(steps):
+        for path, w in one.direction.items():
+            columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
+    return steps, rows_for(scene, plan, columns, duration)
 
 
 def beside(given: Entering, scene: Scene, plan: Plan, duration: float, longest: float) -> Entering:
@@ -245,11 +259,14 @@ def _apart(scene: Scene, direction: Direction) -> tuple[Direction, Direction]:
     return data, {path: w for path, w in direction.items() if path not in data}
 
 
-def _one_row(rows: Rows, run: int) -> Rows:
-    part = slice(run, run + 1)
+def _one_row(rows: Rows) -> Rows:
+    """The first of the runs by itself, with the channels that it has."""
+    used, channels = np.unique(rows.channels[0], return_inverse=True)
+    pool = tuple(rows.pool[c] for c in used)
     return replace(
-        rows, parameters=rows.parameters[part], initial=rows.initial[part], sources=rows.sources[part],
-        scales=rows.scales[part].copy(), channels=rows.channels[part], changes=rows.changes[part],
+        rows, parameters=rows.parameters[:1], initial=rows.initial[:1], sources=rows.sources[:1],
+        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64), changes=rows.changes[:1],
+        pool=pool, signals=pack(pool),
     )  # fmt: skip
 
 
@@ -313,8 +330,8 @@ def _structures(
     ]
 
 
-def _differences(rows: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) -> DataTangents:
-    """Derivatives of the first row from the four beside it for every path."""
+def _differences(rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) -> DataTangents:
+    """Derivatives of a row, the first of the rows, from the four beside it for every path."""
 
     def slopes(values: Floats) -> Floats:
         """Of values (1 + 4 P, ...), as (..., P)."""
@@ -323,8 +340,8 @@ def _differences(rows: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) 
         ]
         return np.stack(by_path, axis=-1)
 
-    out = DataTangents.none(rows, len(stencils))
-    signals, first = rows.signals, np.asarray(rows.signals.first)
+    out = DataTangents.none(row, len(stencils))
+    signals, first, here = rows.signals, np.asarray(rows.signals.first), np.asarray(row.signals.first)
     parts = np.asarray(signals.coef), np.asarray(signals.start), np.asarray(signals.end)
     for c in range(rows.channels.shape[1]):
         own = rows.channels[:, c]
@@ -334,9 +351,11 @@ def _differences(rows: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) 
         _check_shapes(count[:, None], paths)
         place = first[own][:, None] + np.arange(count[0])
         _check_shapes(np.asarray(signals.sharp)[place], paths)
+        channel = row.channels[0, c]
+        to_place = here[channel] + np.arange(count[0])
         for to, values in zip((out.coef, out.begin, out.end), parts, strict=True):
-            to[place[0]] = slopes(values[place])
-        out.loops[own[0]] = slopes(np.asarray(signals.period)[own])
+            to[to_place] = slopes(values[place])
+        out.loops[channel] = slopes(np.asarray(signals.period)[own])
     changes, periods = rows.changes.copy(), np.asarray(signals.period)[rows.channels]
     # a phase beside a whole turn is lowered to a delay on either side of a period
     late = changes[:, :, 2] - changes[0, :, 2]

@@ -13,15 +13,6 @@ using namespace modal;
 
 namespace {
 
-typedef Array<uint8_t> Flags;
-
-Halves halves_of(nb::handle module) {
-  Halves out;
-  copy_to(&out.left[0][0], N * N, module, "LEFT");
-  copy_to(&out.right[0][0], N * N, module, "RIGHT");
-  return out;
-}
-
 // Every window of a batch. times (runs,) [s]: where they start; held, leaving, since (runs, feet): see Beginning.
 //
 // Returns codes, events and where those of every run end, finish, recorded steps, and of the last run the contact mode it is in,

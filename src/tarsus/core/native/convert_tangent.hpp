@@ -1,9 +1,19 @@
 // Derivatives of a run's data from Python.
 #pragma once
 #include "convert.hpp"
+#include "modal_replay.hpp"
 #include "tangent.hpp"
 
 namespace tarsus {
+
+typedef Array<uint8_t> Flags;
+
+inline modal::Halves halves_of(nb::handle module) {
+  modal::Halves out;
+  copy_to(&out.left[0][0], N * N, module, "LEFT");
+  copy_to(&out.right[0][0], N * N, module, "RIGHT");
+  return out;
+}
 
 // Rows of eight lanes from an array (..., 8).
 inline std::vector<Row> lanes(nb::handle group, const char* name, size_t count) {

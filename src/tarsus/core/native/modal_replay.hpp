@@ -30,6 +30,28 @@ inline Recorded recorded(Book& book, const double* row) {
   return {row[0], row[1], row[2], &book.numbered(int(row[3])), int(row[4]), state, state + 2 * book.sizes.coordinates};
 }
 
+// Recorded steps one after the other: contact modes are asked for but once.
+class Recording {
+ public:
+  Recording(Book& book, const double* trace) : book_(book), trace_(trace), width_(recorded_width(book.sizes)) {}
+
+  const double* row(size_t r) const { return trace_ + r * width_; }
+  Recorded step(size_t r) {
+    const double* at = row(r);
+    const size_t q = size_t(at[3]);
+    if (q >= modes_.size()) modes_.resize(q + 1, nullptr);
+    if (modes_[q] == nullptr) modes_[q] = &book_.numbered(int(q));
+    const double* state = at + TRACE_HEAD;
+    return {at[0], at[1], at[2], modes_[q], int(at[4]), state, state + 2 * book_.sizes.coordinates};
+  }
+
+ private:
+  Book& book_;
+  const double* trace_;
+  size_t width_;
+  std::vector<const ContactMode*> modes_;
+};
+
 // What values at the nodes of a step make of its moment s: weights of the value and of its derivatives by s.
 struct Weights {
   Row value = Row(0.0), slope = Row(0.0), bend = Row(0.0);
@@ -126,6 +148,26 @@ inline void outputs_at_nodes(const StepClass& step, const std::vector<int>& acti
     const double* rows = step.node_bias + (q * s.outputs + output) * N;
     for (int j = 0; j < N; j++) to[j] += from.sources[q] * rows[j];
   }
+}
+
+// The same of numbers, as a row.
+TARSUS_INLINE Row output_row(const StepClass& step, const std::vector<int>& acting, const Entering<double>& from, int output) {
+  const Sizes& s = step.sizes;
+  const double* rows = step.from_state(output);
+  Row even = Row(0.0), odd = Row(0.0);
+  for (int b = 0; b < s.stride; b++) {
+    even += load(rows + b * 2 * N) * from.state[b];
+    odd += load(rows + (b * 2 + 1) * N) * from.state[s.stride + b];
+  }
+  for (int i : acting) {
+    const double *effect = step.from_input(output, i), *value = from.input(i);
+    for (int l = 0; l < N; l += 2) {
+      even += load(effect + l * N) * value[l];
+      odd += load(effect + (l + 1) * N) * value[l + 1];
+    }
+  }
+  for (int q = 0; q < s.sources(); q++) even += load(step.node_bias + (q * s.outputs + output) * N) * from.sources[q];
+  return even + odd;
 }
 
 // The state at the end of a whole step.

@@ -8,6 +8,7 @@ void bind_program(nanobind::module_&);
 void bind_modal(nanobind::module_&);
 void bind_legged(nanobind::module_&);
 void bind_window(nanobind::module_&);
+void bind_adjoint(nanobind::module_&);
 void bind_flights(nanobind::module_&);
 }  // namespace tarsus
 
@@ -20,5 +21,6 @@ NB_MODULE(_native, m) {
   tarsus::bind_modal(m);
   tarsus::bind_legged(m);
   tarsus::bind_window(m);
+  tarsus::bind_adjoint(m);
   tarsus::bind_flights(m);
 }

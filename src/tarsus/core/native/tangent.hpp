@@ -44,6 +44,14 @@ struct DataTangents {
     out.period = Row(0.0);
     return out;
   }
+
+  // The same of a size; coordinates: of the structure, channels: that the run is driven by.
+  static DataTangents none(size_t coordinates, const Laws& laws, const Signals& signals, size_t channels) {
+    const size_t feet = laws.feet, pieces = signals.start.size();
+    const auto rows = [](size_t count) { return std::vector<Row>(count, Row(0.0)); };
+    return {rows(feet * laws.columns), rows(2 * coordinates), rows(feet + 1), rows(feet), rows(pieces * DEGREE), rows(pieces),
+            rows(pieces), rows(signals.loop.size()), rows(3 * channels), Row(0.0)};
+  }
 };
 
 // Drives with their derivatives at fixed times. A piece from a to b has xi = 2 (t - a) / (b - a) - 1, so that with moving ends
@@ -65,6 +73,14 @@ struct DriveTangents {
 
   // Where a piece begins [s], in the run's time.
   Jet beginning(int c, const Cursor& at) const { return jet(at.shift + signals.start[at.piece], moved(c, at, data.begin[at.piece])); }
+
+  // Whether a channel that goes from one place to another does so by a kink at a time, within the rounding of the player: what
+  // lies further back is no kink, and nothing jumps there.
+  bool passed(const Cursor& was, const Cursor& now, double time) const {
+    if (was.piece == now.piece && was.turns == now.turns) return false;
+    const double rounding = 2e-12 * (signals.end[was.piece] - signals.start[was.piece]) + 1e-14 * time;
+    return std::fabs(now.shift + signals.start[now.piece] - time) <= rounding;
+  }
 
   // Value in the piece of a cursor at a time, which may move.
   Jet value(int c, const Cursor& at, const Jet& time) const {
@@ -104,21 +120,28 @@ struct DriveTangents {
   // Drives whose edge lies at the very start and moves: on one side they have an effect there.
   template <class Flag>
   void edges_at(double time, Flag&& flag) const {
+    jumps_at(time, [&](int c, const Cursor& at) {
+      const Jet edge = beginning(c, at);
+      for (int lane = 0; lane < LANES; lane++) {
+        if (edge.slope[lane] != 0.0) flag(lane);
+      }
+    });
+  }
+
+  // Channels that jump at the very start: found(channel, cursor).
+  template <class Found>
+  void jumps_at(double time, Found&& found) const {
     const Signals& s = signals;
     for (size_t c = 0; c < chosen_.size(); c++) {
       const Cursor& at = player.cursor[c];
-      const Jet edge = beginning(int(c), at);
-      if (std::fabs(edge.value - time) > 1e-12 * (s.end[at.piece] - s.start[at.piece]) + 1e-14 * time) continue;
+      if (std::fabs(at.shift + s.start[at.piece] - time) > 1e-12 * (s.end[at.piece] - s.start[at.piece]) + 1e-14 * time) continue;
       const bool first = at.piece == at.first + std::max<int64_t>(at.loop, 0);
       if (first && at.loop < 0) continue;
       double jump = 0.0;  // from the end of the piece before to the start of this one
       for (int k = 0; k < DEGREE; k++) {
         jump += s.coef[DEGREE * (first ? at.behind - 1 : at.piece - 1) + k] - (k % 2 ? -1.0 : 1.0) * s.coef[DEGREE * at.piece + k];
       }
-      if (std::fabs(jump) <= 1e-9 * s.span[chosen_[c]]) continue;
-      for (int lane = 0; lane < LANES; lane++) {
-        if (edge.slope[lane] != 0.0) flag(lane);
-      }
+      if (std::fabs(jump) > 1e-9 * s.span[chosen_[c]]) found(int(c), at);
     }
   }
 
@@ -203,6 +226,17 @@ struct LawTangents {
     }
   }
 
+  // The value of each term of a hook at eight nodes with its derivatives by its third argument, volts (lane 0), and by its
+  // parameters, as far as these slopes are their own: see(term, value).
+  template <class See>
+  void each_term(Hook hook, int foot, const Row* arguments, int count, See&& see) {
+    for (const Term& term : laws.terms[hook]) {
+      for (int a = 0; a < count; a++) wide_[a] = Dual<Row, LANES>(arguments[a]);
+      if (count > 2) wide_[2].slope[0] = Row(1.0);
+      see(term, evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data()));
+    }
+  }
+
   // Add to tangents at eight nodes what a hook's function has by its parameters, and by its third argument, volts, which has
   // the tangents ``by_volts`` there (none where null).
   void add_explicit(Hook hook, int foot, const Row* arguments, int count, const Row* by_volts, Row* to) {
@@ -271,7 +305,8 @@ class Factored {
     return true;
   }
 
-  void solve(Row* x) const {
+  template <class Number>
+  void solve(Number* x) const {
     for (int c = 0; c < size_; c++) std::swap(x[c], x[order_[c]]);
     for (int c = 0; c < size_; c++) {
       for (int r = c + 1; r < size_; r++) x[r] -= x[c] * lower_[size_t(r) * size_ + c];

@@ -8,7 +8,7 @@
 
 namespace tarsus::modal {
 
-class ModalTangent : StepTangents {
+class ModalTangent : protected StepTangents {
  public:
   using StepTangents::StepTangents;
 
@@ -21,8 +21,9 @@ class ModalTangent : StepTangents {
     size_t sample = 0;
     drives_.edges_at(now_.time.value, [&](int lane) { flag(0, EDGE_AT_START, lane); });
     size_t event = happen(0, 0);
+    Recording steps(book_, record.trace);
     for (size_t r = 0; r < record.rows; r++) {
-      const Recorded step = recorded(book_, record.trace + r * recorded_width(sizes_));
+      const Recorded step = steps.step(r);
       if (step.mode != now_.mode) {
         lose(event);
         break;
@@ -31,7 +32,7 @@ class ModalTangent : StepTangents {
       linearise(step);
       if (keep) keep_step();
       const bool last = r + 1 == record.rows;
-      while (sample < count && (last || times[sample] < record.trace[(r + 1) * recorded_width(sizes_)])) {
+      while (sample < count && (last || times[sample] < steps.row(r + 1)[0])) {
         take_sample(step, std::min(std::max((times[sample] - step.time) / step.length, 0.0), step.fraction), sample);
         sample++;
       }
@@ -42,7 +43,7 @@ class ModalTangent : StepTangents {
     return out;
   }
 
- private:
+ protected:
   // ---- events
 
   bool same_instant(size_t event, size_t steps) const {
@@ -66,14 +67,18 @@ class ModalTangent : StepTangents {
     return event_ = event;
   }
 
+  // Which end of a period a mark is; 0 where it is that of the run.
+  double turns_of(const Event& mark) const {
+    const double turns = std::isfinite(settings_.period) ? std::round(mark.time / settings_.period) : 0.0;
+    const bool whole = std::fabs(mark.time - turns * settings_.period) <= 1e-12 * mark.time && mark.time < settings_.end;
+    return whole ? turns : 0.0;
+  }
+
   void note_mark(size_t event) {
     const Event& e = record_->events[event];
     FootTangent& foot = feet_[int(e.foot)];
     Row* to = &out_->events[event * EVENT_WIDTH];
-    // one that is no end of a period is that of the run
-    const double turns = std::isfinite(settings_.period) ? std::round(e.time / settings_.period) : 0.0;
-    const bool whole = std::fabs(e.time - turns * settings_.period) <= 1e-12 * e.time && e.time < settings_.end;
-    to[0] = whole ? data_.period * turns : Row(0.0);
+    to[0] = data_.period * turns_of(e);
     // what is highest at the mark itself moves with it, and the integral goes up to it
     const bool rising = e.apex_time == e.time && e.apex > 0.0;
     const double* row = now_.mode->outputs + size_t(e.foot) * sizes_.state();
@@ -84,9 +89,9 @@ class ModalTangent : StepTangents {
     foot.apex_time = to[0];
   }
 
-  // The first event of an instant: how its moment moves, and the state with it.
-  void begin_instant(size_t event, size_t steps) {
-    int foot = int(record_->events[event].foot);
+  // The foot whose event begins an instant.
+  int first_foot(size_t event, size_t steps) const {
+    const int foot = int(record_->events[event].foot);
     // an impact may have torn this foot off first, and others: then it is the impact's moment
     size_t after = event;
     while (same_instant(after, steps) && record_->events[after].kind == RELEASE) after++;
@@ -94,23 +99,41 @@ class ModalTangent : StepTangents {
       const Event& next = record_->events[after];
       const int other = int(next.foot);
       const bool lands = next.kind != RELEASE && next.kind != CONTACT_AT_START && other != foot;
-      if (lands && !now_.mode->is_held[other] && at_ground(other)) foot = other;
+      if (lands && !now_.mode->is_held[other] && at_ground(other)) return other;
     }
-    first_foot_ = foot;
-    if (!(step_.fraction == 0.0 && shared_at_ >= now_.time.value - settings_.least_progress)) {
-      const Shown<Row>& shown = shown_at_end();
-      const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
-      shared_ = -found.by / found.rate;
-      shared_at_ = now_.time.value;
-      // a foot that settles inside a step does so without a speed that would tell when
-      if (found.grazes || record_->events[event].kind == CONTACT_AT_START) flag(event, GRAZING, -1);
-    }
+    return foot;
+  }
+
+  // Whether an instant shares the moment of the last one, or of a kink.
+  bool at_shared() const { return step_.fraction == 0.0 && shared_at_ >= now_.time.value - settings_.least_progress; }
+
+  // How the moment of an event moves with what it tells: the tangents, at a fixed time, of the gap or the pull.
+  void meet(size_t event, int foot, const Row& shown) {
+    const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
+    shared_ = -found.by / found.rate;
+    shared_at_ = now_.time.value;
+    // a foot that settles inside a step does so without a speed that would tell when
+    if (found.grazes || record_->events[event].kind == CONTACT_AT_START) flag(event, GRAZING, -1);
+  }
+
+  // The state goes along with the moment.
+  void depart() {
     now_.time = jet(now_.time.value, shared_);
     now_.w.clear();
     for (int k = 0; k < sizes_.state(); k++) now_.w.push_back(jet(end_[k], dw_[k] + shared_ * rate_[k]));
     note_drives();
-    if (!out_->steps.empty()) out_->steps[out_->steps.size() - kept_width()] = shared_;
     moving_ = true;
+  }
+
+  // The first event of an instant: how its moment moves, and the state with it.
+  void begin_instant(size_t event, size_t steps) {
+    first_foot_ = first_foot(event, steps);
+    if (!at_shared()) {
+      const Shown<Row>& shown = shown_at_end();
+      meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
+    }
+    depart();
+    if (!out_->steps.empty()) out_->steps[out_->steps.size() - kept_width()] = shared_;
     if (shadows_.empty()) return;
     const std::vector<Jet> place = now_.place();
     std::vector<Row> more(sizes_.state(), Row(0.0));
@@ -134,14 +157,14 @@ class ModalTangent : StepTangents {
   bool at_ground(int i) const { return std::fabs(plain_gap(i)) <= 10.0 * (settings_.gap_zero + settings_.gap); }
 
   // The gap of a free foot. It grazes where it would dip below the ground by no more than some errors of a gap.
-  Margin gap_margin(int i, const Shown<Row>& shown) const {
+  Margin gap_margin(int i, const Row& shown) const {
     const double rate = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
     const double curve = bend_of(i, step_.fraction) / (step_.length * step_.length);
-    return {shown.gap[i], rate, curve > 0.0 && 0.5 * rate * rate < GRAZE * settings_.gap * curve};
+    return {shown, rate, curve > 0.0 && 0.5 * rate * rate < GRAZE * settings_.gap * curve};
   }
 
   // What still holds a held foot: strength less smooth force less pull.
-  Margin hold_margin(int i, const Shown<Row>& shown) {
+  Margin hold_margin(int i, const Row& shown) {
     const int ni = sizes_.inputs();
     double pulling = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
     const Weights weights(nodes_, step_.fraction);
@@ -151,7 +174,7 @@ class ModalTangent : StepTangents {
     }
     const int c = channel_of(i);
     const Jet at(now_.time.value), later = jet(at.value, Row(1.0)), volts = drive_at(c, at);
-    const Row by = slope_of(holds(laws_, i, at - now_.since[i], volts, at)) - shown.pull[i];
+    const Row by = slope_of(holds(laws_, i, at - now_.since[i], volts, at)) - shown;
     const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
     const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
     const double rate = holds(fixed_laws_, i, age, rising, later).slope[0] - pulling;

@@ -31,7 +31,7 @@ class StepTangents {
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
-        channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
+        gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
         value_room_(sizes_), slope_room_(sizes_), shown_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
@@ -58,9 +58,15 @@ class StepTangents {
 
   // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
   struct Smooth {
-    int input, foot;
-    bool rated, given;  // whether it depends on the rate; whether it has tangents of its own
-    Row by_gap, by_rate, own[N];
+    int input, foot, channel;  // of its voltage, or -1
+    bool rated, given;         // whether it depends on the rate; whether it has tangents of its own
+    Row by_gap, by_rate, arguments[4], own[N];  // arguments: gaps, rates, voltages and times at the nodes
+
+    Hook hook(int feet) const { return input < feet ? MOMENTUM : FORCE; }
+    int count(int feet) const { return input < feet ? 1 : 4; }  // of its laws' arguments
+    // Whether it depends on an output, a gap or a rate, and how.
+    bool feels(int output, int feet) const { return output % feet == foot && (output < feet || rated); }
+    const Row& by(int output, int feet) const { return output < feet ? by_gap : by_rate; }
   };
 
   static constexpr double GRAZE = 100.0;  // errors of a gap, within which a foot may touch the ground or not
@@ -79,7 +85,8 @@ class StepTangents {
   bool moving_ = false;   // within an instant
   std::vector<Row> dw_;   // tangents of the flowing state at the present, fixed time
   std::vector<FootTangent> feet_;
-  std::vector<double> channel_values_;  // (channels, 8) at the nodes of the step
+  std::vector<Row> gaps_;               // of the free feet at the nodes of the step
+  std::vector<double> channel_values_;  // (channels, 8) there
   std::vector<Row> channel_slopes_;
   size_t channels_;
   Entering<double> value_;  // what enters the step, and its tangents
@@ -123,9 +130,9 @@ class StepTangents {
 
   // ---- a step
 
-  // Inputs and state at the start of a step; an instant ends, and kinks whose time moves pass.
-  void begin_step(const Recorded& step) {
-    const ContactMode& mode = *now_.mode;
+  // A step of the run itself: what enters it.
+  void take_step(const Recorded& step) {
+    const ContactMode& mode = *step.mode;
     const int ns = sizes_.stride, nb = mode.blocks_used;
     step_ = step;
     ended_ = false;
@@ -143,6 +150,12 @@ class StepTangents {
     std::copy(step.state, step.state + nb, value_.state.begin());
     std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
     std::copy(step.inputs, step.inputs + value_.inputs.size(), value_.inputs.begin());
+  }
+
+  // Inputs and state at the start of a step; an instant ends, and kinks whose time moves pass.
+  void begin_step(const Recorded& step) {
+    take_step(step);
+    const ContactMode& mode = *now_.mode;
     const std::vector<Cursor> left = drives_.player.cursor;
     for (size_t c = 0; c < channels_; c++) {
       drives_.fill(int(c), step.time, step.length, &channel_values_[N * c], &channel_slopes_[N * c]);
@@ -194,14 +207,10 @@ class StepTangents {
 
   // A channel that has jumped where its kink's time moves shifts the state by the difference of its rates.
   void pass_kinks(const std::vector<Cursor>& left) {
-    const Signals& signals = drives_.signals;
     for (size_t c = 0; c < channels_; c++) {
       const Cursor &was = left[c], &now = drives_.player.cursor[c];
-      if (was.piece == now.piece && was.turns == now.turns) continue;
+      if (!drives_.passed(was, now, step_.time)) continue;
       const Jet kink = drives_.beginning(int(c), now);
-      // within the rounding of the player; what lies further back is no kink, and nothing jumps there
-      const double rounding = 2e-12 * (signals.end[was.piece] - signals.start[was.piece]) + 1e-14 * step_.time;
-      if (std::fabs(kink.value - step_.time) > rounding) continue;
       for (int lane = 0; lane < LANES && shared_at_ == step_.time; lane++) {
         if (std::fabs(shared_[lane] - kink.slope[lane]) > 1e-9 * std::fabs(kink.slope[lane])) flag(event_, APART, lane);
       }
@@ -209,21 +218,26 @@ class StepTangents {
       shared_at_ = step_.time;
       if (!any_less(Row(0.0), magnitude(shared_))) continue;
       if (!out_->steps.empty()) out_->steps[out_->steps.size() - kept_width()] = shared_;
-      pass_jump(int(c), drives_.value(int(c), was, Jet(step_.time)).value, channel_values_[N * c]);
+      each_jump(int(c), drives_.value(int(c), was, Jet(step_.time)).value, channel_values_[N * c], [&](int k, double by) {
+        dw_[k] += shared_ * by;
+      });
     }
   }
 
-  void pass_jump(int c, double before, double after) {
+  // How the state moves with the time of a kink at the start of the step, at which a channel jumps: to(component, rate).
+  template <class To>
+  void each_jump(int c, double before, double after, To&& to) {
     const int m = sizes_.feet;
+    const ContactMode& mode = *step_.mode;
     const auto push = [&](int input, double by) {
-      const double* row = now_.mode->inputs + size_t(input) * sizes_.state();
-      for (int k = 0; k < sizes_.state(); k++) dw_[k] += shared_ * (row[k] * by);
+      const double* row = mode.inputs + size_t(input) * sizes_.state();
+      for (int k = 0; k < sizes_.state(); k++) to(k, row[k] * by);
     };
     if (c < sizes_.drives) push(2 * m + c, before - after);
-    for (int i : now_.mode->free) {
+    for (int i : mode.free) {
       if (!laws_.has(i, HAS_FORCE) || channel_of(i) != c) continue;
       Shown<double> shown(sizes_);
-      show(*now_.mode, nodes_, step_.length, 0.0, acting_, value_, value_.state, shown);
+      show(mode, nodes_, step_.length, 0.0, acting_, value_, value_.state, shown);
       const Jet gap(shown.gap[i]), rate(shown.rate[i]), time(step_.time);
       push(m + i, laws_.force(i, gap, rate, Jet(before), time).value - laws_.force(i, gap, rate, Jet(after), time).value);
     }
@@ -241,7 +255,7 @@ class StepTangents {
   // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
   // (1 - G S) dy = dlinear + G own, with S the forces' slopes by y, and G what they do to y.
   void linearise(const Recorded& step) {
-    tables_ = &book_.step(*now_.mode, step.step_class);
+    find_tables();
     const int m = sizes_.feet;
     slope_.state = dw_;
     for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
@@ -249,6 +263,12 @@ class StepTangents {
     gap_slopes_.assign(size_t(m) * N, Row(0.0));
     for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
     if (!smooth_.empty()) solve_smooth(step);
+  }
+
+  // The tables of the step, and the gaps of the free feet at its nodes.
+  void find_tables() {
+    tables_ = &book_.step(*step_.mode, step_.step_class);
+    for (int i : step_.mode->free) gaps_[i] = output_row(*tables_, acting_, value_, i);
   }
 
   void output_slopes(int output, Row* to) const {
@@ -259,10 +279,11 @@ class StepTangents {
   void solve_smooth(const Recorded& step) {
     const int m = sizes_.feet, size = int(unknown_.size()) * N;
     solved_.clear();
-    for (int i : smooth_) solved_.push_back(smooth_input(step, i));
+    for (int i : smooth_) {
+      solved_.push_back(smooth_input(step, i));
+      add_own(solved_.back());
+    }
     right_.resize(size);
-    solver_.begin(size);  // of the transposed matrix: one row is what a node of an unknown does to all
-    for (int r = 0; r < size; r++) solver_.row(r)[r] = 1.0;
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int output = unknown_[a];
       if (output < m) {
@@ -272,26 +293,17 @@ class StepTangents {
       }
       for (const Smooth& one : solved_) {
         if (one.given) add_input(*tables_, output, one.input, one.own, &right_[N * a]);
-        for (size_t b = 0; b < unknown_.size(); b++) {
-          if (unknown_[b] % m != one.foot || (unknown_[b] >= m && !one.rated)) continue;
-          const Row& by = unknown_[b] < m ? one.by_gap : one.by_rate;
-          const double* effect = tables_->from_input(output, one.input);
-          for (int l = 0; l < N; l++) {
-            double* to = solver_.row(int(b) * N + l) + a * N;
-            store(to, load(to) - load(effect + l * N) * by[l]);
-          }
-        }
       }
     }
-    if (!solver_.eliminate()) return lose(event_);
+    if (!factor_forces()) return lose(event_);
     solver_.solve_transposed(right_.data());
     for (size_t a = 0; a < unknown_.size(); a++) {
       const int foot = unknown_[a] % m;
       const Row* found = &right_[N * a];
       if (unknown_[a] < m) std::copy_n(found, N, &gap_slopes_[N * foot]);
       for (Smooth& one : solved_) {
-        if (one.foot != foot || (unknown_[a] >= m && !one.rated)) continue;
-        for (int j = 0; j < N; j++) one.own[j] += found[j] * (unknown_[a] < m ? one.by_gap : one.by_rate)[j];
+        if (!one.feels(unknown_[a], m)) continue;
+        for (int j = 0; j < N; j++) one.own[j] += found[j] * one.by(unknown_[a], m)[j];
       }
     }
     for (const Smooth& one : solved_) std::copy_n(one.own, N, slope_.input(one.input));
@@ -301,24 +313,46 @@ class StepTangents {
     }
   }
 
+  // 1 - G S, transposed: one row is what a node of an unknown does to all. False where it is singular.
+  bool factor_forces() {
+    const int m = sizes_.feet, size = int(unknown_.size()) * N;
+    solver_.begin(size);
+    for (int r = 0; r < size; r++) solver_.row(r)[r] = 1.0;
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      for (const Smooth& one : solved_) {
+        const double* effect = tables_->from_input(unknown_[a], one.input);
+        for (size_t b = 0; b < unknown_.size(); b++) {
+          if (!one.feels(unknown_[b], m)) continue;
+          const Row& by = one.by(unknown_[b], m);
+          for (int l = 0; l < N; l++) {
+            double* to = solver_.row(int(b) * N + l) + a * N;
+            store(to, load(to) - load(effect + l * N) * by[l]);
+          }
+        }
+      }
+    }
+    return solver_.eliminate();
+  }
+
   Smooth smooth_input(const Recorded& step, int i) {
     const int m = sizes_.feet, foot = i % m;
     const bool force = i >= m;
-    Smooth out = {i, foot, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}};
-    double gap[N], rate[N] = {};
-    outputs_at_nodes(*tables_, acting_, value_, foot, gap);
-    if (out.rated) outputs_at_nodes(*tables_, acting_, value_, m + foot, rate);
-    const int c = force ? channel_of(foot) : -1;
-    const Row volts = c < 0 ? Row(0.0) : load(&channel_values_[N * c]), times = nodes_.times() * step.length + step.time;
-    const Row arguments[4] = {load(gap), load(rate), volts, times};
-    const Hook hook = force ? FORCE : MOMENTUM;
-    laws_.slopes(hook, foot, arguments, force ? 4 : 1, out.by_gap, out.by_rate);
+    Smooth out = {i, foot, force ? channel_of(foot) : -1, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}, {}};
+    out.arguments[0] = gaps_[foot];
+    out.arguments[1] = out.rated ? output_row(*tables_, acting_, value_, m + foot) : Row(0.0);
+    out.arguments[2] = out.channel < 0 ? Row(0.0) : load(&channel_values_[N * out.channel]);
+    out.arguments[3] = nodes_.times() * step.length + step.time;
+    laws_.slopes(out.hook(m), foot, out.arguments, out.count(m), out.by_gap, out.by_rate);
     std::fill_n(out.own, N, Row(0.0));
-    out.given = laws_.varied[foot] || c >= 0;
-    if (out.given) {
-      laws_.add_explicit(hook, foot, arguments, force ? 4 : 1, c < 0 ? nullptr : &channel_slopes_[N * c], out.own);
-    }
     return out;
+  }
+
+  // What it has by the parameters of its laws and by its voltage.
+  void add_own(Smooth& one) {
+    const int m = sizes_.feet, c = one.channel;
+    one.given = laws_.varied[one.foot] || c >= 0;
+    if (!one.given) return;
+    laws_.add_explicit(one.hook(m), one.foot, one.arguments, one.count(m), c < 0 ? nullptr : &channel_slopes_[N * c], one.own);
   }
 
   size_t kept_width() const { return 1 + slope_.state.size() + slope_.inputs.size(); }
@@ -381,11 +415,11 @@ class StepTangents {
   // Whether a foot turns in this step so close above the ground that an error of its gap could hide a touchdown. Nodes are so
   // dense that one of them sees a parabola's lowest tenth.
   bool nearly_lands(const Recorded& step, int i) {
+    const double room = GRAZE * settings_.gap, most = highest(gaps_[i]);
+    if (gaps_[i][0] <= room || !any_less(gaps_[i], Row(0.1 * most))) return false;
     alignas(64) double gap[N];
-    outputs_at_nodes(*tables_, acting_, value_, i, gap);
-    const double room = GRAZE * settings_.gap;
+    store(gap, gaps_[i]);
     const int low = int(std::min_element(gap, gap + N) - gap);
-    if (gap[0] <= room || gap[low] > 0.1 * highest(load(gap))) return false;
     double s = nodes_.tau[low], value = gap[low];
     for (int n = 0; n < 4; n++) {  // Newton's method for where it turns
       const Weights at(nodes_, s);
@@ -409,9 +443,7 @@ class StepTangents {
 
   // Second derivative of a gap by the scaled time.
   double bend_of(int i, double s) const {
-    double gap[N];
-    outputs_at_nodes(*tables_, acting_, value_, i, gap);
-    return weighted(Weights(nodes_, s).bend, gap);
+    return total(Weights(nodes_, s).bend * gaps_[i]);
   }
 
   // Tangents of the state at the end of a step.
