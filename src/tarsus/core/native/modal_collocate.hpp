@@ -41,13 +41,18 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
       const double p = m.laws.momentum(i, gap), slope = m.laws.momentum_slope(i, gap, m.settings.probe);
       if (std::fabs(slope * step.from_constant(i, i)[N - 1]) > 0.5) return STIFF;
       m.room[i] = slope < 0.0 ? 2.0 * p / -slope : 0.0;
-      for (int o : mode.free) m.outputs[o] += step.from_constant(o, i) * (m.strong ? m.film(i, gap) : p);
+      m.values[i] = Row(m.strong ? m.film(i, gap) : p);
     }
     if (m.laws.has(i, HAS_FORCE)) {
-      const double f = m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t);
-      for (int o : mode.free) m.outputs[o] += step.from_constant(o, feet + i) * f;
+      m.values[feet + i] = Row(m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t));
     }
   }
+  gather(m);
+  const std::vector<Row>& values = mode.shares() ? m.gathered : m.values;
+  for (int o : mode.leading) {
+    for (int i : m.pushing) m.outputs[o] += step.from_constant(o, i) * values[i][0];
+  }
+  follow_leading(m, 0);
   for (int i : mode.free) {
     if (m.room[i] > 0.0 && runs_deep(m, i, m.outputs[i])) return FAILED;
   }
@@ -65,6 +70,7 @@ inline Settled sweeps(Modal& m, const StepClass& step, double t) {
     if (!std::isfinite(change)) return FAILED;
     if (change <= tolerance || (n > 0 && change * change <= tolerance * std::max(before - change, 0.0))) {
       evaluate_laws(m, t, step.length);  // the momenta that flow on are those of the final gaps, or the ledger would drift
+      gather(m);
       return SETTLED;
     }
     if (n > 2 && change > 0.7 * before) return FAILED;
@@ -117,7 +123,7 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
   m.drive(t, step.length);
   for (int i = 0; i < feet; i++) {
     m.linear[i] = flowing_output<S>(m, step, i);
-    if (!mode.is_held[i] && m.laws.has(i, USES_RATE)) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
+    if (!mode.is_held[i] && m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
   const bool smooth = !m.acting.empty() && m.acting[0] < 2 * feet;
   if (smooth) {

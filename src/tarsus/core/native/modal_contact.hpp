@@ -60,6 +60,23 @@ inline void leave_mode(Modal& m, const ContactMode& to) {
 // To the one with one foot more held or let go.
 inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
 
+// The smooth inputs that sweeps go through: those that act, or where feet follow others, of the leading feet all of a kind that
+// acts anywhere.
+inline void find_pushing(Modal& m) {
+  const ContactMode& mode = *m.mode;
+  m.rated = false;
+  for (int i : mode.free) m.rated = m.rated || m.laws.has(i, USES_RATE);
+  m.pushing = m.acting;
+  if (!mode.shares()) return;
+  m.pushing.clear();
+  for (int first : {0, m.sizes.feet}) {
+    const bool any = std::any_of(m.acting.begin(), m.acting.end(), [&](int i) { return (i < m.sizes.feet) == (first == 0); });
+    for (int i : mode.leading) {
+      if (any) m.pushing.push_back(first + i);
+    }
+  }
+}
+
 // Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
@@ -84,6 +101,7 @@ inline void enter_mode(Modal& m) {
   for (int i : mode.free) {
     if (m.laws.has(i, HAS_FORCE)) m.acting.push_back(m.sizes.feet + i);
   }
+  find_pushing(m);
   for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
 }
 

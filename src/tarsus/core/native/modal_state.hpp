@@ -72,6 +72,11 @@ struct Modal {
   int degree = 1;
 
   std::vector<double> matrix;  // of Newton's method
+  // Where feet follow others (see ContactMode::leading): the smooth inputs of those others with all shares of them, and room to
+  // work in; in every contact mode the inputs that sweeps go through, and whether any asks for gap rates.
+  std::vector<Row> gathered, moved, slopes;
+  std::vector<int> pushing;
+  bool rated = false;
 
   Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
       : book(b), sizes(b.sizes), nodes(n), units(s), settings(s), laws(l), player(signals, n, channels), feet(sizes.feet),
@@ -80,7 +85,7 @@ struct Modal {
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
         margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
         doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
-        volt_powers(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        volt_powers(sizes.feet, Row(0.0)), gathered(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
         chain_(numbers(2)) {
     for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
     values[sizes.last()] = Row(1.0);

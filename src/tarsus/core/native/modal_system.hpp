@@ -84,7 +84,7 @@ struct ModalSystem : Modal {
 
   // Start a run from its data.
   void begin(const RunData& run) {
-    settings = units.of(run);
+    settings = units.of(run, sizes.feet);
     per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
     biases.take(run.sources);
@@ -107,7 +107,7 @@ struct ModalSystem : Modal {
   // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
   void count_from_zero(const RunData& run) {
     strong = false;
-    settings.gap = units.of(run).gap;
+    settings.gap = units.of(run, sizes.feet).gap;
     per_gap = 1.0 / settings.gap;
     one.begin(*this);
   }
@@ -176,12 +176,12 @@ struct ModalSystem : Modal {
  private:
   // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
   // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
-  // many times less than lengths that tolerances refer to: down to a thousandth of them, a hundredth by laws that are programs,
-  // whose momenta round by their own size. Not with many feet: Newton's method has 8 rows for each, and its steps take seconds.
+  // many times less than lengths that tolerances refer to: down to a thousandth of them. Not with many feet that move by
+  // themselves: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
-    constexpr double MANY = 1e4;
+    constexpr double MANY = 1e4, least = 1e-3;
+    constexpr double ROUNDED = 1e-13;  // of the widest gap: Newton's method settles to a twentieth of it
     constexpr int FEW = 8;
-    const double least = laws.film_alone() ? 1e-3 : 1e-2;
     double most = 0.0;
     for (int i = 0; i < sizes.feet; i++) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
@@ -189,7 +189,9 @@ struct ModalSystem : Modal {
       most = std::max(most, damping * next->mobility[i] * settings.end);
     }
     strong = most > MANY;
-    if (strong && sizes.feet <= FEW) settings.gap *= std::max(MANY / most, least);
+    if (strong && std::min(sizes.feet, sizes.coordinates) <= FEW) {
+      settings.gap = std::min(settings.gap, std::max(settings.gap * std::max(MANY / most, least), ROUNDED * settings.widest));
+    }
     per_gap = 1.0 / settings.gap;
   }
 
