@@ -73,10 +73,11 @@ inline Settled sweeps(Modal& m, const StepClass& step, double t) {
       gather(m);
       return SETTLED;
     }
-    if (n > 2 && change > 0.7 * before) return FAILED;
+    if (n > 2 && change > 0.7 * before) break;
     before = change;
   }
-  return FAILED;
+  // films that are stiff together, each of which alone is not
+  return !m.pushing.empty() && m.pushing[0] < m.sizes.feet ? STIFF : FAILED;
 }
 
 // Truncation of the drives relative to their spans and to what it may be.
@@ -91,6 +92,12 @@ inline double drive_error(const Modal& m) {
   return error * m.per_drive;
 }
 
+// Least slope of a film's momentum over a step, where it goes one way: what a foot that hardly moves shows of it is rounding.
+inline double least_slope(const Modal& m, int foot, const Row& gap) {
+  const double first = m.laws.momentum_slope(foot, gap[0], m.settings.probe);
+  return std::min(std::fabs(first), std::fabs(m.laws.momentum_slope(foot, gap[N - 1], m.settings.probe)));
+}
+
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
 // no more than the film's own slope lets it. At half an oscillation a force has moved the gap nowhere by the end of the
 // step, so it is weighed where it moves it most.
@@ -102,8 +109,9 @@ inline double step_error(Modal& m, const StepClass& step) {
     const int foot = i % m.sizes.feet;
     const Row &v = m.values[i], &gap = m.outputs[foot];
     const double reach = step.reach[i], swing = std::fabs(gap[N - 1] - gap[0]);
-    const double yielding = swing > 0.0 ? reach * std::fabs(v[N - 1] - v[0]) / swing : 0.0;
-    const double error = m.nodes.truncation(v) * reach / (1.0 + yielding);
+    double yielding = swing > 0.0 ? reach * std::fabs(v[N - 1] - v[0]) / swing : 0.0;
+    if (m.strong && i < m.sizes.feet) yielding = std::max(yielding, reach * least_slope(m, foot, gap));
+    const double error = m.nodes.truncation(v) * reach / (1.0 + yielding) - m.rounding;
     if (error > worst) {
       worst = error;
       const double base = m.strong && i < m.sizes.feet ? m.feet[i].base : 0.0;
@@ -136,7 +144,7 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
       m.outputs[i] = m.linear[i];
     }
   }
-  for (int o : mode.held) m.outputs[o] = smooth ? m.linear[o] + smooth_effect(m, step, o) : m.linear[o];
+  for (int o : mode.held) m.outputs[o] = smooth ? m.linear[o] + effect_on_held(m, step, o) : m.linear[o];
   return step_error(m, step);
 }
 

@@ -108,6 +108,7 @@ inline void enter_mode(Modal& m) {
 // A foot comes to the ground or leaves it; its flight or contact ends here.
 inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].departure = departure;
+  m.feet[foot].rose = t;
   m.feet[foot].apex.restart(t);
 }
 
@@ -148,6 +149,14 @@ inline int torn_off(const Modal& m, int foot, const Landing& at) {
   return -1;
 }
 
+// Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
+// forces pull the struck one off again for as long as they take to relax; then it is back, up to millions of times.
+inline void count_low(Modal& m, int foot, double speed, double t) {
+  Foot& f = m.feet[foot];
+  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < m.settings.rest_height;
+  f.low = low ? f.low + 1 : 0;
+}
+
 // A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach faster than ``least``.
 TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
   const ContactMode& mode = *m.mode;
@@ -175,6 +184,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
     at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
                  mode.printed_damping[foot] * (rate + at.after);
   }
+  count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {
     const double over = kind == REST ? rest_time(t, at) : t;

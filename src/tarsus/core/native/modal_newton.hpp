@@ -33,7 +33,17 @@ inline void gather(Modal& m) {
   }
 }
 
-// What the smooth forces do to an output at the nodes, once gathered.
+// What the smooth forces do to the pull on a held foot: what of them moves nothing is carried there as well.
+inline Row effect_on_held(const Modal& m, const StepClass& step, int output) {
+  Row sum = Row(0.0);
+  for (int i : m.acting) {
+    if (i >= 2 * m.sizes.feet) break;
+    sum += combine(step.from_input(output, i), m.values[i]);
+  }
+  return sum;
+}
+
+// What the smooth forces do to an output of a free foot at the nodes, once gathered.
 inline Row smooth_effect(const Modal& m, const StepClass& step, int output) {
   const std::vector<Row>& values = m.mode->shares() ? m.gathered : m.values;
   Row sum = Row(0.0);

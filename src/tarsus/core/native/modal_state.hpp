@@ -17,6 +17,8 @@ struct Foot {
   double since = 0.0;  // [s] begin of its contact
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double left = -INF;  // [s] when its pull last outgrew one
+  double rose = 0.0;   // [s] when it last came to the ground or left it
+  int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
   Apex apex;
 };
@@ -59,6 +61,7 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
+  double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
   int64_t filled = -1;                             // state of the player for which they hold constants

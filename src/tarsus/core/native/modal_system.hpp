@@ -78,6 +78,7 @@ TARSUS_APART bool glide(Modal& m, double left) {
 template <class S>
 struct ModalSystem : Modal {
   OneFoot one;
+  double strong_gap = 0.0;  // [m] that a step may err under strong films, but for rounding
 
   ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
       : Modal(b, n, signals, l, s, channels), one(*this) {}
@@ -107,8 +108,7 @@ struct ModalSystem : Modal {
   // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
   void count_from_zero(const RunData& run) {
     strong = false;
-    settings.gap = units.of(run, sizes.feet).gap;
-    per_gap = 1.0 / settings.gap;
+    allow(units.of(run, sizes.feet).gap);
     one.begin(*this);
   }
 
@@ -142,6 +142,7 @@ struct ModalSystem : Modal {
     const Ahead ahead = look_ahead(*this);
     if (strong) {
       add_film_momenta(*this);
+      allow_for_rounding();
       rebase();
       remove_film_momenta(*this);
     }
@@ -170,7 +171,7 @@ struct ModalSystem : Modal {
       rest_on_ground(*this, taken.foot, true);
     }
     check = sizes.feet > 1;
-    return GOING_ON;
+    return feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
   }
 
  private:
@@ -180,7 +181,6 @@ struct ModalSystem : Modal {
   // themselves: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
     constexpr double MANY = 1e4, least = 1e-3;
-    constexpr double ROUNDED = 1e-13;  // of the widest gap: Newton's method settles to a twentieth of it
     constexpr int FEW = 8;
     double most = 0.0;
     for (int i = 0; i < sizes.feet; i++) {
@@ -189,10 +189,31 @@ struct ModalSystem : Modal {
       most = std::max(most, damping * next->mobility[i] * settings.end);
     }
     strong = most > MANY;
-    if (strong && std::min(sizes.feet, sizes.coordinates) <= FEW) {
-      settings.gap = std::min(settings.gap, std::max(settings.gap * std::max(MANY / most, least), ROUNDED * settings.widest));
+    strong_gap = settings.gap;
+    rounding = 0.0;
+    if (strong && std::min(sizes.feet, sizes.coordinates) <= FEW) strong_gap *= std::max(MANY / most, least);
+    allow(strong_gap);
+  }
+
+  void allow(double gap) {
+    settings.gap = gap;
+    per_gap = 1.0 / gap;
+  }
+
+  // A gap is a sum over the modes: its nodes, and through a strong film its momentum, show the rounding of their largest parts.
+  // That is no error of a step, or steps would never grow; and Newton's method settles to no less.
+  void allow_for_rounding() {
+    constexpr double ROUNDED = 4e-14;
+    double most = 0.0;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const double* row = mode->outputs + i * sizes.state();
+      double sum = std::fabs(bias->feed[i]);
+      for (int r = 0; r < sizes.state(); r++) sum += std::fabs(row[r] * state()[r]);
+      most = std::max(most, sum);
     }
-    per_gap = 1.0 / settings.gap;
+    allow(std::max(strong_gap, ROUNDED * most));
+    rounding = 2e-15 * most;
   }
 
   TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {
