@@ -149,9 +149,10 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
         raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
     for first, second in zip(order[::2], order[1::2], strict=True):
         close = values[[second, first]].real  # the slower one first: its vector is the first of the plane
-        # Velocities count by the pair's own rate: by a much faster one the two vectors would hardly differ.
         own_scale = np.ones(len(state))
-        own_scale[len(state) // 2 :] = w / min(max(np.abs(close).max(), 1e-300), w)
+        if _known_apart(close, vectors[: len(state) // 2, [second, first]].real, pencil):
+            # velocities count by the pair's own rate: by a much faster one the two vectors would hardly differ
+            own_scale[len(state) // 2 :] = w / min(np.abs(close).max(), w)
         tall = vectors[:, [second, first]].real * own_scale[:, None]
         pair, own = np.linalg.qr(tall / np.linalg.norm(tall, axis=0))
         if abs(own[1, 1]) > 1e-4:
@@ -164,6 +165,16 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
         pair = vt[-2:].T
         planes.append((pair, pair.T @ state @ pair))
     return planes
+
+
+def _known_apart(rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]) -> bool:
+    """Whether two real rates are those of s^2 M + s C + K, and not what rounding leaves of a double zero: of its terms at
+    the pair's own rate nothing is left for either shape, of columns (n, 2)."""
+    mass, damping, stiffness = pencil
+    fastest = np.abs(rates).max()
+    left = mass @ shapes * rates**2 + damping @ shapes * rates + stiffness @ shapes
+    size = fastest**2 * np.abs(mass @ shapes).max(axis=0) + fastest * np.abs(damping @ shapes).max(axis=0)
+    return bool((np.abs(left).max(axis=0) < 1e-6 * size).all())
 
 
 def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[complex, NDArray[np.complex128]]:

@@ -18,13 +18,13 @@ struct Settings {
   double widest = 1.0;              // gap at rest
   bool track, record;               // find the apex of every flight; keep every step
 
-  // Of these for a length and a force of one, those of a run of so many feet. What is zero goes by the rounding of its widest gap.
+  // Of these for a length and a force of one, those of a run of so many feet. What is zero, or no flight, goes by its widest gap.
   Settings of(const RunData& run, int feet) const {
     Settings out = *this;
     out.widest = run.scales[0];
     for (int i = 0; i < feet; i++) out.widest = std::max(out.widest, std::fabs(run.sources[i]));
-    for (double* size : {&out.gap, &out.rest_height, &out.probe}) *size *= run.scales[0];
-    for (double* size : {&out.gap_zero, &out.speed_zero}) *size *= out.widest;
+    for (double* size : {&out.gap, &out.probe}) *size *= run.scales[0];
+    for (double* size : {&out.gap_zero, &out.speed_zero, &out.rest_height}) *size *= out.widest;
     out.force_zero *= run.scales[1];
     out.period = run.scales[2];
     return out;

@@ -73,11 +73,10 @@ inline Settled sweeps(Modal& m, const StepClass& step, double t) {
       gather(m);
       return SETTLED;
     }
-    if (n > 2 && change > 0.7 * before) break;
+    if (n > 2 && change > 0.7 * before) return FAILED;
     before = change;
   }
-  // films that are stiff together, each of which alone is not
-  return !m.pushing.empty() && m.pushing[0] < m.sizes.feet ? STIFF : FAILED;
+  return FAILED;
 }
 
 // Truncation of the drives relative to their spans and to what it may be.
