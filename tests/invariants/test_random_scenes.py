@@ -58,6 +58,13 @@ def test_a_stiff_dashpot_beside_a_loose_chain_leaves_its_events_in_place() -> No
     assert found["closure"] < 1e-11
 
 
+def test_a_film_of_ones_own_in_which_feet_hardly_move_needs_no_tiny_steps() -> None:
+    """Its momentum rounded by its own size, which let steps shrink until their bound was reached; the account was open by 4e-4."""
+    found = look_at(scene_of(802))
+    assert found["code"] == "DONE"
+    assert found["steps"] < 200_000
+
+
 def test_a_held_foot_carries_what_presses_feet_that_cannot_move() -> None:
     """Two feet on one coordinate under voltage: with one held the other follows no leading foot, yet loads the one that is held."""
     found = look_at(scene_of(151))
