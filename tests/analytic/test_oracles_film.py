@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from random_scenes import OWN
 from scene_files import scene
 
 MASS, C, START, SPEED = 1e-9, 1e-20, 1e-5, -0.05
@@ -49,3 +50,18 @@ def test_with_a_residual_thickness_a_fast_foot_touches():
     expected = -speed - 0.5 * C / MASS * (1.0 / residual**2 - 1.0 / START**2)
     assert expected > 0.0
     assert run.events["speed_before"][0] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["built in", "of one's own"])
+def test_a_thick_film_stops_a_foot_within_little_of_itself(own):
+    """Within 1e-7 of a film of 0.1 mm: its momentum is 5e6 times the foot's, of whose way 1e-6 is known all the same."""
+    thickness, coefficient, gap = 1e-4, 5e-12, 1e-7
+    law = OWN["own_film"] if own else ts.Film
+    film = law(coefficient=coefficient, thickness=thickness)
+    changes = {"ground.film": None, "ground.laws.own_film": film} if own else {"ground.film": film}
+    run = ts.simulate(scene("film_only", changes | {"robot.feet.plate.gap": gap, "initial.velocity": [SPEED]}))
+    assert run.ok and len(run.events) == 0
+    start = gap + thickness
+    way = MASS * -SPEED * start**3 / coefficient  # to 1.5e-7 of itself: the first term of the integral's series
+    assert gap - run.at([run.duration]).state.gap[0, 0] == pytest.approx(way, rel=1e-6)
+    assert run.ledger.closure < 1e-9

@@ -87,10 +87,11 @@ def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, 
         planes += [(lift @ pair, block) for pair, block in _planes(rest, pencil, w)]
     basis = np.zeros((2 * n, 2 * n))
     blocks = np.zeros((n, 2, 2))
+    apart = np.hstack([np.linalg.qr(pair)[0] for pair, _ in planes])
     for r, (pair, block) in enumerate(planes):
         basis[:, r], basis[:, n + r] = pair[:, 0], pair[:, 1]
         blocks[r] = block
-    if len(planes) != n or np.linalg.cond(basis) > 1e9:
+    if len(planes) != n or np.linalg.cond(apart) > 1e9:
         raise DefectiveStructureError(
             "two or more modes of the damped structure coincide and cannot be separated; "
             "change one damping value slightly (1e-6 relative is enough) or give modal damping"
@@ -148,10 +149,15 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
         raise DefectiveStructureError("a mode of the damped structure lies on the edge of overdamping; change one damping value slightly")
     for first, second in zip(order[::2], order[1::2], strict=True):
         close = values[[second, first]].real  # the slower one first: its vector is the first of the plane
-        pair, own = np.linalg.qr(vectors[:, [second, first]].real)
+        own_scale = np.ones(len(state))
+        if _known_apart(close, vectors[: len(state) // 2, [second, first]].real, pencil):
+            # velocities count by the pair's own rate: by a much faster one the two vectors would hardly differ
+            own_scale[len(state) // 2 :] = w / min(np.abs(close).max(), w)
+        tall = vectors[:, [second, first]].real * own_scale[:, None]
+        pair, own = np.linalg.qr(tall / np.linalg.norm(tall, axis=0))
         if abs(own[1, 1]) > 1e-4:
             block = [[close[0], (close[1] - close[0]) * own[0, 1] / own[1, 1]], [0.0, close[1]]]
-            planes.append((pair, np.array(block)))
+            planes.append((pair / own_scale[:, None], np.array(block)))
             continue
         # An orthonormal basis of the plane is well conditioned even where the two nearly coincide.
         shifted = (state - close[0] * np.eye(len(state))) @ (state - close[1] * np.eye(len(state)))
@@ -159,6 +165,16 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
         pair = vt[-2:].T
         planes.append((pair, pair.T @ state @ pair))
     return planes
+
+
+def _known_apart(rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]) -> bool:
+    """Whether two real rates are those of s^2 M + s C + K, and not what rounding leaves of a double zero: of its terms at
+    the pair's own rate nothing is left for either shape, of columns (n, 2)."""
+    mass, damping, stiffness = pencil
+    fastest = np.abs(rates).max()
+    left = mass @ shapes * rates**2 + damping @ shapes * rates + stiffness @ shapes
+    size = fastest**2 * np.abs(mass @ shapes).max(axis=0) + fastest * np.abs(damping @ shapes).max(axis=0)
+    return bool((np.abs(left).max(axis=0) < 1e-6 * size).all())
 
 
 def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[complex, NDArray[np.complex128]]:

@@ -116,6 +116,8 @@ class ContactMode:
     printed: Floats  # (m, 2nb): pull by (2.13) as printed on a free foot at the ground, its own rate after the blow apart
     printed_feed: Floats  # (m, ni): its direct part
     printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
+    leading: NDArray[np.int64]  # (r,) free feet whose gaps tell those of all others, see `_leading`
+    spanned: Floats  # (m, r): gap of a free foot per unit of theirs, beside what it is at rest
     bias: Bias
 
     def biased(self, sources: Floats) -> ContactMode:
@@ -262,6 +264,9 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
             bias.printed_feed[:, i] = row @ constant
             bias.printed_feed[i, i] -= 2.0 * (row @ system.stiffness @ row)
             printed_damping[i] = row @ system.damping @ row
+    leading, share = _leading(np.linalg.solve(np.linalg.cholesky(mz), z.T @ system.normals[:, free_feet]).T)
+    spanned = np.zeros((m, len(leading)))
+    spanned[free_feet] = share
     both = np.zeros((2 * nz, 2 * n))
     both[:nz, :n], both[nz:, n:] = projector, projector
     return ContactMode(
@@ -269,8 +274,32 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
         to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=inverse @ both,
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
         side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
-        printed_damping=printed_damping, bias=bias,
+        printed_damping=printed_damping, leading=np.array(free_feet, dtype=np.int64)[leading], spanned=spanned, bias=bias,
     )  # fmt: skip
+
+
+def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
+    """Rows (k, n) of which all others are sums: their numbers (r,), and every row's shares of them (k, r).
+
+    Of many feet on few modes only so many move by themselves. Each next one is that which the ones before leave most of, so
+    that no share is large. What is below 1e-13 of the largest row is rounding.
+    """
+    rest, size = rows.copy(), np.linalg.norm(rows, axis=1).max(initial=0.0)
+    chosen: list[int] = []
+    ways = np.zeros((0, rows.shape[1]))
+    while len(chosen) < min(rows.shape):
+        left = np.linalg.norm(rest, axis=1)
+        best = int(np.argmax(left))
+        if left[best] <= 1e-13 * size:
+            break
+        way = rest[best] - ways.T @ (ways @ rest[best])  # once more, for what rounding left of the others' ways
+        ways = np.vstack([ways, way / np.linalg.norm(way)])
+        rest -= np.outer(rest @ ways[-1], ways[-1])
+        chosen.append(best)
+    chosen.sort()
+    shares = np.linalg.lstsq(rows[chosen].T, rows.T, rcond=None)[0].T
+    shares[chosen] = np.eye(len(chosen))
+    return np.array(chosen, dtype=np.int64), shares
 
 
 def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, float]:

@@ -48,7 +48,7 @@ def chunks(count: int, width: int) -> list[slice]:
 
 
 def started(mode: ContactMode, trace: Floats, rows: Rows) -> tuple[Floats, Floats]:
-    """States (k, 2nb) at the start of recorded steps, and Legendre coefficients (k, ni, 8) of their inputs.
+    """States (k, 2nb) at the start of recorded steps, and Legendre coefficients (k, ni, 8) of their inputs, `gathered`.
 
     A momentum of the ground may be counted from any value; recorded states are less all of it. Here it is counted from
     its value at the start of the step, so that the states are those of the motion, and what a foot does that hardly
@@ -59,7 +59,20 @@ def started(mode: ContactMode, trace: Floats, rows: Rows) -> tuple[Floats, Float
     first = nodal[:, :m, :1].copy()
     nodal[:, :m] -= first
     state = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * len(mode.blocks)] + first[..., 0] @ mode.beta
+    nodal[:, : 2 * m] = gathered(mode, nodal[:, : 2 * m])
     return state, _to_coefficients(nodal)
+
+
+def gathered(mode: ContactMode, inputs: Floats) -> Floats:
+    """Inputs (k, count m, 8) at the feet as the leading ones have to have them to move the structure, and to do work on
+    it, as all do: of many feet on few modes only so many are left."""
+    leading, m = mode.leading, len(mode.beta)
+    if len(leading) == m - mode.mask.bit_count():
+        return inputs
+    out = np.zeros_like(inputs)
+    for first in range(0, inputs.shape[1], m):
+        out[:, first + leading] = np.einsum("kij,il->klj", inputs[:, first : first + m], mode.spanned)
+    return out
 
 
 def _to_coefficients(nodal: Floats) -> Floats:

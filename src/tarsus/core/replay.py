@@ -21,7 +21,7 @@ from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME
 from tarsus.core.book import NODES, ModeBook
 from tarsus.core.modes import ContactMode, LinearSystem
 from tarsus.core.nodes import N
-from tarsus.core.recorded import RESOLVED, TERMS, Steps, chunks, started, states
+from tarsus.core.recorded import RESOLVED, TERMS, Steps, chunks, gathered, started, states
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
@@ -98,7 +98,7 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
             if parts:
                 told = np.zeros((len(rows), len(parts) * system.normals.shape[1], N))
                 told[whole] = split.coefficients(trace, rows[whole])
-                inputs = np.concatenate([inputs, told], axis=1)
+                inputs = np.concatenate([inputs, gathered(mode, told)], axis=1)
             energies = _Energies(system, book, q, inputs, [part.resistive for part in parts])
             work[:, rows] = energies.of(trace, rows, state)
             if parts:

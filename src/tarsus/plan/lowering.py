@@ -282,6 +282,9 @@ def pack(channels: Sequence[Pieces]) -> _native.Signals:
 
 SMALLEST = 1e-12
 """[m] Below the size of an atom a clearance is zero and no scale."""
+NEAREST = 1e-3
+"""Smallest part of a plan's largest length that tolerances may refer to: 1e-10 of it is 1e-13 of a far foot's gap then, whose
+rounding is 1e-16 of that."""
 
 
 def scales(
@@ -293,6 +296,9 @@ def scales(
     sources: Floats,
 ) -> tuple[Floats, Floats]:
     """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
+
+    The length is the least rest gap that is any, and not below `NEAREST` of the largest length: a foot a millimetre away,
+    or a film as thick, tells nothing of how exactly one must be known that works within a micrometre.
 
     spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
     `tarsus.plan.slots.Rows`.
@@ -310,10 +316,11 @@ def scales(
     length = np.concatenate(lengths, axis=1)
     length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
     length = np.where(length > 0.0, length, 1e-6)
+    nearest = np.where(sources[:, :m] > SMALLEST, sources[:, :m], np.inf).min(axis=1, initial=np.inf)
     if n:
         forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
     force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
-    return length, np.where(force > 0.0, force, 1e-9)
+    return np.clip(nearest, NEAREST * length, length), np.where(force > 0.0, force, 1e-9)
 
 
 def _rate(system: LinearSystem) -> float:

@@ -78,3 +78,22 @@ def test_a_soft_mode_beside_a_very_stiff_one_is_not_rigid():
 def test_nothing_to_move():
     blocks, basis = split_modes(*np.zeros((3, 0, 0)))
     assert blocks.shape == (0, 2, 2) and basis.shape == (0, 0)
+
+
+def test_two_slow_rates_beside_a_fast_dashpot_keep_a_block_of_their_own_size():
+    """Masses on springs that a weak dashpot alone holds to the ground: rates 0 and -0.2 beside one of -3e7. By the fast rate their
+    vectors hardly differ, and a block of the plane they span was 2e4 times their size: events stalled."""
+    mass = np.diag([1.1e-6, 1.8e-6, 1.2e-6, 0.9e-6])
+    ties = np.eye(4) - np.eye(4, k=-1)
+    stiffness = ties.T @ np.diag([0.0, 11.0, 1.3, 9.0]) @ ties
+    damping = ties.T @ np.diag([1.6e-6, 4e-8, 5e-4, 17.0]) @ ties
+    blocks, basis = split_modes(mass, damping, stiffness)
+    rates = [np.linalg.eigvals(block) for block in blocks]
+    slow = int(np.argmin([np.abs(rate).max() for rate in rates]))
+    total = damping[0, 0] + damping[0, 1] + sum(damping[1:, :].sum(axis=1))
+    assert np.sort(rates[slow].real) == pytest.approx([-total / mass.sum(), 0.0], abs=2e-4)
+    assert np.abs(blocks[slow]).max() < 2.0 * np.abs(rates[slow]).max()
+    inverse = np.linalg.inv(basis)
+    apart = basis @ inverse - np.eye(8)
+    apart[4:, :4] /= 1e3  # velocities per displacement: by a rate of the springs
+    assert np.abs(apart[:, :4]).max() < 1e-13

@@ -94,3 +94,24 @@ def test_step_tables_flow_exactly_over_long_and_short_steps():
         assert gap.shape == (N,)
         assert gap[0] == pytest.approx(0.02 + 0.1, rel=1e-11)
         assert gap[-1] == pytest.approx(0.02 + exact[0], rel=1e-10)
+
+
+def test_feet_beyond_the_coordinates_follow_those_that_lead():
+    """Of 24 feet on three coordinates, at any places and two of them at one, three lead; with one held two."""
+    rng = np.random.default_rng(5)
+    normals = rng.normal(size=(3, 24))
+    normals[:, 7] = normals[:, 3]
+    system = LinearSystem(
+        MASS, SYSTEM.damping, STIFFNESS, normals, rng.uniform(0.0, 1e-3, 24), SYSTEM.loads, SYSTEM.weight
+    )
+    for mask, count in ((0, 3), (1 << 5, 2), (0b1011, 0)):
+        mode = contact_mode(system, mask)
+        free = [i for i in range(24) if not mask >> i & 1]
+        assert len(mode.leading) == count
+        assert set(mode.leading) <= set(free)
+        moves = mode.outputs[free]  # gaps and what impulses on feet do, by those of the leading ones
+        shares = mode.spanned[free]
+        np.testing.assert_allclose(shares @ mode.outputs[mode.leading], moves, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(shares @ mode.beta[mode.leading], mode.beta[free], rtol=0, atol=1e-12)
+        assert np.abs(shares).max(initial=0.0) < 10.0
+    assert list(contact_mode(SYSTEM, 0).leading) == list(range(len(SYSTEM.rest_gap)))  # none follows where all move by themselves

@@ -29,7 +29,9 @@ void copy_field(double* to, nb::handle mode, const char* name) {
 
 // What tarsus.core.modes made of a structure with some feet held.
 std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Sizes& sizes, const FootSet& feet, int classes) {
-  auto mode = std::make_unique<ContactMode>(sizes, feet, classes);
+  std::vector<int> leading;
+  for (int64_t foot : field<int64_t>(source, "leading")) leading.push_back(int(foot));
+  auto mode = std::make_unique<ContactMode>(sizes, feet, leading, classes);
   const std::vector<double> blocks = field<double>(source, "blocks"), back = field<double>(source, "from_physical");
   const int nb = int(blocks.size() / 4), ns = sizes.stride, n2 = 2 * sizes.coordinates;
   mode->blocks_used = nb;
@@ -57,6 +59,7 @@ std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Sizes& siz
   copy_field(mode->skew, source, "skew");
   copy_field(mode->printed_feed, source, "printed_feed");
   copy_field(mode->printed_damping, source, "printed_damping");
+  copy_field(mode->spanned, source, "spanned");
   const nb::object bias = source.attr("bias");
   widen(mode->bias_inputs, bias, "inputs", nb, ns);
   copy_field(mode->bias_feed, bias, "feed");

@@ -92,8 +92,10 @@ struct ActingLaws {
   std::vector<double> fixed;           // (feet, laws.fixed): what programs make of them, see ``take``
   mutable std::vector<Row> rows;
   mutable std::vector<double> numbers;
+  mutable std::vector<Dual<Row, 1>> sloping;
 
-  explicit ActingLaws(const Laws& l) : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers) {}
+  explicit ActingLaws(const Laws& l)
+      : laws(l), fixed(l.feet * l.fixed), rows(l.registers), numbers(l.registers), sloping(l.registers) {}
 
   // The parameters (feet, columns) of a run, which stay where they are as long as it lasts.
   void take(const double* given) {
@@ -127,11 +129,12 @@ struct ActingLaws {
     return on_ground(sum, gap, [&] { return momentum(foot, 0.0); });
   }
 
-  // The momentum less ``base``, its value at the gap ``from``: to their difference's own rounding where the film is alone.
+  // The momentum less ``base``, its value at the gap ``from``: to their difference's own rounding where the film is alone, or
+  // where the difference is small (see slight_difference).
   template <class Real>
   TARSUS_INLINE Real momentum_from(int foot, double from, double base, const Real& gap) const {
     if (film_alone()) return film_momentum_from(from, base, gap, of(foot, laws.terms[MOMENTUM][0])[1]);
-    return momentum(foot, gap) - base;
+    return slight_difference(foot, from, base, gap);
   }
 
   // The momentum of one law.
@@ -141,13 +144,15 @@ struct ActingLaws {
     return term.twin == FILM_MOMENTUM ? film_momentum(gap, p[0], p[1]) : by_program(foot, term, &gap);
   }
 
-  // Derivative of the momentum by the gap [N s/m], by central differences over a probe [m] for programs.
+  // Derivative of the momentum by the gap [N s/m]; by central differences over a probe [m] where a program has none.
   template <class Real>
   Real momentum_slope(int foot, const Real& gap, double probe) const {
     if (film_alone()) {
       const double* p = of(foot, laws.terms[MOMENTUM][0]);
       return -2.0 * film_momentum(gap, p[0], p[1]) / (gap + p[1]);
     }
+    const Real slope = program_slope(foot, gap);
+    if (finite(slope)) return slope;
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
   }
 
@@ -230,6 +235,32 @@ struct ActingLaws {
   }
 
  private:
+  // The momentum's derivative by its laws' own.
+  TARSUS_APART Row program_slope(int foot, const Row& gap) const {
+    Dual<Row, 1> sum(Row(0.0));
+    const Dual<Row, 1> at = Dual<Row, 1>::variable(gap, 0);
+    for (const Term& term : laws.terms[MOMENTUM]) {
+      const double* p = of(foot, term);
+      sum = sum + (term.twin == FILM_MOMENTUM ? (0.5 * p[0]) / squared(at + p[1]) : value_of(foot, term, &at, sloping.data()));
+    }
+    return sum.slope[0];
+  }
+  double program_slope(int foot, double gap) const { return program_slope(foot, Row(gap))[0]; }
+
+  // The momentum less its value ``base`` at the gap ``from``. Where it is less than a thousandth of that, its rounding is that of
+  // the momentum's slope, integrated by two Gauss points: to 1e-13 of it for a power of the gap. That must agree with the plain
+  // difference as far as its rounding tells, or the law bends in between.
+  TARSUS_APART Row slight_difference(int foot, double from, double base, const Row& gap) const {
+    const Row plain = momentum(foot, gap) - base;
+    if (any_less(Row(1e-3 * std::fabs(base)), magnitude(plain))) return plain;
+    const Row half = (gap - from) * 0.5, middle = half + from, aside = half * 0.57735026918962576;
+    const Row found = half * (program_slope(foot, middle - aside) + program_slope(foot, middle + aside));
+    return any_not_below(magnitude(found - plain), Row(1e-14 * std::fabs(base))) ? plain : found;
+  }
+  double slight_difference(int foot, double from, double base, double gap) const {
+    return gap == from ? 0.0 : slight_difference(foot, from, base, Row(gap))[0];
+  }
+
   double* fixed_of(int foot, const Term& term) { return fixed.data() + foot * laws.fixed + term.fixed; }
   TARSUS_APART double by_program(int foot, const Term& term, const double* arguments) const {
     return value_of(foot, term, arguments, numbers.data());

@@ -39,7 +39,7 @@ struct LeggedMarch : Legged {
   void begin(const RunData& run) {
     const double* initial = run.initial;
     const int nb = coordinates(), n = nb + 2 * legs();
-    settings = units.of(run);
+    settings = units.of(run, body.feet());
     laws.take(run.parameters);
     put_on_ground(run.sources);
     clock = Clock();

@@ -15,12 +15,16 @@ struct Settings {
   double least_progress;            // of time, that is some
   double probe;                     // gap over which a slope is taken by differences
   int64_t most_steps, first_class;
+  double widest = 1.0;              // gap at rest
   bool track, record;               // find the apex of every flight; keep every step
 
-  // Of these for a length and a force of one, those of a run.
-  Settings of(const RunData& run) const {
+  // Of these for a length and a force of one, those of a run of so many feet. What is zero, or no flight, goes by its widest gap.
+  Settings of(const RunData& run, int feet) const {
     Settings out = *this;
-    for (double* size : {&out.gap, &out.gap_zero, &out.speed_zero, &out.rest_height, &out.probe}) *size *= run.scales[0];
+    out.widest = run.scales[0];
+    for (int i = 0; i < feet; i++) out.widest = std::max(out.widest, std::fabs(run.sources[i]));
+    for (double* size : {&out.gap, &out.probe}) *size *= run.scales[0];
+    for (double* size : {&out.gap_zero, &out.speed_zero, &out.rest_height}) *size *= out.widest;
     out.force_zero *= run.scales[1];
     out.period = run.scales[2];
     return out;

@@ -41,13 +41,18 @@ inline Settled start_sweeps(Modal& m, const StepClass& step, double t) {
       const double p = m.laws.momentum(i, gap), slope = m.laws.momentum_slope(i, gap, m.settings.probe);
       if (std::fabs(slope * step.from_constant(i, i)[N - 1]) > 0.5) return STIFF;
       m.room[i] = slope < 0.0 ? 2.0 * p / -slope : 0.0;
-      for (int o : mode.free) m.outputs[o] += step.from_constant(o, i) * (m.strong ? m.film(i, gap) : p);
+      m.values[i] = Row(m.strong ? m.film(i, gap) : p);
     }
     if (m.laws.has(i, HAS_FORCE)) {
-      const double f = m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t);
-      for (int o : mode.free) m.outputs[o] += step.from_constant(o, feet + i) * f;
+      m.values[feet + i] = Row(m.laws.force(i, gap, m.linear[feet + i][0], m.volts[i][0], t));
     }
   }
+  gather(m);
+  const std::vector<Row>& values = mode.shares() ? m.gathered : m.values;
+  for (int o : mode.leading) {
+    for (int i : m.pushing) m.outputs[o] += step.from_constant(o, i) * values[i][0];
+  }
+  follow_leading(m, 0);
   for (int i : mode.free) {
     if (m.room[i] > 0.0 && runs_deep(m, i, m.outputs[i])) return FAILED;
   }
@@ -65,6 +70,7 @@ inline Settled sweeps(Modal& m, const StepClass& step, double t) {
     if (!std::isfinite(change)) return FAILED;
     if (change <= tolerance || (n > 0 && change * change <= tolerance * std::max(before - change, 0.0))) {
       evaluate_laws(m, t, step.length);  // the momenta that flow on are those of the final gaps, or the ledger would drift
+      gather(m);
       return SETTLED;
     }
     if (n > 2 && change > 0.7 * before) return FAILED;
@@ -85,6 +91,12 @@ inline double drive_error(const Modal& m) {
   return error * m.per_drive;
 }
 
+// Least slope of a film's momentum over a step, where it goes one way: what a foot that hardly moves shows of it is rounding.
+inline double least_slope(const Modal& m, int foot, const Row& gap) {
+  const double first = m.laws.momentum_slope(foot, gap[0], m.settings.probe);
+  return std::min(std::fabs(first), std::fabs(m.laws.momentum_slope(foot, gap[N - 1], m.settings.probe)));
+}
+
 // Estimated error of a step relative to what it may be. A stiff film holds the gap: an error of its momentum moves it by
 // no more than the film's own slope lets it. At half an oscillation a force has moved the gap nowhere by the end of the
 // step, so it is weighed where it moves it most.
@@ -96,8 +108,9 @@ inline double step_error(Modal& m, const StepClass& step) {
     const int foot = i % m.sizes.feet;
     const Row &v = m.values[i], &gap = m.outputs[foot];
     const double reach = step.reach[i], swing = std::fabs(gap[N - 1] - gap[0]);
-    const double yielding = swing > 0.0 ? reach * std::fabs(v[N - 1] - v[0]) / swing : 0.0;
-    const double error = m.nodes.truncation(v) * reach / (1.0 + yielding);
+    double yielding = swing > 0.0 ? reach * std::fabs(v[N - 1] - v[0]) / swing : 0.0;
+    if (m.strong && i < m.sizes.feet) yielding = std::max(yielding, reach * least_slope(m, foot, gap));
+    const double error = m.nodes.truncation(v) * reach / (1.0 + yielding) - m.rounding;
     if (error > worst) {
       worst = error;
       const double base = m.strong && i < m.sizes.feet ? m.feet[i].base : 0.0;
@@ -117,7 +130,7 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
   m.drive(t, step.length);
   for (int i = 0; i < feet; i++) {
     m.linear[i] = flowing_output<S>(m, step, i);
-    if (!mode.is_held[i] && m.laws.has(i, USES_RATE)) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
+    if (!mode.is_held[i] && m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
   const bool smooth = !m.acting.empty() && m.acting[0] < 2 * feet;
   if (smooth) {
@@ -130,7 +143,7 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
       m.outputs[i] = m.linear[i];
     }
   }
-  for (int o : mode.held) m.outputs[o] = smooth ? m.linear[o] + smooth_effect(m, step, o) : m.linear[o];
+  for (int o : mode.held) m.outputs[o] = smooth ? m.linear[o] + effect_on_held(m, step, o) : m.linear[o];
   return step_error(m, step);
 }
 

@@ -60,6 +60,23 @@ inline void leave_mode(Modal& m, const ContactMode& to) {
 // To the one with one foot more held or let go.
 inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
 
+// The smooth inputs that sweeps go through: those that act, or where feet follow others, of the leading feet all of a kind that
+// acts anywhere.
+inline void find_pushing(Modal& m) {
+  const ContactMode& mode = *m.mode;
+  m.rated = false;
+  for (int i : mode.free) m.rated = m.rated || m.laws.has(i, USES_RATE);
+  m.pushing = m.acting;
+  if (!mode.shares()) return;
+  m.pushing.clear();
+  for (int first : {0, m.sizes.feet}) {
+    const bool any = std::any_of(m.acting.begin(), m.acting.end(), [&](int i) { return (i < m.sizes.feet) == (first == 0); });
+    for (int i : mode.leading) {
+      if (any) m.pushing.push_back(first + i);
+    }
+  }
+}
+
 // Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
@@ -84,12 +101,14 @@ inline void enter_mode(Modal& m) {
   for (int i : mode.free) {
     if (m.laws.has(i, HAS_FORCE)) m.acting.push_back(m.sizes.feet + i);
   }
+  find_pushing(m);
   for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
 }
 
 // A foot comes to the ground or leaves it; its flight or contact ends here.
 inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].departure = departure;
+  m.feet[foot].rose = t;
   m.feet[foot].apex.restart(t);
 }
 
@@ -130,6 +149,14 @@ inline int torn_off(const Modal& m, int foot, const Landing& at) {
   return -1;
 }
 
+// Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
+// forces pull the struck one off again for as long as they take to relax; then it is back, up to millions of times.
+inline void count_low(Modal& m, int foot, double speed, double t) {
+  Foot& f = m.feet[foot];
+  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < m.settings.rest_height;
+  f.low = low ? f.low + 1 : 0;
+}
+
 // A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach faster than ``least``.
 TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
   const ContactMode& mode = *m.mode;
@@ -157,6 +184,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
     at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
                  mode.printed_damping[foot] * (rate + at.after);
   }
+  count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {
     const double over = kind == REST ? rest_time(t, at) : t;

@@ -17,6 +17,8 @@ struct Foot {
   double since = 0.0;  // [s] begin of its contact
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double left = -INF;  // [s] when its pull last outgrew one
+  double rose = 0.0;   // [s] when it last came to the ground or left it
+  int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
   Apex apex;
 };
@@ -59,6 +61,7 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
+  double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
   int64_t filled = -1;                             // state of the player for which they hold constants
@@ -72,6 +75,11 @@ struct Modal {
   int degree = 1;
 
   std::vector<double> matrix;  // of Newton's method
+  // Where feet follow others (see ContactMode::leading): the smooth inputs of those others with all shares of them, and room to
+  // work in; in every contact mode the inputs that sweeps go through, and whether any asks for gap rates.
+  std::vector<Row> gathered, moved, slopes;
+  std::vector<int> pushing;
+  bool rated = false;
 
   Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
       : book(b), sizes(b.sizes), nodes(n), units(s), settings(s), laws(l), player(signals, n, channels), feet(sizes.feet),
@@ -80,7 +88,7 @@ struct Modal {
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
         margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
         doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
-        volt_powers(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        volt_powers(sizes.feet, Row(0.0)), gathered(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
         chain_(numbers(2)) {
     for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
     values[sizes.last()] = Row(1.0);

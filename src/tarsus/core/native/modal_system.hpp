@@ -78,13 +78,14 @@ TARSUS_APART bool glide(Modal& m, double left) {
 template <class S>
 struct ModalSystem : Modal {
   OneFoot one;
+  double strong_gap = 0.0;  // [m] that a step may err under strong films, but for rounding
 
   ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
       : Modal(b, n, signals, l, s, channels), one(*this) {}
 
   // Start a run from its data.
   void begin(const RunData& run) {
-    settings = units.of(run);
+    settings = units.of(run, sizes.feet);
     per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
     biases.take(run.sources);
@@ -107,8 +108,7 @@ struct ModalSystem : Modal {
   // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
   void count_from_zero(const RunData& run) {
     strong = false;
-    settings.gap = units.of(run).gap;
-    per_gap = 1.0 / settings.gap;
+    allow(units.of(run, sizes.feet).gap);
     one.begin(*this);
   }
 
@@ -142,6 +142,7 @@ struct ModalSystem : Modal {
     const Ahead ahead = look_ahead(*this);
     if (strong) {
       add_film_momenta(*this);
+      allow_for_rounding();
       rebase();
       remove_film_momenta(*this);
     }
@@ -170,18 +171,17 @@ struct ModalSystem : Modal {
       rest_on_ground(*this, taken.foot, true);
     }
     check = sizes.feet > 1;
-    return GOING_ON;
+    return feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
   }
 
  private:
   // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
   // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
-  // many times less than lengths that tolerances refer to: down to a thousandth of them, a hundredth by laws that are programs,
-  // whose momenta round by their own size. Not with many feet: Newton's method has 8 rows for each, and its steps take seconds.
+  // many times less than lengths that tolerances refer to: down to a thousandth of them. Not with many feet that move by
+  // themselves: Newton's method has 8 rows for each, and its steps take seconds.
   void take_films(const RunData& run) {
-    constexpr double MANY = 1e4;
+    constexpr double MANY = 1e4, least = 1e-3;
     constexpr int FEW = 8;
-    const double least = laws.film_alone() ? 1e-3 : 1e-2;
     double most = 0.0;
     for (int i = 0; i < sizes.feet; i++) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
@@ -189,8 +189,31 @@ struct ModalSystem : Modal {
       most = std::max(most, damping * next->mobility[i] * settings.end);
     }
     strong = most > MANY;
-    if (strong && sizes.feet <= FEW) settings.gap *= std::max(MANY / most, least);
-    per_gap = 1.0 / settings.gap;
+    strong_gap = settings.gap;
+    rounding = 0.0;
+    if (strong && std::min(sizes.feet, sizes.coordinates) <= FEW) strong_gap *= std::max(MANY / most, least);
+    allow(strong_gap);
+  }
+
+  void allow(double gap) {
+    settings.gap = gap;
+    per_gap = 1.0 / gap;
+  }
+
+  // A gap is a sum over the modes: its nodes, and through a strong film its momentum, show the rounding of their largest parts.
+  // That is no error of a step, or steps would never grow; and Newton's method settles to no less.
+  void allow_for_rounding() {
+    constexpr double ROUNDED = 4e-14;
+    double most = 0.0;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const double* row = mode->outputs + i * sizes.state();
+      double sum = std::fabs(bias->feed[i]);
+      for (int r = 0; r < sizes.state(); r++) sum += std::fabs(row[r] * state()[r]);
+      most = std::max(most, sum);
+    }
+    allow(std::max(strong_gap, ROUNDED * most));
+    rounding = 2e-15 * most;
   }
 
   TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {

@@ -6,6 +6,7 @@
 // last one does depends on rest gaps and gravity, which are data of a run: tables hold it per unit of each of these sources,
 // and nothing in the place of the input itself (see modal_bias.hpp).
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <initializer_list>
 #include <map>
@@ -104,6 +105,7 @@ struct ContactMode {
   int number = 0;         // in the order in which contact modes were met
   FootSet feet;
   std::vector<int> held, free;
+  std::vector<int> leading;  // free feet whose gaps tell those of all others; all of them where they move by themselves
   std::vector<uint8_t> is_held;
   int blocks_used = 0;
   double rate = 0.0;      // [1/s] largest norm of a block
@@ -113,6 +115,7 @@ struct ContactMode {
   double *blocks, *inputs, *input_norm, *beta, *outputs, *feed, *feed_rate, *to_physical, *from_physical;
   double *held_rows, *held_feed, *jump, *mobility, *reaction, *side, *side_rate, *skew, *level, *sway;
   double *printed, *printed_feed, *printed_damping;
+  double* spanned;  // (feet, leading): gap of a free foot per unit of those, beside what it is at rest
   // per unit of a source, source by source: inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of
   // the pulls if held and as printed (feet), and outputs (T / rate)^c inputs (feet, MARKOV)
   double *bias_inputs, *bias_feed, *bias_offset, *bias_held, *bias_printed, *bias_markov;
@@ -124,8 +127,8 @@ struct ContactMode {
   mutable std::unique_ptr<std::atomic<const StepClass*>[]> steps;
   mutable std::unique_ptr<std::atomic<const ContactMode*>[]> beside;  // the contact mode with one foot more or less
 
-  ContactMode(const Sizes& s, FootSet on, int classes)
-      : sizes(s), feet(std::move(on)), is_held(s.feet), steps(new std::atomic<const StepClass*>[classes]()),
+  ContactMode(const Sizes& s, FootSet on, std::vector<int> lead, int classes)
+      : sizes(s), feet(std::move(on)), leading(std::move(lead)), is_held(s.feet), steps(new std::atomic<const StepClass*>[classes]()),
         beside(new std::atomic<const ContactMode*>[s.feet + 1]()), classes_(classes) {
     const size_t m = s.feet, ni = s.inputs(), st = s.state(), n2 = 2 * s.coordinates, ns = s.stride, sr = s.sources();
     lay_out(memory,
@@ -135,13 +138,16 @@ struct ContactMode {
              {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, m * st}, {&sway, m * ns}, {&printed, m * st},
              {&printed_feed, m * ni}, {&printed_damping, m}, {&ladder, m * st * TERMS}, {&markov, m * ni * MARKOV},
              {&powers, TERMS * 4 * ns}, {&bias_inputs, sr * st}, {&bias_feed, sr * 2 * m}, {&bias_offset, sr * n2},
-             {&bias_held, sr * m}, {&bias_printed, sr * m}, {&bias_markov, sr * m * MARKOV}});
+             {&bias_held, sr * m}, {&bias_printed, sr * m}, {&bias_markov, sr * m * MARKOV}, {&spanned, m * leading.size()}});
     for (int i = 0; i < s.feet; i++) {
       is_held[i] = feet.has(i);
       (is_held[i] ? held : free).push_back(i);
     }
   }
   ContactMode(const ContactMode&) = delete;
+
+  // Whether feet are sums of others.
+  bool shares() const { return leading.size() < free.size(); }
   ~ContactMode() {
     for (int k = 0; k < classes_; k++) delete steps[k].load();
   }

@@ -27,7 +27,7 @@ class StepTangents {
   StepTangents(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
                const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
                const std::vector<Beside>& beside)
-      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run)), run_(run), data_(data),
+      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run, book.sizes.feet)), run_(run), data_(data),
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
         now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
