@@ -26,7 +26,7 @@ TARSUS_APART inline bool stiff_film(const Legged& s, const double* film_matrix, 
   const double tolerance = SETTLED * s.settings.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);
-  Row columns[N], inverse[N];
+  Row columns[N];
   for (int round = 0; round < FILM_ROUNDS; round++) {
     const Row film = s.film(i, gap), slope = s.laws.momentum_slope(f, gap, s.settings.probe);
     const Row misfit = alone - gap + combine(film_matrix, film);
@@ -35,8 +35,8 @@ TARSUS_APART inline bool stiff_film(const Legged& s, const double* film_matrix, 
       columns[j] = load(film_matrix + N * j) * -slope[j];
       columns[j].set(j, columns[j][j] + 1.0);
     }
-    if (!invert_columns(columns, inverse)) return false;
-    const Row step = combine(reinterpret_cast<const double*>(inverse), misfit);
+    Row step = misfit;
+    if (!solve_columns(columns, step)) return false;
     if (!finite(step)) return false;
     const double room = lowest(far), deepest = std::max(-lowest(step), 0.0), largest = highest(magnitude(step));
     const double share = deepest > 0.5 * room ? 0.5 * room / deepest : 1.0;

@@ -235,7 +235,7 @@ struct LeggedMarch : Legged {
     }
   }
 
-  // The class to try next, longer where the error was far below the tolerance.
+  // The class to try next, longer where the error, or the one expected next, was far below the tolerance.
   void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
@@ -245,7 +245,7 @@ struct LeggedMarch : Legged {
     launching = cut;
     launched = kind;
     if (error > 0.5 || step.made.sweeps > 12) {
-      wanted = std::max(wanted, step.k + 1);
+      wanted = std::max(wanted, step.k + 1 + (error > 1.0 ? int(0.125 * std::log2(error)) : 0));
     } else if (step.k <= wanted) {
       wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
     }

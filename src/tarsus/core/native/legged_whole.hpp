@@ -10,30 +10,34 @@ namespace tarsus::legged {
 constexpr int MOST_WIDTH = 16;   // machine rows of a column
 constexpr int MOST_INPUTS = 64;  // gravity, drives and slots
 constexpr int WHOLE_ROWS = MOST_WHOLE / N;
+// A film that changes the gap by more than this share of what changes the film is solved by Newton's method: a sweep leaves a third.
+constexpr double STIFF_WHOLE = 0.3;
+// The polynomial through the nodes misses (L_8 - L_6) of Legendre's polynomials for each L_8 in a force; its integral, which moves the
+// foot, is no more than 0.0391 of what a constant one's is over the step, and nothing at its end.
+constexpr double MISSED = 0.04;
 
 // A walker as a whole, and the step being made of it.
 struct Whole : LeggedMarch {
   const std::shared_ptr<const WholeTables> whole;
   const WholeLayout layout;
   int state = 0;                     // contact state, see WholeTables
-  alignas(64) double y[MOST_WHOLE] = {};  // at the start of the step
+  alignas(64) double y[MOST_WHOLE + MOST_INPUTS] = {};  // at the start of the step, and inputs that are constant in it
   Row linear[MOST_WIDTH], seen[MOST_WIDTH];  // outputs at the nodes and state at the end: without the laws' forces, and with them
   Row force[MOST_INPUTS];            // of the laws at the nodes, by slot
   bool acts[MOST_INPUTS];            // which of them there are
   bool level[MOST_INPUTS];           // which drives are constant
+  double growth = 1.0;               // of the film that limits the step, from its start to its end
+  const bool film_alone = laws.film_alone();
 
   template <class... Given>
   Whole(std::shared_ptr<const WholeTables> of, Given&&... given) : LeggedMarch(given...), whole(std::move(of)), layout(body) {}
 
   static bool serves(const Body& body) {
     const WholeLayout layout(body);
-    return WholeTables::serves(body) && layout.inputs() <= MOST_INPUTS && layout.width() <= MOST_WIDTH;
+    return WholeTables::serves(body) && layout.inputs <= MOST_INPUTS && layout.width <= MOST_WIDTH;
   }
 
   const WholeStep& step_of(int k) const { return whole->of(state, k); }
-  const double* column(const WholeStep& step, int c, int row) const {
-    return reinterpret_cast<const double*>(&step.column[c * layout.width() + row]);
-  }
 
   // Where the step starts, and in which contact state.
   void enter_step() {
@@ -59,82 +63,104 @@ struct Whole : LeggedMarch {
   TARSUS_INLINE void add_group(const Row* from, const double* by, int count, Row* out) const {
     Row sum[GROUP];
     for (int r = 0; r < GROUP; r++) sum[r] = out[r];
-    for (int c = 0; c < count; c++, from += layout.width()) {
+    for (int c = 0; c < count; c++, from += layout.width) {
       for (int r = 0; r < GROUP; r++) sum[r] += from[r] * by[c];
     }
     for (int r = 0; r < GROUP; r++) out[r] = sum[r];
   }
   void add_columns(const WholeStep& step, int first, const double* by, int count, Row* out) const {
-    const Row* from = &step.column[first * layout.width()];
-    if (layout.width() == 8) return add_group<8>(from, by, count, out);
-    for (int g = 0; g < layout.width(); g += 4) add_group<4>(from + g, by, count, out + g);
+    const Row* from = &step.column[first * layout.width];
+    if (layout.width == 8) return add_group<8>(from, by, count, out);
+    for (int g = 0; g < layout.width; g += 4) add_group<4>(from + g, by, count, out + g);
   }
 
   // Outputs without the forces of the laws.
   void flow(const WholeStep& step, double h) {
-    double constant[MOST_INPUTS];
+    double* constant = y + layout.size;
     constant[0] = gravity;
-    for (int r = 0; r < layout.width(); r++) linear[r] = Row(0.0);
+    for (int c = 0; c < player.channels(); c++) {  // drives, then volts of electrodes
+      const bool flat = player.fill(c, clock.time, h, reinterpret_cast<double*>(&channels[c]));
+      if (c >= layout.drives) continue;
+      level[c] = flat;
+      constant[1 + c] = flat ? channels[c][0] : 0.0;
+    }
+    for (int r = 0; r < layout.width; r++) linear[r] = Row(0.0);
+    add_columns(step, 0, y, layout.size + layout.first_slot, linear);
     for (int d = 0; d < layout.drives; d++) {
-      level[d] = player.fill(d, clock.time, h, reinterpret_cast<double*>(&channels[d]));
-      constant[1 + d] = level[d] ? channels[d][0] : 0.0;
       if (!level[d]) add_columns(step, layout.nodal(layout.drive(d)), reinterpret_cast<const double*>(&channels[d]), N, linear);
     }
-    for (int c = layout.drives; c < player.channels(); c++) {  // volts of electrodes
-      player.fill(c, clock.time, h, reinterpret_cast<double*>(&channels[c]));
-    }
-    add_columns(step, 0, y, layout.size(), linear);
-    add_columns(step, layout.constant(0), constant, 1 + layout.drives, linear);
   }
 
-  // An output under the present forces of the laws but for one of them.
-  TARSUS_INLINE Row output(const WholeStep& step, int row, int but) const {
-    Row sum = linear[row];
-    for (int b = layout.slot(0, 0); b < layout.inputs(); b++) {
-      if (!acts[b] || b == but) continue;
-      Row even = Row(0.0), odd = Row(0.0);
-      for (int j = 0; j < N; j += 2) {
-        even += load(column(step, layout.nodal(b) + j, row)) * force[b][j];
-        odd += load(column(step, layout.nodal(b) + j + 1, row)) * force[b][j + 1];
-      }
-      sum += even + odd;
+  // The first output of a leg under the present forces of the laws but for one of them.
+  TARSUS_INLINE Row output(const WholeStep& step, int i, int but) const {
+    const Row* effect = &step.effect[i * SLOTS * layout.legs * N];
+    Row sum = linear[layout.seen(i, 0)];
+    for (int b = layout.first_slot; b < layout.inputs; b++, effect += N) {
+      if (acts[b] && b != but) sum += combine(reinterpret_cast<const double*>(effect), force[b]);
     }
     return sum;
   }
 
-  // The film's momentum and the smooth force at a foot in the air from its motion in the rows. Returns how far they would move it.
-  double forces_in_air(const WholeStep& step, int i, double h, bool& failed) {
-    const Leg& leg = body.legs[i];
-    const LeggedFoot& foot = feet[i];
-    const int film_slot = layout.slot(i, 0), smooth_slot = layout.slot(i, 1);
+  // The film's momentum at a foot in the air from its gap in the rows; ``share``: how far it changes the gap at most for each change of
+  // the gap. False where it is too stiff to be repeated.
+  TARSUS_INLINE bool soft_film(int i, double reach, double& share) {
     LegRows& r = rows[i];
-    double change = 0.0;
-    if (foot.film) {
-      const Row before = r.gap, used = force[film_slot];
-      const double reach = step.reach[film_slot];
-      if (is_stiff(*this, reach, leg.foot, r.gap)) {
-        const Row alone = output(step, layout.seen(i, 0), film_slot) + leg.gap;
-        failed = failed || !stiff_film(*this, reinterpret_cast<const double*>(&step.own[N * i]), i, alone, r);
-        change = highest(magnitude(r.gap - before));
-      } else {
-        r.film = film(i, r.gap);
-        change = highest(magnitude(r.film - used)) * reach;
-      }
-      force[film_slot] = r.film;
+    const int f = body.legs[i].foot;
+    if (!film_alone) {
+      share = std::fabs(laws.momentum_slope(f, lowest(r.gap), settings.probe)) * reach;
+      if (!(share < STIFF_WHOLE)) return false;
+      r.film = film(i, r.gap);
+      return true;
     }
-    if (foot.force) {
-      const Row now = nodes.times() * h + clock.time, used = force[smooth_slot];
-      if (laws.has(leg.foot, USES_RATE)) find_rate(step, i);
-      r.smooth = laws.force(leg.foot, r.gap, r.rate, volts(leg.foot), now);
-      change += highest(magnitude(r.smooth - used)) * step.reach[smooth_slot];
-      force[smooth_slot] = r.smooth;
+    // as film_momentum_from, and the slope -C / (g + g0)^3
+    const double* p = laws.of(f, laws.laws.terms[MOMENTUM][0]);
+    const LeggedFoot& foot = feet[i];
+    Row inverse, scaled;
+    reciprocals(r.gap + p[1], Row(p[0] * reach), inverse, scaled);
+    const Row square = inverse * inverse;
+    share = highest(scaled * square);
+    if (any_not_below(scaled * square, Row(STIFF_WHOLE))) return false;
+    r.film = (foot.from - r.gap) * (r.gap + (foot.from + 2.0 * p[1])) * (square * foot.base);
+    return !any_less(inverse, Row(0.0));
+  }
+
+  // The same, or by Newton's method, as a force. Returns how far the foot would move that this still has to follow: what the change of
+  // the momentum moves it by, times the share of that which changes the momentum again.
+  TARSUS_INLINE double film_in_air(const WholeStep& step, int i, bool& failed) {
+    const int slot = layout.slot(i, 0);
+    LegRows& r = rows[i];
+    double change = 0.0, share = 1.0;
+    if (soft_film(i, step.reach[slot], share)) {
+      change = highest(magnitude(r.film - force[slot])) * step.reach[slot] * share;
+    } else {
+      const Row before = r.gap, alone = output(step, i, slot) + body.legs[i].gap;
+      const int row = i * SLOTS * layout.legs + slot - layout.first_slot;
+      failed = failed || !stiff_film(*this, reinterpret_cast<const double*>(&step.effect[row * N]), i, alone, r);
+      change = highest(magnitude(r.gap - before));
     }
+    force[slot] = r.film;
+    return change;
+  }
+
+  // The film's momentum and the smooth force at a foot in the air from its motion in the rows. Returns how far they would move it.
+  TARSUS_INLINE double forces_in_air(const WholeStep& step, int i, double h, bool& failed) {
+    double change = feet[i].film ? film_in_air(step, i, failed) : 0.0;
+    if (!feet[i].force) return change;
+    const int slot = layout.slot(i, 1), f = body.legs[i].foot;
+    LegRows& r = rows[i];
+    if (laws.has(f, USES_RATE)) find_rate(step, i);
+    r.smooth = laws.force(f, r.gap, r.rate, volts(f), nodes.times() * h + clock.time);
+    change += highest(magnitude(r.smooth - force[slot])) * step.reach[slot];
+    force[slot] = r.smooth;
     return change;
   }
 
   void find_rate(const WholeStep& step, int i) {
     LegRows& r = rows[i];
-    r.rate = output(step, layout.seen(i, 1), -1);
+    r.rate = linear[layout.seen(i, 1)];
+    for (int b = layout.first_slot; b < layout.inputs; b++) {
+      for (int j = 0; acts[b] && j < N; j++) r.rate += step.column[(layout.nodal(b) + j) * layout.width + layout.seen(i, 1)] * force[b][j];
+    }
     if (feet[i].film) r.rate += r.film * (1.0 / body.legs[i].mass);
   }
 
@@ -153,7 +179,7 @@ struct Whole : LeggedMarch {
   int settle(const WholeStep& step, double h) {
     const double tolerance = SETTLED * settings.gap;
     double before = INF;
-    for (int b = layout.slot(0, 0); b < layout.inputs(); b++) force[b] = Row(0.0);
+    for (int b = layout.first_slot; b < layout.inputs; b++) force[b] = Row(0.0);
     for (int i : body.leg) {
       LegRows& r = rows[i];
       if (feet[i].contact == AIR) {
@@ -176,9 +202,9 @@ struct Whole : LeggedMarch {
       if (!(change < INF)) return -2;
       for (int i : body.leg) {
         if (feet[i].contact == AIR && (feet[i].film || feet[i].force)) {
-          rows[i].gap = output(step, layout.seen(i, 0), -1) + body.legs[i].gap;
+          rows[i].gap = output(step, i, -1) + body.legs[i].gap;
         } else if (feet[i].contact == SLIPPING) {
-          rows[i].margin = rows[i].smooth - output(step, layout.seen(i, 0), -1);
+          rows[i].margin = rows[i].smooth - output(step, i, -1);
         }
       }
       before = change;
@@ -188,8 +214,8 @@ struct Whole : LeggedMarch {
 
   // Everything seen of the step, and its end.
   bool finish(const WholeStep& step) {
-    for (int r = 0; r < layout.width(); r++) seen[r] = linear[r];
-    for (int b = layout.slot(0, 0); b < layout.inputs(); b++) {
+    for (int r = 0; r < layout.width; r++) seen[r] = linear[r];
+    for (int b = layout.first_slot; b < layout.inputs; b++) {
       if (acts[b]) add_columns(step, layout.nodal(b), reinterpret_cast<const double*>(&force[b]), N, seen);
     }
     Row sum = Row(0.0);
@@ -212,12 +238,13 @@ struct Whole : LeggedMarch {
   }
 
   // Truncation of a step over its tolerance: of what the laws and the drives do to the feet.
-  double whole_error(const WholeStep& step) const {
+  double whole_error(const WholeStep& step) {
+    growth = 1.0;
     double worst = 0.0, drives = 0.0, driven = 0.0;
     for (int d = 0; d < layout.drives; d++) {
       if (level[d]) continue;
       const double missed = nodes.truncation(channels[d]), span = player.cursor[d].span;
-      driven += missed * step.reach[layout.drive(d)];
+      driven += missed * MISSED * step.reach[layout.drive(d)];
       if (span > 0.0) drives = std::max(drives, missed / span / settings.drive);
     }
     for (int i : body.leg) {
@@ -226,14 +253,16 @@ struct Whole : LeggedMarch {
       for (int n = 0; n < SLOTS; n++) {
         const int slot = layout.slot(i, n);
         if (!acts[slot]) continue;
-        double missed = nodes.truncation(force[slot]) * step.reach[slot];
+        const double reach = MISSED * step.reach[slot];
+        double missed = nodes.truncation(force[slot]) * reach;
         if (n == 0 && feet[i].contact == AIR) {
           // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
           const double swing = std::fabs(r.gap[N - 1] - r.gap[0]), change = std::fabs(r.film[N - 1] - r.film[0]);
-          if (swing > 0.0) missed /= 1.0 + step.reach[slot] * change / swing;
+          if (swing > 0.0) missed /= 1.0 + reach * change / swing;
         }
         error += missed;
       }
+      if (error > worst && feet[i].filmed()) growth = std::fabs((feet[i].base + r.film[N - 1]) / feet[i].base);
       worst = std::max(worst, error);
     }
     return std::max(worst / settings.gap, drives);
@@ -249,8 +278,14 @@ struct Whole : LeggedMarch {
     return {whole_error(step), sweeps};
   }
 
-  // First step class in which the nodes see every free leg's own oscillation, and that of the body on its feet.
+  // First step class in which the nodes see what events are looked for in: the gaps of feet that are all in the air, and else every free
+  // leg's own oscillation and that of the body on its feet.
   int coarsest_whole() const {
+    if (state == 0) {
+      int k = 0;
+      for (int i = 0; i < legs(); i++) k = std::max(k, tables.longest[body.legs[i].kind[UP]]);
+      return k;
+    }
     int k = coarsest();
     const double most = OSCILLATION / std::max(whole->state(state).system.sway, 1e-300);
     while (k + 1 < tables.classes() && tables.lengths[k] > most) k++;

@@ -18,29 +18,27 @@ constexpr int CONTACTS = 3;     // states of a foot: in the air, stuck, sliding
 constexpr int SLOTS = 2;        // inputs of a leg: film's momentum and smooth force in the air; friction along of a sliding one
 constexpr int SEEN = 2;         // outputs of a leg, see WholeSystem
 
-// Which number of the state, input or output is whose.
+// Which number of the state, input or output is whose. Inputs: gravity, drives, then slots. Columns of a step: those of the state, of
+// constant inputs, then of drives and slots at each node; a column's machine rows: outputs at the nodes, the state at the end,
+// and what makes it a multiple of four.
 struct WholeLayout {
-  int coordinates, legs, drives;
+  int coordinates, legs, drives, size, rows, first_slot, inputs, outputs, columns, width;
 
-  explicit WholeLayout(const Body& body) : coordinates(body.coordinates()), legs(int(body.legs.size())), drives(body.drives) {}
-  int size() const { return 2 * coordinates + 2 * DIRECTIONS * legs; }
-  int rows() const { return (size() + N - 1) / N; }  // machine rows of a state
+  explicit WholeLayout(const Body& body)
+      : coordinates(body.coordinates()), legs(int(body.legs.size())), drives(body.drives),
+        size(2 * coordinates + 2 * DIRECTIONS * legs), rows((size + N - 1) / N), first_slot(1 + drives),
+        inputs(first_slot + SLOTS * legs), outputs(SEEN * legs + 2), columns(size + inputs + N * (inputs - 1)),
+        width((outputs + rows + 3) / 4 * 4) {}
   int x(int b) const { return b; }
   int v(int b) const { return coordinates + b; }
   int u(int i, int d) const { return 2 * coordinates + 2 * (DIRECTIONS * i + d); }
   int w(int i, int d) const { return u(i, d) + 1; }
-  int inputs() const { return 1 + drives + SLOTS * legs; }  // the first is gravity
   int drive(int d) const { return 1 + d; }
-  int slot(int i, int k) const { return 1 + drives + SLOTS * i + k; }
-  int outputs() const { return SEEN * legs + 2; }
+  int slot(int i, int k) const { return first_slot + SLOTS * i + k; }
   int seen(int i, int k) const { return SEEN * i + k; }
   int height(int k) const { return SEEN * legs + k; }
-  // Columns of a step: those of the state, of constant inputs, then of drives and slots at each node.
-  int constant(int input) const { return size() + input; }
-  int nodal(int input) const { return size() + inputs() + N * (input - 1); }
-  int columns() const { return nodal(inputs()); }
-  // Machine rows of a column: outputs at the nodes, the state at the end, and what makes it a multiple of four.
-  int width() const { return (outputs() + rows() + 3) / 4 * 4; }
+  int constant(int input) const { return size + input; }
+  int nodal(int input) const { return size + inputs + N * (input - 1); }
 };
 
 // The equations in one contact state. Outputs: of a foot in the air u and w upward; of a sliding one its pull and w along; of a
@@ -51,8 +49,8 @@ struct WholeSystem {
   double rate = 0.0, sway = 0.0;   // [1/s] of the fastest motion at most, and of the body on the feet that are held
 
   WholeSystem(const Body& body, int state)
-      : at(body), a(at.size() * at.size(), 0.0), b(at.size() * at.inputs(), 0.0), c(at.outputs() * at.size(), 0.0),
-        d(at.outputs() * at.inputs(), 0.0) {
+      : at(body), a(at.size * at.size, 0.0), b(at.size * at.inputs, 0.0), c(at.outputs * at.size, 0.0),
+        d(at.outputs * at.inputs, 0.0) {
     std::vector<double> stiffness(at.coordinates, 0.0), damping(at.coordinates, 0.0), standing(at.coordinates, 0.0);
     double legs = 0.0;
     for (int n = 0; n < at.coordinates; n++) {
@@ -94,10 +92,10 @@ struct WholeSystem {
     rate += legs;
   }
 
-  double& A(int to, int from) { return a[to * at.size() + from]; }
-  double& B(int to, int input) { return b[to * at.inputs() + input]; }
-  double& C(int output, int from) { return c[output * at.size() + from]; }
-  double& D(int output, int input) { return d[output * at.inputs() + input]; }
+  double& A(int to, int from) { return a[to * at.size + from]; }
+  double& B(int to, int input) { return b[to * at.inputs + input]; }
+  double& C(int output, int from) { return c[output * at.size + from]; }
+  double& D(int output, int input) { return d[output * at.inputs + input]; }
 
  private:
   // Spring and damper between a foot and its hip, and what drives and weight do to the foot.
@@ -153,7 +151,7 @@ struct WholeSystem {
 // A step of one length in one contact state: columns of ``width`` machine rows, see WholeLayout.
 struct WholeStep {
   std::vector<Row> column;
-  std::vector<Row> own;       // (legs, N): the first output of a leg at the nodes of its first slot at one node
+  std::vector<Row> effect;    // (legs, slots of all, N): first output of a leg at the nodes, of a slot at one node
   std::vector<double> reach;  // (inputs): how far a constant one moves its foot [m] at most, a drive any foot
 };
 
@@ -164,8 +162,8 @@ struct WholeState {
 
   WholeState(const Body& body, int state) : system(body, state) {
     const WholeLayout& at = system.at;
-    flow = by_columns(system.a, at.size(), at.rows());
-    input = by_columns(system.b, at.inputs(), at.rows());
+    flow = by_columns(system.a, at.size, at.rows);
+    input = by_columns(system.b, at.inputs, at.rows);
   }
 
   static std::vector<Row> by_columns(const std::vector<double>& matrix, int columns, int rows) {
@@ -190,9 +188,9 @@ TARSUS_INLINE void apply(const Row* matrix, int columns, int rows, const Row* x,
 class WholeMaker {
  public:
   WholeMaker(const WholeState& of, const Nodes& n, double h)
-      : state(of), at(of.system.at), nodes(n), size(at.size()), rows(at.rows()), length(h) {
+      : state(of), at(of.system.at), nodes(n), size(at.size), rows(at.rows), length(h) {
     flow.assign(N * size * rows, Row(0.0));
-    forced.assign(N * at.inputs() * N * rows, Row(0.0));
+    forced.assign(N * at.inputs * N * rows, Row(0.0));
     double series[TERMS][N];
     for (int k = 0; k < TERMS; k++) {
       for (int a = 0; a < N; a++) series[k][a] = moment(k, a);
@@ -206,7 +204,7 @@ class WholeMaker {
         term = next(term);
       }
     }
-    for (int b = 0; b < at.inputs(); b++) {
+    for (int b = 0; b < at.inputs; b++) {
       std::vector<Row> term(state.input.begin() + b * rows, state.input.begin() + (b + 1) * rows);
       for (int k = 0; k < TERMS; k++) {
         for (int j = 1; j < N; j++) {
@@ -229,7 +227,7 @@ class WholeMaker {
     }
     std::vector<Row> first(rows), second(rows), made(N * rows), squared(size * rows);
     for (int j = 1; j < N; j++) {
-      for (int b = 0; b < at.inputs(); b++) {
+      for (int b = 0; b < at.inputs; b++) {
         for (int a = 0; a < N; a++) {
           for (int r = 0; r < rows; r++) {
             Row early = Row(0.0), late = Row(0.0);
@@ -254,14 +252,14 @@ class WholeMaker {
 
   WholeStep step() {
     WholeStep out;
-    const int width = at.width();
-    out.column.assign(at.columns() * width, Row(0.0));
+    const int width = at.width;
+    out.column.assign(at.columns * width, Row(0.0));
     for (int c = 0; c < size; c++) {
       for (int j = 0; j < N; j++) put(out, c, j, flow_at(j) + c * rows);
     }
     const Row zero[MOST_WHOLE / N] = {Row(0.0), Row(0.0), Row(0.0)};
-    out.reach.assign(at.inputs(), 0.0);
-    for (int b = 0; b < at.inputs(); b++) {
+    out.reach.assign(at.inputs, 0.0);
+    for (int b = 0; b < at.inputs; b++) {
       for (int j = 0; j < N; j++) {
         Row all[MOST_WHOLE / N] = {zero[0], zero[1], zero[2]};
         for (int a = 0; a < N; a++) {
@@ -282,7 +280,9 @@ class WholeMaker {
       }
     }
     for (int i = 0; i < at.legs; i++) {
-      for (int a = 0; a < N; a++) out.own.push_back(out.column[(at.nodal(at.slot(i, 0)) + a) * width + at.seen(i, 0)]);
+      for (int b = at.first_slot; b < at.inputs; b++) {
+        for (int a = 0; a < N; a++) out.effect.push_back(out.column[(at.nodal(b) + a) * width + at.seen(i, 0)]);
+      }
     }
     return out;
   }
@@ -298,7 +298,7 @@ class WholeMaker {
   std::vector<Row> forced;  // (node, input, node of the polynomial on [0, tau_j h], rows)
 
   Row* flow_at(int j) { return flow.data() + j * size * rows; }
-  Row* forced_at(int j, int b, int a) { return forced.data() + ((j * at.inputs() + b) * N + a) * rows; }
+  Row* forced_at(int j, int b, int a) { return forced.data() + ((j * at.inputs + b) * N + a) * rows; }
   void add(Row* to, const std::vector<Row>& term, double by) const {
     for (int r = 0; r < rows; r++) to[r] += term[r] * by;
   }
@@ -328,17 +328,17 @@ class WholeMaker {
   // Enter the state at node j into a column: what is seen of it, and at the last node itself.
   void put(WholeStep& out, int column, int j, const Row* y) const {
     const double* value = reinterpret_cast<const double*>(y);
-    Row* to = out.column.data() + column * at.width();
-    for (int o = 0; o < at.outputs(); o++) {
+    Row* to = out.column.data() + column * at.width;
+    for (int o = 0; o < at.outputs; o++) {
       double sum = 0.0;
       for (int n = 0; n < size; n++) sum += state.system.c[o * size + n] * value[n];
       reinterpret_cast<double*>(to + o)[j] += sum;
     }
-    if (j == N - 1) std::copy(y, y + rows, to + at.outputs());
+    if (j == N - 1) std::copy(y, y + rows, to + at.outputs);
   }
   void feed(WholeStep& out, int column, int j, int b, double by) const {
-    Row* to = out.column.data() + column * at.width();
-    for (int o = 0; o < at.outputs(); o++) reinterpret_cast<double*>(to + o)[j] += by * state.system.d[o * at.inputs() + b];
+    Row* to = out.column.data() + column * at.width;
+    for (int o = 0; o < at.outputs; o++) reinterpret_cast<double*>(to + o)[j] += by * state.system.d[o * at.inputs + b];
   }
   double farthest(const double* y, int b) const {
     double out = 0.0;
@@ -369,7 +369,7 @@ class WholeTables {
   WholeTables(const WholeTables&) = delete;
   WholeTables& operator=(const WholeTables&) = delete;
 
-  static bool serves(const Body& body) { return WholeLayout(body).size() <= MOST_WHOLE; }
+  static bool serves(const Body& body) { return WholeLayout(body).size <= MOST_WHOLE; }
   static size_t count(const Body& body) {
     size_t out = 1;
     for (size_t i = 0; i < body.legs.size(); i++) out *= CONTACTS;
