@@ -127,7 +127,7 @@ void run_all(System& system, const Batch& batch, const Start& begin, Left& out) 
   out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
 }
 
-// Every run of a batch. Those of few legs that keep no account and no samples and begin at t = 0 march as a whole.
+// Every run of a batch. Those of few legs that begin at t = 0 march as a whole.
 //
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
 // samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
@@ -145,7 +145,7 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   {
     nb::gil_scoped_release released;
     const Between between(nodes);
-    if (!account && !begin.given && out.notes.times.empty() && Whole::serves(body)) {
+    if (!begin.given && Whole::serves(body)) {
       WholeMarch system(tables.whole(body), body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account,
                         batch.channels);
       run_all(system, batch, begin, out);

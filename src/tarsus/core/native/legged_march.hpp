@@ -124,6 +124,10 @@ struct LeggedMarch : Legged {
   void sample(double h, double fraction, const Energies& before) {
     const double part = std::max(std::min((notes.times[notes.sampled] - clock.time) / h, fraction), 0.0);
     motion_at(*this, h, part, moment);
+    put_sample(fraction > 0.0 ? part / fraction : 1.0, before, shares_before);
+  }
+  // Note the moment, and energies at a share of the step.
+  void put_sample(double share, const Energies& before, const std::vector<double>& parts) {
     double* to = notes.samples.data() + notes.sampled * sample_width();
     for (int b = 0; b < coordinates(); b++) *to++ = moment.x[b];
     for (int b = 0; b < coordinates(); b++) *to++ = moment.v[b];
@@ -138,11 +142,10 @@ struct LeggedMarch : Legged {
     }
     for (int i : body.leg) *to++ = feet[i].contact;
     for (int i : body.leg) *to++ = feet[i].sense;
-    const double share = fraction > 0.0 ? part / fraction : 1.0;
     const double* from = &before.work;
     const double* now = &energy.work;
     for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;
-    for (size_t e = 0; e < shares.size(); e++) *to++ = shares_before[e] + (shares[e] - shares_before[e]) * share;
+    for (size_t e = 0; e < shares.size(); e++) *to++ = parts[e] + (shares[e] - parts[e]) * share;
     notes.sampled++;
   }
 

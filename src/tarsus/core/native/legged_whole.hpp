@@ -7,6 +7,8 @@
 
 namespace tarsus::legged {
 
+// Of more legs the contact states are many, and rounding would tell legs apart that are alike and move alike.
+constexpr int FEW_LEGS = 2;
 constexpr int MOST_WIDTH = 16;   // machine rows of a column
 constexpr int MOST_INPUTS = 64;  // gravity, drives and slots
 constexpr int WHOLE_ROWS = MOST_WHOLE / N;
@@ -34,7 +36,7 @@ struct Whole : LeggedMarch {
 
   static bool serves(const Body& body) {
     const WholeLayout layout(body);
-    return WholeTables::serves(body) && layout.inputs <= MOST_INPUTS && layout.width <= MOST_WIDTH;
+    return layout.legs <= FEW_LEGS && layout.size <= MOST_WHOLE && layout.inputs <= MOST_INPUTS && layout.width <= MOST_WIDTH;
   }
 
   const WholeStep& step_of(int k) const { return whole->of(state, k); }

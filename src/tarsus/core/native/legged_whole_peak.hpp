@@ -66,12 +66,13 @@ inline Peak peak_of(const Legged& s, const Row& values, const Row& rates, double
   if (sense * motion.slope(high) < 0.0) {
     double above = sense * motion.slope(low), below = sense * motion.slope(high);
     if (!(above > 0.0)) return out;
-    for (int n = 0; n < 12 && to - from > 1e-9; n++) {  // regula falsi, halving every third time
-      at = n % 3 == 2 ? 0.5 * (from + to) : from + (to - from) * above / (above - below);
-      const double slope = sense * motion.slope(at);
-      (slope > 0.0 ? from : to) = at;
+    const auto chord = [&] { return from + (to - from) * above / (above - below); };
+    for (int n = 0; n < 12 && to - from > 1e-9; n++) {  // halving every third time
+      const double tried = n % 3 == 2 ? 0.5 * (from + to) : chord(), slope = sense * motion.slope(tried);
+      (slope > 0.0 ? from : to) = tried;
       (slope > 0.0 ? above : below) = slope;
     }
+    at = chord();
   }
   const double value = sense * motion.value(at);
   return value > out.value ? Peak{value, at} : out;

@@ -13,7 +13,7 @@
 
 namespace tarsus::legged {
 
-constexpr int MOST_WHOLE = 24;  // numbers of the state: beyond, a step of each leg by itself is cheaper (legged_step.hpp)
+constexpr int MOST_WHOLE = 24;  // numbers of the state, in three machine rows
 constexpr int CONTACTS = 3;     // states of a foot: in the air, stuck, sliding
 constexpr int SLOTS = 2;        // inputs of a leg: film's momentum and smooth force in the air; friction along of a sliding one
 constexpr int SEEN = 2;         // outputs of a leg, see WholeSystem
@@ -369,7 +369,6 @@ class WholeTables {
   WholeTables(const WholeTables&) = delete;
   WholeTables& operator=(const WholeTables&) = delete;
 
-  static bool serves(const Body& body) { return WholeLayout(body).size <= MOST_WHOLE; }
   static size_t count(const Body& body) {
     size_t out = 1;
     for (size_t i = 0; i < body.legs.size(); i++) out *= CONTACTS;
