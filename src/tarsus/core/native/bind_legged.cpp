@@ -3,6 +3,7 @@
 
 #include "convert_tangent.hpp"
 #include "legged_tangent.hpp"
+#include "legged_whole_march.hpp"
 #include "rows.hpp"
 
 namespace tarsus {
@@ -91,7 +92,42 @@ struct Ends {
   std::vector<double> finish;
 };
 
-// Every run of a batch.
+// What runs leave.
+struct Left {
+  Ends ends;
+  Log log;
+  Notes notes;
+  std::vector<double> moving, legs, energies;
+  std::vector<int64_t> contacts;
+  size_t sample_width = 0;
+};
+
+template <class System>
+void run_all(System& system, const Batch& batch, const Start& begin, Left& out) {
+  const Body& body = system.body;
+  const int nb = body.coordinates();
+  out.sample_width = system.sample_width();
+  out.notes.samples.assign(out.notes.times.size() * out.sample_width, NOT_A_NUMBER);
+  for (size_t run = 0; run < batch.runs; run++) {
+    system.begin(batch.of(run));
+    if (begin.given) begin_at(system, begin.begun());
+    out.ends.codes.push_back(march(system));
+    out.ends.event_end.push_back(int64_t(out.log.events.size()));
+    out.ends.mark_end.push_back(int64_t(out.notes.marks.size()) / (3 + nb + 2 * body.feet()));
+    out.ends.finish.insert(out.ends.finish.end(),
+                           {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+  }
+  system.rebase();  // so that the rates are those of the feet
+  out.moving.assign(system.x, system.x + nb);
+  out.moving.insert(out.moving.end(), system.v, system.v + nb);
+  for (const LeggedFoot& foot : system.feet)
+    out.legs.insert(out.legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
+  for (int i : body.leg) out.contacts.push_back(system.feet[i].contact);
+  out.energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
+  out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
+}
+
+// Every run of a batch. Those of few legs that begin at t = 0 march as a whole.
 //
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
 // samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
@@ -104,44 +140,27 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
   const Batch& batch = rows.batch;
   const Start begin(start, laws.flags.size());
-  Ends out;
-  Log log;
-  Notes notes;
-  notes.times = copied(times);
-  std::vector<double> moving, legs, energies;
-  std::vector<int64_t> contacts;
-  size_t sample_width = 0;
+  Left out;
+  out.notes.times = copied(times);
   {
     nb::gil_scoped_release released;
     const Between between(nodes);
-    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, log, notes, account, batch.channels);
-    notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
-    for (size_t run = 0; run < batch.runs; run++) {
-      system.begin(batch.of(run));
-      if (begin.given) begin_at(system, begin.begun());
-      out.codes.push_back(march(system));
-      out.event_end.push_back(int64_t(log.events.size()));
-      out.mark_end.push_back(int64_t(notes.marks.size()) / (3 + nb + 2 * body.feet()));
-      out.finish.insert(out.finish.end(),
-                        {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+    if (!begin.given && Whole::serves(body)) {
+      WholeMarch system(tables.whole(body), body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account,
+                        batch.channels);
+      run_all(system, batch, begin, out);
+    } else {
+      LeggedMarch system(body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account, batch.channels);
+      run_all(system, batch, begin, out);
     }
-    system.rebase();  // so that the rates are those of the feet
-    moving.assign(system.x, system.x + nb);
-    moving.insert(moving.end(), system.v, system.v + nb);
-    for (const LeggedFoot& foot : system.feet)
-      legs.insert(legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
-    for (int i : body.leg) contacts.push_back(system.feet[i].contact);
-    energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
-    energies.insert(energies.end(), system.shares.begin(), system.shares.end());
-    sample_width = system.sample_width();
   }
-  return nb::make_tuple(returned(std::move(out.codes)), returned_rows(std::move(log.events)),
-                        returned(std::move(out.event_end)),
-                        returned(std::move(notes.marks), 3 + nb + 2 * body.feet()),
-                        returned(std::move(out.mark_end)), returned(std::move(out.finish), 3),
-                        returned(std::move(notes.samples), sample_width), returned(std::move(moving), nb),
-                        returned(std::move(legs), 2 * DIRECTIONS), returned(std::move(contacts)),
-                        returned(std::move(energies)));
+  return nb::make_tuple(returned(std::move(out.ends.codes)), returned_rows(std::move(out.log.events)),
+                        returned(std::move(out.ends.event_end)),
+                        returned(std::move(out.notes.marks), 3 + nb + 2 * body.feet()),
+                        returned(std::move(out.ends.mark_end)), returned(std::move(out.ends.finish), 3),
+                        returned(std::move(out.notes.samples), out.sample_width), returned(std::move(out.moving), nb),
+                        returned(std::move(out.legs), 2 * DIRECTIONS), returned(std::move(out.contacts)),
+                        returned(std::move(out.energies)));
 }
 
 // Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;

@@ -67,4 +67,30 @@ inline bool invert_columns(Row* left, Row* inverse) {
   return true;
 }
 
+// load(BEHIND + N - 1 - c): 1 after place c of a row, load(AHEAD + N - c): 1 before it; 0 elsewhere.
+alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+
+// Solve a system of 8 x 8 given by its columns, which are used up, without pivots: ``rest`` becomes the solution. False where a
+// pivot is small beside 1.
+TARSUS_INLINE bool solve_columns(Row* column, Row& rest) {
+  double pivots[N];
+#pragma GCC unroll 8
+  for (int c = 0; c < N; c++) {
+    if (!(std::fabs(column[c][c]) > 1e-2)) return false;
+    pivots[c] = 1.0 / column[c][c];
+    const Row factor = column[c] * (load(BEHIND + N - 1 - c) * pivots[c]);
+#pragma GCC unroll 8
+    for (int d = c + 1; d < N; d++) column[d] -= factor * column[d][c];
+    rest -= factor * rest[c];
+  }
+#pragma GCC unroll 8
+  for (int c = N - 1; c >= 0; c--) {
+    const double x = rest[c] * pivots[c];
+    rest -= column[c] * (load(AHEAD + N - c) * x);
+    rest.set(c, x);
+  }
+  return true;
+}
+
 }  // namespace tarsus

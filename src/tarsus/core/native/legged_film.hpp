@@ -7,36 +7,36 @@ namespace tarsus::legged {
 
 constexpr int FILM_ROUNDS = 40;
 
-// Whether the film changes the gap by more than a fraction of what changes the film, where it is thinnest.
-inline bool is_stiff(const Legged& s, const LegStep& table, int f, const Row& gap) {
+// Whether the film changes the gap by more than a fraction of what changes the film, where it is thinnest; reach: how far a unit
+// of momentum moves the gap [s/kg].
+inline bool is_stiff(const Legged& s, double reach, int f, const Row& gap) {
   const double probe = s.settings.probe, least = lowest(gap);
   const double change = s.laws.momentum(f, least + probe) - s.laws.momentum(f, least);
-  return !(std::fabs(change) * table.reach_film < 0.1 * probe);
+  return !(std::fabs(change) * reach < 0.1 * probe);
 }
 
-// Solve gap = gap without film + film matrix P(gap) at the nodes; the film's momentum becomes P there.
+// Solve gap = ``alone`` + film matrix P(gap) at the nodes, by rows of what the momentum at one node does, from the gap of the
+// rows; the film's momentum there becomes P.
 //
-// The rows hold the motion without film and where to start. A step of Newton's method uses up half of the way
-// to where a film P ~ 1/(g + g0)^2 is infinite, -2 P/P', at most. False where it does not settle.
-TARSUS_APART inline bool stiff_film(const Legged& s, const LegStep& table, int i, LegRows& r) {
-  const Leg& leg = s.body.legs[i];
-  const int f = leg.foot;
+// A step of Newton's method uses up half of the way to where a film P ~ 1/(g + g0)^2 is infinite, -2 P/P', at most. False
+// where it does not settle.
+TARSUS_APART inline bool stiff_film(const Legged& s, const double* film_matrix, int i, const Row& alone, LegRows& r) {
+  const int f = s.body.legs[i].foot;
   const double base = s.feet[i].base;
   const double tolerance = SETTLED * s.settings.gap;
-  const Row alone = r.u[UP] + leg.gap;
   Row gap = r.gap;
   gap.set(0, alone[0]);
-  Row columns[N], inverse[N];
+  Row columns[N];
   for (int round = 0; round < FILM_ROUNDS; round++) {
     const Row film = s.film(i, gap), slope = s.laws.momentum_slope(f, gap, s.settings.probe);
-    const Row misfit = alone - gap + combine(&table.film[0][0][0], film);
+    const Row misfit = alone - gap + combine(film_matrix, film);
     const Row far = each(film, slope, [base](double p, double by) { return by < 0.0 ? -2.0 * (p + base) / by : INF; });
     for (int j = 0; j < N; j++) {
-      columns[j] = load(table.film[0][j]) * -slope[j];
+      columns[j] = load(film_matrix + N * j) * -slope[j];
       columns[j].set(j, columns[j][j] + 1.0);
     }
-    if (!invert_columns(columns, inverse)) return false;
-    const Row step = combine(reinterpret_cast<const double*>(inverse), misfit);
+    Row step = misfit;
+    if (!solve_columns(columns, step)) return false;
     if (!finite(step)) return false;
     const double room = lowest(far), deepest = std::max(-lowest(step), 0.0), largest = highest(magnitude(step));
     const double share = deepest > 0.5 * room ? 0.5 * room / deepest : 1.0;

@@ -22,6 +22,7 @@ struct LeggedMarch : Legged {
   const Body& unit_body;  // its weights are those of unit gravity
   Notes& notes;
   Moment moment;
+  double gravity = 0.0;  // [m/s^2]
   double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
 
   LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
@@ -79,7 +80,7 @@ struct LeggedMarch : Legged {
 
   // Rest gaps [m] of the feet, and gravity [m/s^2].
   void put_on_ground(const double* sources) {
-    const double gravity = sources[body.feet()];
+    gravity = sources[body.feet()];
     for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = sources[f];
     for (int i = 0; i < legs(); i++) body.legs[i].weight = gravity * unit_body.legs[i].weight;
     for (int b = 0; b < coordinates(); b++) body.weight[b] = gravity * unit_body.weight[b];
@@ -123,6 +124,10 @@ struct LeggedMarch : Legged {
   void sample(double h, double fraction, const Energies& before) {
     const double part = std::max(std::min((notes.times[notes.sampled] - clock.time) / h, fraction), 0.0);
     motion_at(*this, h, part, moment);
+    put_sample(fraction > 0.0 ? part / fraction : 1.0, before, shares_before);
+  }
+  // Note the moment, and energies at a share of the step.
+  void put_sample(double share, const Energies& before, const std::vector<double>& parts) {
     double* to = notes.samples.data() + notes.sampled * sample_width();
     for (int b = 0; b < coordinates(); b++) *to++ = moment.x[b];
     for (int b = 0; b < coordinates(); b++) *to++ = moment.v[b];
@@ -137,11 +142,10 @@ struct LeggedMarch : Legged {
     }
     for (int i : body.leg) *to++ = feet[i].contact;
     for (int i : body.leg) *to++ = feet[i].sense;
-    const double share = fraction > 0.0 ? part / fraction : 1.0;
     const double* from = &before.work;
     const double* now = &energy.work;
     for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;
-    for (size_t e = 0; e < shares.size(); e++) *to++ = shares_before[e] + (shares[e] - shares_before[e]) * share;
+    for (size_t e = 0; e < shares.size(); e++) *to++ = parts[e] + (shares[e] - parts[e]) * share;
     notes.sampled++;
   }
 
@@ -208,8 +212,9 @@ struct LeggedMarch : Legged {
     Attempt made;
   };
 
-  Chosen choose(double left, double reach) {
-    int k = std::max(step_class, coarsest());
+  template <class Try>
+  Chosen choose(double left, double reach, int coarsest, Try&& tried) {
+    int k = std::max(step_class, coarsest);
     if (launching)
       k = std::max(k, launch_class[launched]);  // what has just changed asks for a step as short as the last time
     Chosen out = {GOING_ON, k, k, {0.0, 0}};
@@ -224,7 +229,7 @@ struct LeggedMarch : Legged {
         continue;
       }
       out.k = k;
-      out.made = attempt(*this, k);
+      out.made = tried(k);
       const double error = out.made.error;
       if (0.0 <= error && error <= 1.0) return out;
       clock.rejected++;
@@ -233,7 +238,7 @@ struct LeggedMarch : Legged {
     }
   }
 
-  // The class to try next, longer where the error was far below the tolerance.
+  // The class to try next, longer where the error, or the one expected next, was far below the tolerance.
   void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
@@ -243,7 +248,7 @@ struct LeggedMarch : Legged {
     launching = cut;
     launched = kind;
     if (error > 0.5 || step.made.sweeps > 12) {
-      wanted = std::max(wanted, step.k + 1);
+      wanted = std::max(wanted, step.k + 1 + (error > 1.0 ? int(0.125 * std::log2(error)) : 0));
     } else if (step.k <= wanted) {
       wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
     }
@@ -270,7 +275,7 @@ struct LeggedMarch : Legged {
     const double goal = std::min(settings.end, clock.mark);
     const double left = std::min(kink.left, goal - clock.time);
     rebase();
-    const Chosen chosen = choose(left, kink.reach);
+    const Chosen chosen = choose(left, kink.reach, coarsest(), [this](int k) { return attempt(*this, k); });
     if (chosen.code != GOING_ON) return chosen.code;
     step_class = chosen.k;
     const double h = tables.lengths[chosen.k], limit = std::min(1.0, left / h);
@@ -279,27 +284,14 @@ struct LeggedMarch : Legged {
       events[f] = first_of_foot(*this, body.leg[f], h, limit);
       first = std::min(first, events[f].low);
     }
-    const double fraction = std::min(first, limit);
-    double reached = clock.time + fraction * h;
-    if (first > limit)
-      reached = h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
+    const double fraction = std::min(first, limit), reached = reached_at(h, first, limit, left, goal);
     follower.made(chosen.k, h, fraction, reached);
     if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
     follower.moved(h, fraction);
     int kind = 0;
     if (first <= limit) {
-      const size_t before = log.events.size();
-      for (int f = 0; f < body.feet(); f++) {
-        if (!now(f, first)) continue;
-        follower.happens(body.leg[f], events[f].kind);
-        apply_event(*this, body.leg[f], events[f].kind);
-        follower.happened(body.leg[f], events[f].kind);
-      }
+      kind = happen(first, follower);
       gather(*this);
-      for (size_t e = before; e < log.events.size(); e++) {
-        const int what = int(log.events[e].kind);
-        if (kind == 0 || launch_class[what] > launch_class[kind]) kind = what;
-      }
     }
     adapt(chosen, fraction < 1.0 || first <= limit, kind);
     return GOING_ON;
@@ -308,6 +300,28 @@ struct LeggedMarch : Legged {
  protected:
   std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());  // the first one of every foot in the step
 
+  // When a step of length h ends: at an event at scaled time ``first``, or after ``left`` at the goal or a kink.
+  double reached_at(double h, double first, double limit, double left, double goal) const {
+    if (first <= limit) return clock.time + first * h;
+    return h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
+  }
+  // Have the events of the step happen, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
+  template <class Follower>
+  int happen(double first, Follower& follower) {
+    const size_t before = log.events.size();
+    int kind = 0;
+    for (int f = 0; f < body.feet(); f++) {
+      if (!now(f, first)) continue;
+      follower.happens(body.leg[f], events[f].kind);
+      apply_event(*this, body.leg[f], events[f].kind);
+      follower.happened(body.leg[f], events[f].kind);
+    }
+    for (size_t e = before; e < log.events.size(); e++) {
+      const int what = int(log.events[e].kind);
+      if (kind == 0 || launch_class[what] > launch_class[kind]) kind = what;
+    }
+    return kind;
+  }
   // Whether the event of a foot is the step's, the first of all at scaled time ``first``.
   bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13); }
 

@@ -66,12 +66,13 @@ struct Lowest {
   double gap, at;
 };
 
-TARSUS_APART inline Lowest lowest_between(const Legged& s, int i, int j, double h) {
+template <class Flight>
+TARSUS_APART Lowest lowest_between(const Legged& s, int j, Flight&& gap_at) {
   double low = s.nodes.tau[j - 1], high = s.nodes.tau[j];
   const double enough = 1e-6 * (high - low);
   double at = 0.5 * (low + high), gap = 0.0;
   for (int n = 0; n < 60; n++) {
-    const Motion now = gap_at(s, i, h, at);
+    const Motion now = gap_at(at);
     gap = now.u;
     (now.w < 0.0 ? low : high) = at;
     if (high - low < enough) break;
@@ -80,8 +81,9 @@ TARSUS_APART inline Lowest lowest_between(const Legged& s, int i, int j, double 
   return {gap, at};
 }
 
-// Note where a free foot first reaches the ground.
-inline void touches(const Legged& s, int i, double h, double limit, Candidates& out) {
+// Note where a free foot first reaches the ground; gap_at: its gap [m] and what has the sign of its rate, by the scaled time.
+template <class Flight>
+void touches(const Legged& s, int i, double h, double limit, Candidates& out, Flight&& gap_at) {
   const Settings& settings = s.settings;
   const LegRows& r = s.rows[i];
   const double* tau = s.nodes.tau;
@@ -97,7 +99,7 @@ inline void touches(const Legged& s, int i, double h, double limit, Candidates& 
     const double width = (tau[j] - tau[j - 1]) * h;
     const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
     if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop) continue;
-    const Lowest least = lowest_between(s, i, j, h);
+    const Lowest least = lowest_between(s, j, gap_at);
     if (least.gap < -settings.gap_zero) return out.note(tau[j - 1], least.at, TOUCH, limit);
   }
 }
@@ -113,12 +115,13 @@ inline void stops(const Legged& s, int i, double limit, Candidates& out) {
   }
 }
 
-// What can be the first event of a foot.
-inline Candidates candidates(Legged& s, int i, double h, double limit) {
+// What can be the first event of a foot; gap_at: see ``touches``.
+template <class Flight>
+Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at) {
   Candidates out;
   const LeggedFoot& foot = s.feet[i];
   if (foot.contact == AIR) {
-    touches(s, i, h, limit, out);
+    touches(s, i, h, limit, out, gap_at);
     return out;
   }
   LegRows& r = s.rows[i];
@@ -161,11 +164,10 @@ struct EventFunction {
   }
 };
 
-// Scaled time of the event in a bracket, to rounding.
-TARSUS_APART inline double refine(const Legged& s, int i, const Bracket& bracket, double h) {
-  if (bracket.high <= 0.0) return 0.0;
+// Scaled time of the event of a foot in a bracket, to rounding.
+template <class Function>
+TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Function& function) {
   double low = bracket.low, high = bracket.high, slope = 0.0;
-  const EventFunction function(s, i, bracket.kind, h);
   if (low == 0.0 && s.feet[i].start != AS_IT_COMES && (bracket.kind == TOUCH || bracket.kind == STOP)) {
     low = high;  // it starts from an exact zero: find a place after it where nothing has happened yet
     for (int n = 0; n < 50; n++) {
@@ -210,12 +212,13 @@ inline bool nothing_along(const Legged& s, int i, double fraction) {
 
 // The first event of a foot, at its own time (2: none).
 inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
-  const Candidates found = candidates(s, i, h, limit);
+  const Candidates found = candidates(s, i, h, limit, [&](double at) { return gap_at(s, i, h, at); });
   Bracket best = {2.0, 2.0, NOTHING};
   for (int n = 0; n < found.count; n++) {
     const Bracket& one = found.some[n];
     if (one.low > std::min(best.low, limit)) continue;
-    const double at = refine(s, i, one, h);
+    EventFunction function(s, i, one.kind, h);
+    const double at = one.high <= 0.0 ? 0.0 : refine(s, i, one, function);
     if (at > limit || at >= best.low) continue;
     if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN) && nothing_along(s, i, at)) continue;
     best = {at, at, one.kind};

@@ -158,7 +158,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Row hip = spring(s, leg, UP);
   const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
   const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
-  const bool stiff = foot.film && is_stiff(s, table, leg.foot, r.gap);
+  const bool stiff = foot.film && is_stiff(s, table.reach_film, leg.foot, r.gap);
   const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
   Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
   const auto find_rate = [&] {
@@ -171,7 +171,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
     if (foot.film) {
-      if (stiff && !stiff_film(s, table, i, r)) sweep.failed = true;
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, r.u[UP] + leg.gap, r)) sweep.failed = true;
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
       r.gap = r.u[UP] + leg.gap;

@@ -34,10 +34,6 @@ struct OneFoot {
   }
 };
 
-// load(BEHIND + N - 1 - c): 1 after place c of a row, load(AHEAD + N - c): 1 before it; 0 elsewhere.
-alignas(64) constexpr double BEHIND[2 * N] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
-alignas(64) constexpr double AHEAD[2 * N] = {1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
-
 // Newton's method for the nodal gaps; the columns of the 8 x 8 matrix are rows of the machine, eliminated without pivots.
 // False where a pivot is small or it does not converge.
 TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, const Row& linear, double tolerance, Row& gap,
@@ -55,22 +51,7 @@ TARSUS_APART inline bool newton_one(const OneFoot& foot, const double* effect, c
       column[b].set(b, column[b][b] + 1.0);
     }
     const double misfit = highest(magnitude(rest));
-    double pivots[N];
-#pragma GCC unroll 8
-    for (int c = 0; c < N; c++) {
-      if (!(std::fabs(column[c][c]) > 1e-2)) return false;
-      pivots[c] = 1.0 / column[c][c];
-      const Row factor = column[c] * (load(BEHIND + N - 1 - c) * pivots[c]);
-#pragma GCC unroll 8
-      for (int d = c + 1; d < N; d++) column[d] -= factor * column[d][c];
-      rest -= factor * rest[c];
-    }
-#pragma GCC unroll 8
-    for (int c = N - 1; c >= 0; c--) {
-      const double x = rest[c] * pivots[c];
-      rest -= column[c] * (load(AHEAD + N - c) * x);
-      rest.set(c, x);
-    }
+    if (!solve_columns(column, rest)) return false;
     const double change = highest(magnitude(rest));
     if (any_not_below(magnitude(rest), Row(1e300))) return false;
     const Row from = gap;
