@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tarsus.report.figures import MOST_FEET, Plate
-from tarsus.report.panels import Drawing, Panel
+from tarsus.report.drawing import Drawing, Panel
 from tarsus.report.series import Series, Trace, foot_traces
 from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
 
@@ -30,7 +30,7 @@ def circular(series: Series) -> Plate | None:
     if len(traces) <= MOST_FEET:
         return plate
     more = f" Shown are the first {MOST_FEET} of {len(traces)} feet."
-    return Plate(plate.svg, plate.caption + more, plate.wide)
+    return Plate(plate.picture, plate.caption + more, plate.wide)
 
 
 def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> Plate:
@@ -51,7 +51,7 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     rings = _Rings(largest, least)
     for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
         down, right = divmod(number, across)
-        axes = figure.add(size * right, (size + head) * down + head, size, size, bare=True)
+        axes = figure.add(size * right, (size + head) * down + head, size, size)
         _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
         if titled:
             axes.set_title(trace.title, centred=True)

@@ -104,7 +104,7 @@ def _motion_sections(run: RunLike, series: Series, numbers: Iterator[int]) -> It
     yield figure(figures.motion(series, series.whole), next(numbers))
     if detail != series.whole:
         plate = figures.motion(series, detail)
-        close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
+        close = figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
         yield figure(close, next(numbers))
     turns = circular(series)
     if turns is not None:

@@ -152,7 +152,7 @@ def test_figures_of_any_number_of_legs(legs: int) -> None:
         plates = (travel(motion), falls, ground_forces(motion, (0.04, 0.08)))
     for plate in plates:
         assert isinstance(plate, figures.Plate)
-        assert len(plate.svg) < 400_000
-        assert "nan" not in plate.svg.lower().replace("nano", "")
+        assert len(plate.picture) < 400_000
+        assert "nan" not in plate.picture.lower().replace("nano", "")
     for leg in motion.legs:
-        assert f">{leg}<" in falls.svg
+        assert f">{leg}<" in falls.picture
