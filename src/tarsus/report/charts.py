@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.report.packing import packed, packed_times, script_text
-from tarsus.report.style import CONTACT, INK, paint_of, upright
 from tarsus.report.render import rendered
+from tarsus.report.style import CONTACT, INK, paint_of, upright
 
 __all__ = ["Charts", "Dash", "Panel", "stack"]
 
@@ -78,7 +78,9 @@ class Panel:
         dash = [] if isinstance(ls, str) else [part * lw * 1.5 for part in ls[1]]
         self._levels.append({"at": float(y), "color": paint_of(color), "width": lw, "dash": dash})
 
-    def axvspan(self, start: float, end: float, *, color: str = CONTACT, lw: float = 0, zorder: float = 0) -> None:
+    def axvspan(
+        self, start: float, end: float, *, color: str = CONTACT, lw: float = 0, zorder: float = 0
+    ) -> None:
         """A stretch shaded from bottom to top."""
         self._shaded.append((float(start), float(end)))
 

@@ -162,7 +162,7 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
 
 def energies(series: Series, companion: Series | None, window: Window) -> Plate:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
-    figure, panels = stack([1.35, 1.35])
+    figure, panels = stack([0.95, 0.95])
     clock = _clock(window)
     for axes, name, label in zip(
         panels, ("kinetic_energy", "elastic_energy"), ("kinetic energy", "elastic energy"), strict=True
@@ -208,7 +208,7 @@ LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
 
 def ledger(series: Series) -> Plate:
     """Where the energy went: cumulative curves over the whole run."""
-    figure, (axes,) = stack([2.3])
+    figure, (axes,) = stack([1.9])
     window = series.whole
     clock = _clock(window)
     curves = dict(series.values)

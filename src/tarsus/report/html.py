@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -11,13 +10,15 @@ from html import escape
 from markupsafe import Markup
 from markupsafe import escape as escaped
 
+from tarsus.base.tables import MISSING, amount, number, pretty_unit, set_power
 from tarsus.files.store import package_version
 from tarsus.report.figures import Plate
 from tarsus.report.render import rendered
-from tarsus.report.style import scale_of
 
-MISSING = "–"
-"""Shown where a value does not exist."""
+__all__ = [
+    "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pair", "pretty_unit",
+    "set_power", "table", "tag", "warning",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -68,55 +69,23 @@ def code(word: str) -> Markup:
     return Markup("<code>{}</code>").format(Markup(escape(word).replace(".", ".<wbr>")))
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A number for reading; a dash where there is none."""
-    if value is None or not math.isfinite(value):
-        return MISSING
-    if value == 0.0:
-        return "0"
-    shown = f"{value:.{digits}g}"
-    if "e+" in shown and abs(value) < 1e5:
-        shown = f"{float(shown):.0f}"
-    return set_power(shown)
-
-
-def set_power(shown: str) -> str:
-    """The text of a number with a minus sign and a power of ten set as such: "1.7e-21" -> "1.7·10⁻²¹"."""
-    mantissa, _, power = shown.partition("e")
-    return f"{mantissa}·10{_superscript(int(power))}".replace("-", "−") if power else shown.replace("-", "−")
-
-
-def amount(value: float, unit: str, digits: int = 4) -> str:
-    """A value with its unit under an engineering prefix, e.g. "264.1 µm"; unit "1" or "" is left out."""
-    if unit in ("1", "", "-") or not math.isfinite(value):
-        return number(value, digits)
-    if unit not in ("s", "m", "N", "J", "V", "Hz", "kg", "m/s", "W"):
-        return f"{number(value, digits)} {pretty_unit(unit)}"
-    if unit == "kg":
-        value, unit = value * 1e3, "g"
-    if value == 0.0:
-        return f"0 {unit}"
-    scale = scale_of(unit, value)
-    return f"{number(value / scale.step, digits)} {scale.label}"
-
-
-def pretty_unit(unit: str) -> str:
-    """A unit with exponents and products set as such: "N m^2 s" -> "N m² s"."""
-    out = unit
-    for power, sign in (("^2", "²"), ("^3", "³"), ("^4", "⁴"), ("^-1", "⁻¹"), ("^-2", "⁻²")):
-        out = out.replace(power, sign)
-    return "" if out == "1" else re.sub(r"\bu(?=[A-Zmsg])", "µ", out)
-
-
 def figure(plate: Plate, index: int) -> str:
     """A plate with its numbered caption."""
     return rendered("figure.html", plate=plate, index=index)
+
+
+def pair(left: str, right: str) -> str:
+    """Two figures side by side where the screen is wide enough."""
+    return f'<div class="pair">{left}{right}</div>\n'
 
 
 def warning(sentence: str | None) -> str:
     """A sentence the reader must not miss; nothing for None."""
     return "" if sentence is None else f'<p class="verdict failed">{escape(sentence)}</p>\n'
 
+
+_MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
+"""The prefix as terminals and files write it."""
 
 _HEADING = re.compile(r"<h2>(.*?)</h2>")
 
@@ -129,13 +98,9 @@ def page(title: str, body: str) -> str:
         headings.append((f"part-{len(headings) + 1}", Markup(found[1])))
         return f'<h2 id="{headings[-1][0]}">{found[1]}</h2>'
 
-    body = _HEADING.sub(marked, body)
+    body = _MICRO.sub("µ", _HEADING.sub(marked, body))
     first = body.find('<h2 id="part-1">')
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
     charts = '<div class="charts"' in body
     return rendered("base.html", title=title, version=package_version(), body=body, charts=charts)
-
-
-def _superscript(power: int) -> str:
-    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -23,9 +23,10 @@ def packed(values: np.ndarray, bits: int, *, gaps: bool = False) -> dict[str, An
     least, most = float(inside.min(initial=0.0)), float(inside.max(initial=0.0))
     if inside.size and (inside.min() > 0.0 or inside.max() < 0.0):
         least, most = float(inside.min()), float(inside.max())
-    step = (most - least) / (2**bits - 3) or abs(most) or 1.0
+    largest = 2**bits - 1 - gaps
+    step = (most - least) / (largest - 1) or abs(most) or 1.0
     low = int(np.floor(least / step))
-    whole = np.clip(np.rint(finite / step) - low, 0, 2**bits - 2)
+    whole = np.clip(np.rint(finite / step) - low, 0, largest)
     if gaps:
         whole = np.where(known, whole, 2**bits - 1)
     whole = whole.astype("<u2" if bits == 16 else "u1")

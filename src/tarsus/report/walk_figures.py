@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tarsus.report.figures import Plate
-from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.charts import Panel, stack
 from tarsus.report.drawing import Drawing
 from tarsus.report.drawing import Panel as Picture
+from tarsus.report.figures import Plate
+from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
 from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
@@ -40,7 +40,7 @@ _TURNS = (("roll", "about x"), ("pitch", "about y"))
 def travel(motion: Motion) -> Plate:
     """Travel and height of the body over the whole run, and its turns where it has them."""
     turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
-    figure, panels = stack([1.6, 1.1, *(0.8 for _ in turns)])
+    figure, panels = stack([1.05, 0.7, *(0.55 for _ in turns)])
     clock = scale_of("s", float(motion.time[-1] - motion.time[0]))
     for axes, name, label in zip(panels, ("surge", "heave"), ("surge", "heave"), strict=False):
         values = motion.coordinate(name)
@@ -60,7 +60,7 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([max(0.15 * count, 0.5)])
+    figure, (axes,) = stack([max(_row(count) * count, 0.5)])
     clock = scale_of("s", window[1] - window[0])
     for row in range(count):
         for state, color, height in ((STUCK, INK, 0.72), (SLIPPING, VERMILION, 0.36)):
@@ -79,7 +79,7 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([min(0.8 * count, 1.2 + 0.17 * count)])
+    figure, (axes,) = stack([min(0.8 * count, 1.0 + _row(count) * count)])
     clock = scale_of("s", window[1] - window[0])
     forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
@@ -101,6 +101,11 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         "its line while adhesion holds the foot back, and friction, positive forward."
     )
     return Plate(figure.html(caption), caption)
+
+
+def _row(count: int) -> float:
+    """Height of one of so many rows [inch]: of many as low as their names allow."""
+    return 0.17 if count <= 12 else 0.1
 
 
 def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:

@@ -233,7 +233,10 @@ def _indices(found: Yield) -> Plate:
         ranked = _ranked(found.indices.get(name, {}))[:BARS]
         at = np.arange(len(ranked))
         for offset, word, color in ((-0.2, "total", BLUE), (0.2, "first", ORANGE)):
-            lines = {"xerr": [one[f"{word}_error"] for _, one in ranked], "error_kw": {"ecolor": MUTED, "lw": 0.8}}
+            lines = {
+                "xerr": [one[f"{word}_error"] for _, one in ranked],
+                "error_kw": {"ecolor": MUTED, "lw": 0.8},
+            }
             axes.barh(at + offset, [one[word] for _, one in ranked], 0.38, color=color, label=word, **lines)
         axes.set_yticks(at, [_short(group) for group, _ in ranked])
         axes.invert_yaxis()

@@ -13,8 +13,14 @@ function show(theme) {
 }
 show();
 system.addEventListener("change", () => show());
-addEventListener("beforeprint", () => show("light"));
-addEventListener("afterprint", () => show());
+addEventListener("beforeprint", () => {
+  show("light");
+  document.querySelectorAll("details:not([open])").forEach((one) => { one.open = one.unfolded = true; });
+});
+addEventListener("afterprint", () => {
+  show();
+  document.querySelectorAll("details").forEach((one) => { if (one.unfolded) one.open = one.unfolded = false; });
+});
 addEventListener("DOMContentLoaded", () => {
   const button = document.getElementById("theme");
   button.hidden = false;
