@@ -46,6 +46,7 @@ class _Line:
     name: str
     alpha: float
     order: float
+    dots: bool = False
 
 
 @dataclass
@@ -62,6 +63,7 @@ class Panel:
     _limits: tuple[float | None, float | None] = (None, None)
     _names: list[tuple[float, str]] | None = None
     _labels: dict[str, str] = field(default_factory=dict)
+    _log: bool = False
 
     def plot(
         self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, lw: float = 1.1, ls: Dash = "-", label: str = "",
@@ -72,6 +74,11 @@ class Panel:
         name = "" if label.startswith("_") else label
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         self._lines.append(_Line(x, y, paint_of(color), lw, dash, name, alpha, zorder))
+
+    def dots(self, x: npt.ArrayLike, y: npt.ArrayLike, *, color: str, label: str = "") -> None:
+        """A dot at each point (n,), x rising."""
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        self._lines.append(_Line(x, y, paint_of(color), 1.0, [], label, 1.0, 3.0, dots=True))
 
     def axhline(self, y: float, *, color: str, lw: float, ls: Dash = "-", zorder: float = 0.0) -> None:
         """A level line from end to end, below the others."""
@@ -117,6 +124,10 @@ class Panel:
     def set_xlabel(self, words: str) -> None:
         self._labels["x"] = words
 
+    def set_xscale(self, *, log: bool) -> None:
+        """Whether the horizontal axis is logarithmic."""
+        self._log = log
+
     def set_ylabel(self, words: str) -> None:
         self._labels["y"] = words
 
@@ -129,12 +140,25 @@ class Panel:
         if not self._lines:
             return np.array(self.window.get("limits", (0.0, 1.0))), np.zeros((0, 2))
         x = self._lines[0].x
+        if any(line.dots for line in self._lines):
+            return self._beside()
         if all(np.array_equal(line.x, x) for line in self._lines[1:]):
             rows = np.stack([line.y for line in self._lines])
         else:
             x = np.unique(np.concatenate([line.x for line in self._lines]))
             rows = np.stack([np.interp(x, line.x, line.y) for line in self._lines])
         return thinned(*upright(x, rows), max(400, min(POINTS, NUMBERS // len(rows))))
+
+    def _beside(self) -> tuple[Floats, Floats]:
+        """Dots and lines at the places of all, each with numbers at its own alone; lines go on over the others'."""
+        x = np.concatenate([line.x for line in self._lines])
+        rows = np.full((len(self._lines), len(x)), np.nan)
+        first = 0
+        for row, line in zip(rows, self._lines, strict=True):
+            row[first : first + len(line.x)] = line.y
+            first += len(line.x)
+        order = np.argsort(x, kind="stable")
+        return x[order], rows[:, order]
 
     def spec(self, places: list[Floats]) -> dict[str, Any]:
         """All that the script draws; the times are added to ``places`` unless they are there."""
@@ -145,7 +169,7 @@ class Panel:
             places.append(x)
         lines = [
             {"color": line.color, "width": line.width, "dash": line.dash, "alpha": line.alpha,
-             "values": packed(row, 16, gaps=True)}
+             "dots": line.dots, "values": packed(row, 16, gaps=True)}
             for line, row in zip(self._lines, rows, strict=True)
         ]  # fmt: skip
         return {
@@ -156,11 +180,21 @@ class Panel:
     def head(self) -> dict[str, Any]:
         """What stands above the panel: what its numbers are, and the names of its lines, in the order of `spec`."""
         lines = [
-            {"name": line.name, "paint": f"var(--{line.color})", "width": line.width, "dash": line.dash}
+            {
+                "name": line.name,
+                "paint": f"var(--{line.color})",
+                "width": line.width,
+                "dash": line.dash,
+                "dots": line.dots,
+            }
             for line in self._lines
         ]
         height = round(self.height)
         return {"label": self._labels.get("y", ""), "lines": lines, "signs": self._signs, "height": height}
+
+    @property
+    def log(self) -> bool:
+        return self._log
 
     @property
     def across(self) -> str:
@@ -182,7 +216,14 @@ class Charts:
         places: list[Floats] = []
         panels = [panel.spec(places) for panel in self.panels]
         window = self._window.get("limits") or (float(places[0][0]), float(places[0][-1]))
-        data = script_text({"x": [packed_times(one) for one in places], "window": window, "panels": panels})
+        data = script_text(
+            {
+                "x": [packed_times(one) for one in places],
+                "window": window,
+                "log": self.panels[-1].log,
+                "panels": panels,
+            }
+        )
         heads = [panel.head() for panel in self.panels]
         return rendered("charts.html", panels=heads, across=self.panels[-1].across, label=label, data=data)
 

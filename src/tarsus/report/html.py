@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 from markupsafe import Markup
@@ -16,8 +16,8 @@ from tarsus.report.figures import Plate
 from tarsus.report.render import rendered
 
 __all__ = [
-    "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pair", "pretty_unit",
-    "set_power", "table", "tag", "warning",
+    "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pair",
+    "pretty_unit", "set_power", "table", "tag", "warning",
 ]  # fmt: skip
 
 
@@ -50,7 +50,8 @@ def table(
     kind = "many" if len(columns) > 9 else "wrap" if wrap else ""
     cells = ([_cell(cell, column) for cell, column in zip(row, columns, strict=True)] for row in rows)
     label = next((column.title for column in columns if column.title), "table")
-    return rendered("table.html", columns=columns, rows=cells, tall=tall, kind=kind, over=over, label=label)
+    heads = [replace(column, unit=pretty_unit(column.unit)) for column in columns]
+    return rendered("table.html", columns=heads, rows=cells, tall=tall, kind=kind, over=over, label=label)
 
 
 def _cell(cell: Cell, column: Column) -> Markup:

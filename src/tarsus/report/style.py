@@ -111,12 +111,13 @@ def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: Scale) -> 
 
 
 def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
-    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000."""
+    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000, if one does."""
     largest = max((float(np.max(np.abs(v), initial=0.0, where=np.isfinite(v))) for v in values), default=0.0)
     if largest <= 0.0:
         return Scale(1.0, unit)
     power = 3 * math.floor(math.log10(largest * 1.000001) / 3)
-    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    if power not in _PREFIXES:
+        return Scale(1.0, unit)
     return Scale(10.0**power, _PREFIXES[power] + unit)
 
 

@@ -190,7 +190,7 @@ def _dead(found: Yield) -> Plate:
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
         axes.set_xlabel("dead legs")
         axes.set_ylabel(f"{_words(name)} ({scale.label})".replace(" (1)", ""))
-        few_ticks(axes)
+        axes.set_xticks(at)
     caption = "Median, and the range of nine robots in ten, by the number of dead legs."
     return Plate(to_svg(drawn, caption), caption)
 
@@ -253,10 +253,18 @@ def _short(group: str) -> str:
     return ".".join(group.split(".")[-2:])
 
 
+def _settled(index: float) -> float:
+    """An index; one below a thousandth, far below any interval that is seen, is none."""
+    return index if abs(index) >= 1e-3 else 0.0
+
+
 def _index_table(found: Yield) -> str:
     first = found.measures[0]
     rows: list[list[Cell]] = [
-        [group, *(number(one[word], 3) for word in ("total", "total_error", "first", "first_error"))]
+        [
+            group,
+            *(number(_settled(one[word]), 3) for word in ("total", "total_error", "first", "first_error")),
+        ]
         for group, one in _ranked(found.indices.get(first, {}))
     ]
     told = f"<p>Indices of {escape(_words(first))}; ± is the half-width of the 95 % interval.</p>\n"

@@ -104,28 +104,34 @@ def test_rows_shading_and_levels_are_told() -> None:
 
 
 PROBE = """
-const found = {}, faults = [];
+const found = {}, faults = [], root = document.documentElement;
 addEventListener("error", (event) => faults.push(event.message));
-addEventListener("load", () => setTimeout(() => {
-  const built = document.querySelector(".charts").built, press = (name) => document.querySelector(`[data-zoom="${name}"]`).click();
+function look() {
+  const { built } = document.querySelector(".charts");
+  const press = (name) => document.querySelector(`[data-zoom="${name}"]`).click();
   const scale = () => built.plots.map((plot) => [plot.scales.x.min, plot.scales.x.max]);
-  const drawn = () => {
-    const { canvas } = built.plots[0].ctx, { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-    const colors = new Set();
-    for (let i = 0; i < data.length; i += 4) if (data[i + 3] === 255) colors.add(`${data[i]},${data[i + 1]},${data[i + 2]}`);
-    return colors;
+  const drawn = (color) => {
+    const { canvas } = built.plots[0].ctx;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    for (let i = 0; i < data.length; i += 4) if (`${data.slice(i, i + 4)}` === `${color},255`) return true;
+    return false;
   };
-  const later = (what) => new Promise((done) => setTimeout(() => { what(); done(); }, 50));
-  later(() => { found.whole = scale(); found.light = drawn().has("0,114,178"); document.getElementById("theme").click(); })
-    .then(() => later(() => { found.dark = drawn().has("74,168,228"); found.theme = document.documentElement.dataset.theme; press("in"); }))
-    .then(() => later(() => { found.near = scale(); press("on"); }))
-    .then(() => later(() => { found.on = scale(); press("all"); document.querySelector("button[data-line]").click(); }))
-    .then(() => later(() => {
-      found.again = scale(); found.hidden = !built.plots[0].series[1].show;
-      found.faults = faults; found.requests = performance.getEntriesByType("resource").length;
+  const steps = [
+    () => { found.whole = scale(); found.light = drawn("0,114,178"); document.getElementById("theme").click(); },
+    () => { found.dark = drawn("74,168,228"); found.theme = root.dataset.theme; press("in"); },
+    () => { found.near = scale(); press("on"); },
+    () => { found.on = scale(); press("all"); document.querySelector("button[data-line]").click(); },
+    () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
+    () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; },
+    () => {
+      found.faults = faults;
+      found.requests = performance.getEntriesByType("resource").length;
       document.body.dataset.found = JSON.stringify(found);
-    }));
-}, 100));
+    },
+  ];
+  steps.forEach((step, i) => setTimeout(step, 100 * (i + 1)));
+}
+addEventListener("load", look);
 """
 
 
@@ -135,6 +141,7 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     x = np.linspace(0.0, 8.0, 400)
     for axes in panels:
         axes.plot(x, np.sin(x), color=BLUE, lw=4.0, label="sine")
+    panels[1].set_ylim(1.5, -1.5)  # counts downward, as rows do
     panels[-1].set_xlabel("time (s)")
     text = page("charts", f"<h1>Charts</h1>{charts.html('a sine')}").replace(
         "</head>", f"<script>{PROBE}</script></head>"
@@ -143,7 +150,8 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     path.write_text(text, encoding="utf-8")
     assert BROWSER is not None
     order = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
-             "--virtual-time-budget=5000", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]  # fmt: skip
+             "--virtual-time-budget=5000", "--dump-dom",
+             f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]  # fmt: skip
     done = subprocess.run(order, capture_output=True, text=True, timeout=120)
     result = re.search(r'data-found="([^"]*)"', done.stdout)
     assert result, done.stderr[-2000:]
@@ -152,3 +160,4 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     assert found["whole"] == found["again"] == [[0, 8], [0, 8]]
     assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]
     assert found["light"] and found["dark"] and found["theme"] == "dark" and found["hidden"]
+    assert found["down"]

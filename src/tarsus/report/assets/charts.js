@@ -17,7 +17,14 @@ function column({ bits, low, step, data }) {
 const minus = (text) => text.replace("-", "−");
 const digits = (step) => (`${Number(step.toPrecision(3))}`.split(".")[1] || "").length;
 const tick = (value, step) => minus((Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(digits(step)));
-const shown = (value) => (value === null || value === undefined ? "" : minus(`${Number(value.toPrecision(4))}`));
+const raised = (power) => power.replace(/./g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]));
+function shown(value) {
+  if (value === null || value === undefined) return "";
+  const size = Math.abs(value);
+  if (size === 0 || (size >= 1e-4 && size < 1e6)) return minus(`${Number(value.toPrecision(4))}`);
+  const [mantissa, power] = value.toExponential(3).split("e"), digits = minus(`${Number(mantissa)}`);
+  return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
+}
 
 class Charts {
   constructor(figure) {
@@ -42,16 +49,18 @@ class Charts {
       padding: [6, 18, last ? 0 : 6, 0],
       legend: { show: false },
       cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
-      scales: { x: { time: false, range: (_, low, high) => [low, high] }, y: { range: (_, low, high) => this.reach(panel, low, high) } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
       axes: [
-        { ...axis, show: last, size: 26, gap: 3, grid: { show: false }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) },
+        { ...axis, show: last, size: 26, gap: 3, grid: { show: false }, 
+          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
         { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
           ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
             font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
             : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
       ],
       series: [{}, ...panel.lines.map((line) => ({
-        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.alpha, points: { size: 4 }, spanGaps: false,
+        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.alpha, spanGaps: panel.lines.some((one) => one.dots),
+        ...(line.dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(line.color) } } : { points: { size: 4 } }),
       }))],
       hooks: {
         drawClear: [(u) => this.under(u, panel)],
@@ -70,9 +79,14 @@ class Charts {
     return between(7 * longest + 12, 50, 120);
   }
 
+  /** Whether an upward axis counts downward, as rows of a table do. */
+  flipped({ limits: [least, most] }) {
+    return least !== null && most !== null && least > most;
+  }
+
   /** Limits of an upward axis about what is seen. */
   reach(panel, low, high) {
-    const [least, most] = panel.limits;
+    const [least, most] = this.flipped(panel) ? [panel.limits[1], panel.limits[0]] : panel.limits;
     const known = low !== null && high !== null && Number.isFinite(low) && Number.isFinite(high);
     const [a, b] = known ? [low, high] : [0, 1];
     const room = 0.06 * (b - a || Math.abs(b) || 1);
@@ -156,11 +170,12 @@ class Charts {
   }
 
   zoom(how) {
-    const { min, max } = this.plots[0].scales.x, [start, end] = this.whole, span = max - min, middle = 0.5 * (min + max);
-    const next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
-    const centre = middle + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
-    const from = between(centre - 0.5 * next, start, end - next);
-    this.plots[0].setScale("x", { min: from, max: from + next });
+    const [into, from] = this.spec.log ? [Math.log10, (v) => 10 ** v] : [Number, Number];
+    const { min, max } = this.plots[0].scales.x, [low, high, start, end] = [min, max, ...this.whole].map(into);
+    const span = high - low, next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
+    const centre = 0.5 * (low + high) + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
+    const first = between(centre - 0.5 * next, start, end - next);
+    this.plots[0].setScale("x", { min: from(first), max: from(first + next) });
   }
 }
 Charts.count = 0;
