@@ -92,7 +92,7 @@ def test_failed_run_is_marked(failed_text: str, page_text: str) -> None:
 
 def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
     figures = page.tags.count("figure")
-    assert figures == page.tags.count("figcaption") == 6
+    assert figures == page.tags.count("figcaption") == 7
     for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (pJ)"):
         assert label in page.text
     for number_ in range(1, figures + 1):

@@ -33,6 +33,7 @@ from tarsus.report.html import (
     tag,
     warning,
 )
+from tarsus.report.points import points_section
 from tarsus.report.series import Series, joined, series_of
 from tarsus.report.style import scale_of
 from tarsus.report.values import grouped, value_rows
@@ -113,6 +114,7 @@ def _motion_sections(run: RunLike, series: Series, numbers: Iterator[int]) -> It
         plate = figures.motion(series, detail)
         close = figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
         yield figure(close, next(numbers))
+    yield points_section(run, series, detail, next(numbers))
     turns = circular(series)
     if turns is not None:
         yield figure(turns, next(numbers))
