@@ -7,16 +7,22 @@ copyright = "The Tarsus developers"
 author = "The Tarsus developers"
 version = release = installed_version("tarsus")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
-source_suffix = {".md": "markdown"}
-exclude_patterns = ["_build"]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+nb_execution_mode = "cache"  # notebooks are kept without outputs; each is run once until it changes
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+exclude_patterns = ["_build", "jupyter_execute"]
 autodoc_typehints = "description"
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 
 html_theme = "pydata_sphinx_theme"
 html_title = "Tarsus"
+html_static_path = ["_static"]
+html_css_files = ["notebooks.css"]
 html_theme_options = {"show_prev_next": False, "navbar_center": []}
 html_sidebars = {"**": ["globaltoc"]}  # all pages on the left, in groups: the site is one level deep

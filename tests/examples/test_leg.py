@@ -28,7 +28,7 @@ def test_leg_step_py_the_two_models_agree_in_time_and_differ_in_height():
     assert times[0] == pytest.approx(times[1], rel=0.15)
     plate = step_figure(motion, found.single, 14.0)
     assert "14 V" in plate.caption
-    assert "single mode" in "".join(ElementTree.fromstring(inline(plate.svg)).itertext())
+    assert "single mode" in "".join(ElementTree.fromstring(inline(plate.picture)).itertext())
 
 
 # Slow: an optimum and 81 legs around it. unit/design/test_links.py keeps the optimum of this leg.
@@ -41,5 +41,5 @@ def test_leg_design_py_finds_a_longer_hip_for_the_assumed_load():
     land = example.around(found, points=9)
     plate = landscape_figure(land, leg, found.load, found)
     assert "does not carry 12.8 µN" in plate.caption
-    text = "".join(ElementTree.fromstring(inline(plate.svg)).itertext())
+    text = "".join(ElementTree.fromstring(inline(plate.picture)).itertext())
     assert "hip.length (µm)" in text and "mean speed" in text and "design" in text

@@ -20,7 +20,7 @@ from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
 from tarsus.report.style import decimate, figure_style, scale_of, stack, to_svg, upright
-from tarsus.report.values import value_rows
+from tarsus.report.values import ValueRow, grouped, value_rows
 from unit.html_page import Page
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
 
@@ -61,12 +61,12 @@ def page(page_text: str) -> Page:
 
 def test_page_is_small_and_needs_nothing_from_outside(page_text: str, page: Page) -> None:
     assert len(page_text.encode()) < 1_500_000
-    assert "script" not in page.tags and "link" not in page.tags and "img" not in page.tags
+    assert "link" not in page.tags and "img" not in page.tags
     for _, name, value in page.attributes:
         if name in ("src", "href", "xlink:href"):
             assert value.startswith("#"), value
     assert not re.findall(r"url\((?!#)", page_text)
-    assert "@import" not in page_text
+    assert "@import" not in page_text and "fetch(" not in page_text and "XMLHttpRequest" not in page_text
 
 
 def test_ids_are_unique_and_references_resolve(page: Page) -> None:
@@ -91,8 +91,8 @@ def test_failed_run_is_marked(failed_text: str, page_text: str) -> None:
 
 
 def test_every_figure_has_its_caption_and_axes_have_units(page: Page) -> None:
-    figures = page.tags.count("svg")
-    assert figures == page.tags.count("figcaption") == 6
+    figures = page.tags.count("figure")
+    assert figures == page.tags.count("figcaption") == 7
     for label in ("displacement (µm)", "drive (V)", "time (ms)", "energy since start (pJ)"):
         assert label in page.text
     for number_ in range(1, figures + 1):
@@ -120,7 +120,7 @@ def test_measures_come_with_definition_and_spread(page: Page) -> None:
 
 def test_values_come_with_provenance() -> None:
     rows = {row.path: row for row in value_rows(make_scene())}
-    assert rows["robot.structure.frequencies"].value == "623 Hz, 6424 Hz"
+    assert rows["robot.structure.frequencies"].value == "623 Hz, 6.424 kHz"
     assert rows["robot.structure.frequencies"].source == "printed"
     assert rows["ground.film.thickness"].source == "calibrated"
     assert rows["ground.film.coefficient"].value == "1.747·10⁻²¹ N m² s"
@@ -250,6 +250,11 @@ def test_decimation_keeps_every_extreme() -> None:
         (float("nan"), "m", "–"),
         (12345.0, "1", "12340"),
         (1.747e-21, "N m^2 s", "1.747·10⁻²¹ N m² s"),
+        (-1.37088e-7, "N/V", "−137.1 nN/V"),
+        (8.623e-39, "J", "8.623·10⁻³⁹ J"),
+        (999.96e-6, "s", "1 ms"),
+        (2.5e-12, "kg m^2", "2.5 ng m²"),
+        (0.25, "rad", "0.25 rad"),
     ],
 )
 def test_numbers_read_well(value: float, unit: str, text: str) -> None:
@@ -278,6 +283,9 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
     slanted = (np.diff(when) > 0.0) & (np.diff(shown) != 0.0)
     assert not slanted.any()
     assert sorted(when[np.flatnonzero(np.diff(shown)) + 1]) == [2.5, 5.5]
+    both = upright(time, np.stack([wave, np.arange(8.0)]))
+    assert both[1].shape == (2, 12) and np.array_equal(both[1][0], shown)
+    np.testing.assert_allclose(both[1][1], both[0])
     smooth = np.sin(time)
     np.testing.assert_array_equal(upright(time, smooth)[1], smooth)
     np.testing.assert_array_equal(upright(time, np.zeros(8))[1], np.zeros(8))
@@ -285,6 +293,45 @@ def test_a_sampled_square_wave_is_drawn_upright() -> None:
 
 def test_measures_say_whose_they_are_what_they_count_and_where_that_misleads(failed_text: str) -> None:
     text = Page(failed_text).text
-    assert f"Note: {CAUTION}" in text
-    assert "mean over feet; flights above 0.1 um, after contacts below 0.5 ms" in text
+    assert f"Note: {CAUTION}".replace(" um", " µm") in text
+    assert "mean over feet; flights above 0.1 µm, after contacts below 0.5 ms" in text
     assert "names that begin with max, total or longest are of the whole run" in text
+
+
+def test_an_account_shows_no_number_below_its_rounding(run: SampleRun) -> None:
+    found = dataclasses.replace(run.ledger, work_in=1e-9, adhesion=8.623e-39, friction=2e-14)
+    table = report_html(dataclasses.replace(run, ledger=found)).partition("The account in numbers")[2]
+    row = {
+        name: re.findall(rf"<td>{name}</td><td class=n>([^<]*)", table)
+        for name in ("lost to adhesion", "lost to friction")
+    }
+    assert row["lost to adhesion"] == ["0"] and row["lost to friction"][0] not in ("0", "")
+
+
+def test_equal_members_are_shown_once() -> None:
+    def row(path: str, value: str, number: float = 0.0) -> ValueRow:
+        return ValueRow(path, value, "printed", "a note", "", (number,), "m")
+
+    names = [f"L{i}" for i in range(1, 9)]
+    rows = [row("ground.gap", "1 m")]
+    for i, name in enumerate(names):
+        rows += [row(f"legs.{name}.mass", "1 mg"), row(f"legs.{name}.y", "1 m" if i < 5 else "2 m")]
+        rows += [row(f"legs.{name}.x", f"{i} m", float(i)), row(f"legs.{name}.load.{name}_hip", "3 m")]
+    shown = {(one.path, one.of): one.value for one in grouped(rows)}
+    assert shown == {
+        ("ground.gap", ""): "1 m",
+        ("legs.*.mass", "all 8"): "1 mg",
+        ("legs.*.y", "L1, L2, … L5 (5 of 8)"): "1 m",
+        ("legs.*.y", "L6, L7, L8 (3 of 8)"): "2 m",
+        ("legs.*.x", "all 8"): "8 values, 0 m to 7 m",
+        ("legs.*.load.*_hip", "all 8"): "3 m",
+    }
+    assert grouped(rows[:5]) == rows[:5], "a single member stays as it is"
+
+
+def test_headings_are_listed_and_the_page_has_a_dark_side(page_text: str, page: Page) -> None:
+    targets = [value for tag, name, value in page.attributes if (tag, name) == ("h2", "id")]
+    links = [value for tag, name, value in page.attributes if (tag, name) == ("a", "href")]
+    assert len(targets) == 6 and [f"#{one}" for one in targets] == links[1:7]
+    assert "prefers-color-scheme: dark" in page_text and 'id="theme"' in page_text
+    assert "prefers-reduced-motion" in page_text

@@ -154,6 +154,8 @@ def _run(
     from collections.abc import Mapping
 
     from tarsus.cli import console
+    from tarsus.files.store import REPORT_FILE
+    from tarsus.report.sweep_page import write_sweep_report
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.workunit import OUTCOMES
 
@@ -174,6 +176,7 @@ def _run(
         go_on = f"`{shlex.join(words)} --resume`"
         console.complain([f"interrupted; finished parts are kept, continue with {go_on}"])
         return INTERRUPTED
+    page = write_sweep_report(chosen, result.file, folder / REPORT_FILE)
     seconds = time.perf_counter() - start
     failed = result.runs - result.outcomes.get("DONE", 0)
     if json:
@@ -184,7 +187,7 @@ def _run(
     print(f"{chosen.name}: {result.runs} runs of {chosen.seconds:g} s in {seconds:.1f} s{earlier}")
     for name, count in result.outcomes.items():
         print(f"  {count:>8}  {OUTCOMES[name]}")
-    print(f"wrote {result.file}")
+    print(f"wrote {result.file}\nwrote {page}")
     return 0 if failed < result.runs else 1
 
 

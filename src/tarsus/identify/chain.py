@@ -46,7 +46,7 @@ _ROUGH = 4.0
 _STRUCTURE = "robot.structure.frequencies"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification(Shown):
     """Everything a campaign has told.
 

@@ -14,7 +14,14 @@ __all__ = ["Shown"]
 
 
 class Shown:
-    """Base of an identification: how a notebook shows it."""
+    """Base of an identification: how a terminal and a notebook show it."""
+
+    def __repr__(self) -> str:
+        found = cast("Identification", self)
+        numbers = sum(len(step.paths) for step in found.steps.values())
+        left = f", not done: {', '.join(one.name for one in found.not_done)}" if found.not_done else ""
+        told = f"{numbers} numbers in {len(found.steps)} steps{left}"
+        return f"<Identification of '{found.opened.campaign.name}': {told}>"
 
     def _repr_html_(self) -> str:
         found = cast("Identification", self)

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tarsus.base.tables import amount
+from tarsus.report.drawing import Drawing, Panel
 from tarsus.report.figures import MOST_FEET, Plate
-from tarsus.report.panels import Drawing, Panel
 from tarsus.report.series import Series, Trace, foot_traces
 from tarsus.report.style import BLUE, INK, MUTED, RULE, Scale, decimate, scale_of, upright
 
@@ -30,7 +31,7 @@ def circular(series: Series) -> Plate | None:
     if len(traces) <= MOST_FEET:
         return plate
     more = f" Shown are the first {MOST_FEET} of {len(traces)} feet."
-    return Plate(plate.svg, plate.caption + more, plate.wide)
+    return Plate(plate.picture, plate.caption + more, plate.wide)
 
 
 def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> Plate:
@@ -51,7 +52,7 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     rings = _Rings(largest, least)
     for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
         down, right = divmod(number, across)
-        axes = figure.add(size * right, (size + head) * down + head, size, size, bare=True)
+        axes = figure.add(size * right, (size + head) * down + head, size, size)
         _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
         if titled:
             axes.set_title(trace.title, centred=True)
@@ -122,7 +123,7 @@ def _dial(
 def _caption(traces: Sequence[Trace], spans: Sequence[tuple[int, int]], rings: _Rings, scale: Scale) -> str:
     turns = max(last - first for first, last in spans)
     periods = {trace.period for trace in traces}
-    each = f" ({_amount(traces[0].period, 's')})" if len(periods) == 1 else ""
+    each = f" ({amount(traces[0].period, 's')})" if len(periods) == 1 else ""
     which = (
         f"the last {turns} periods laid over each other, the last one darkest" if turns > 1 else "one period"
     )
@@ -151,11 +152,6 @@ def _round_step(largest: float) -> float:
         return 1.0
     power = 10.0 ** np.floor(np.log10(largest / 4.0))
     return float(next(power * f for f in (1.0, 2.0, 5.0, 10.0) if power * f * 4.5 >= largest))
-
-
-def _amount(value: float, unit: str) -> str:
-    scale = scale_of(unit, value)
-    return f"{value / scale.step:.4g} {scale.label}"
 
 
 __all__ = ["circular", "dials"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tarsus.report.panels import Dash, Panel, stack
+from tarsus.report.charts import Dash, Panel, stack
 from tarsus.report.series import Series, Window, ever, joined
 from tarsus.report.style import (
     BLUE,
@@ -17,7 +17,6 @@ from tarsus.report.style import (
     CYCLE,
     GREEN,
     INK,
-    LEGEND_ROW,
     MUTED,
     ORANGE,
     PURPLE,
@@ -25,10 +24,8 @@ from tarsus.report.style import (
     SKY,
     VERMILION,
     Scale,
-    decimate,
     scale_of,
     time_axis,
-    upright,
 )
 
 if TYPE_CHECKING:
@@ -38,17 +35,15 @@ MOST_FEET = 4
 """Feet drawn one by one; a robot with more shows its first ones."""
 
 
-LEGEND_COLUMNS = 6
-
 LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 """Colours of the laws on the feet, in their order."""
 
 
 @dataclass(frozen=True)
 class Plate:
-    """One figure of the report: SVG text, and the sentence below it."""
+    """One figure of the report: its markup (an SVG, or charts), and the sentence below it."""
 
-    svg: str
+    picture: str
     caption: str
     wide: bool = True
 
@@ -58,10 +53,7 @@ def motion(series: Series, window: Window) -> Plate:
     several = len(series.feet) > 1
     driven = bool(series.drives)
     heights = [0.62] * driven + [2.3] + [0.2 * len(series.feet)] * several
-    entries = len(series.points) + 2  # contact and ground beside the points
-    rows = -(-entries // LEGEND_COLUMNS)
-    gap = 0.09 + LEGEND_ROW * rows if driven else 0.28
-    figure, panels = stack(heights, gap_in=gap, legend_rows=int(len(series.drives) != 1) if driven else rows)
+    figure, panels = stack(heights)
     clock = _clock(window)
     if driven:
         _voltage(panels[0], series, window, clock)
@@ -82,11 +74,12 @@ def motion(series: Series, window: Window) -> Plate:
     for level in sorted(set(series.ground_levels)):
         axes.axhline(level / scale.step, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
     axes.set_ylabel(f"displacement ({scale.label})")
-    axes.few_ticks(6)
     shaded = len(series.feet) == 1 and bool(series.contacts[0])
     if shaded:
         shade(axes, series.contacts[0], window, clock)
-    axes.legend(LEGEND_COLUMNS, contact=CONTACT if shaded else "", ground=bool(series.feet))
+        axes.sign("contact", CONTACT, area=True)
+    if series.feet:
+        axes.sign("ground")
     if several:
         _contact_rows(panels[-1], series, window, clock)
     time_axis(panels[-1], window, clock)
@@ -98,7 +91,7 @@ def motion(series: Series, window: Window) -> Plate:
     if series.feet:
         caption += "; the dashed line is the displacement at which the foot touches the ground"
     caption += "."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 def forces(series: Series, window: Window, foot: int = 0) -> Plate:
@@ -121,25 +114,23 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         absent.append("contact")
 
     count = 1 + len(rows) + bool(drive) + touched
-    figure, panels = stack([0.85] + [0.72] * (count - 1), gap_in=0.2)
+    figure, panels = stack([0.85] + [0.72] * (count - 1))
     gap = series["gap"][foot]
     scale = scale_of("m", gap[part])
     _line(panels[0], series, window, clock, gap, scale, color=BLUE)
-    panels[0].set_ylabel(f"height\n({scale.label})")
+    panels[0].set_ylabel(f"height ({scale.label})")
 
     scale = scale_of("N", *(values[part] for _, values in drive)) if drive else scale_of("N")
     for index, (name, values) in enumerate(drive):
         color = VERMILION if index == 0 else CYCLE[(index + 1) % len(CYCLE)]
         _line(panels[1], series, window, clock, values, scale, color=color, label=name)
     if drive:
-        panels[1].set_ylabel(f"drive\n({scale.label})")
-    if len(drive) > 1:
-        panels[1].legend(LEGEND_COLUMNS)
+        panels[1].set_ylabel(f"drive ({scale.label})")
 
     for axes, (label, values, color) in zip(panels[1 + bool(drive) :], rows, strict=False):
         scale = scale_of("N", values[part])
         _line(axes, series, window, clock, values, scale, color=color)
-        axes.set_ylabel(f"{label}\n({scale.label})")
+        axes.set_ylabel(f"{label} ({scale.label})")
     if touched:
         axes = panels[-1]
         scale = scale_of("N", contact[part], limit[part])
@@ -149,12 +140,9 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
                 axes, series, window, clock, bound, scale, color=MUTED, ls=(0, (2, 2)), label="pull-off limit"
             )
         _line(axes, series, window, clock, contact, scale, color=INK, label="contact force")
-        axes.set_ylabel(f"contact\n({scale.label})")
-        if ever(limit[part]):
-            axes.legend(LEGEND_COLUMNS)
+        axes.set_ylabel(f"contact ({scale.label})")
     for axes in panels:
         shade(axes, series.contacts[foot], window, clock)
-        axes.few_ticks(3)
         if axes is not panels[0]:
             axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
     time_axis(panels[-1], window, clock)
@@ -169,12 +157,12 @@ def forces(series: Series, window: Window, foot: int = 0) -> Plate:
         )
     if absent:
         caption += f" No {' or '.join(absent)} force acts in this stretch."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 def energies(series: Series, companion: Series | None, window: Window) -> Plate:
     """Kinetic and elastic energy, with and without adhesion (as Fig. 2.12 of the source)."""
-    figure, panels = stack([1.35, 1.35], legend_rows=int(companion is not None))
+    figure, panels = stack([0.95, 0.95])
     clock = _clock(window)
     for axes, name, label in zip(
         panels, ("kinetic_energy", "elastic_energy"), ("kinetic energy", "elastic energy"), strict=True
@@ -184,17 +172,16 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             shown.append(companion[name][companion.inside(window)])
         scale = scale_of("J", *shown)
         without = "without adhesion"
-        _line(axes, series, window, clock, series[name], scale, color=BLUE, lw=1.2, label="with adhesion")
+        own = "with adhesion" if companion is not None else ""
+        _line(axes, series, window, clock, series[name], scale, color=BLUE, lw=1.2, label=own)
         if companion is not None:
             style = {"color": VERMILION, "lw": 0.9, "ls": (0, (4, 1.5)), "label": without}
             _line(axes, companion, window, clock, companion[name], scale, **style)
-        axes.set_ylabel(f"{label}\n({scale.label})")
-        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
-        axes.few_ticks(4)
+        axes.set_ylabel(f"{label} ({scale.label})")
+        if axes.least() >= 0.0:
+            axes.set_ylim(bottom=0.0)
         if len(series.feet) == 1:
             shade(axes, series.contacts[0], window, clock)
-    if companion is not None:
-        panels[0].legend(LEGEND_COLUMNS)
     time_axis(panels[-1], window, clock)
     caption = "Kinetic energy and elastic (potential) energy of the structure"
     if companion is not None:
@@ -206,7 +193,7 @@ def energies(series: Series, companion: Series | None, window: Window) -> Plate:
             else ", contact shaded"
         )
     caption += "."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
@@ -221,7 +208,7 @@ LEDGER_CURVES: tuple[tuple[str, str, str, Dash], ...] = (
 
 def ledger(series: Series) -> Plate:
     """Where the energy went: cumulative curves over the whole run."""
-    figure, (axes,) = stack([2.3], legend_rows=2)
+    figure, (axes,) = stack([1.9])
     window = series.whole
     clock = _clock(window)
     curves = dict(series.values)
@@ -239,14 +226,12 @@ def ledger(series: Series) -> Plate:
         width = 1.3 if name == "work_in" else 1.0
         _line(axes, series, window, clock, curves[name], scale, color=color, lw=width, ls=dash, label=label)
     axes.set_ylabel(f"energy since start ({scale.label})")
-    axes.few_ticks(6)
-    axes.legend(4)
     time_axis(axes, window, clock)
     caption = "Cumulative energy: what the drives put in, what is stored, and what each loss has taken"
     if any(not law.loses and ever(series[f"{name}_work"]) for name, law in series.laws.items()):
         caption += "; dashed is work on the structure"
     caption += "."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 def _clock(window: Window) -> Scale:
@@ -263,8 +248,7 @@ def _line(
     **style: object,
 ) -> None:
     part = series.inside(window)
-    time, thin = decimate(*upright(series.time[part], np.asarray(values[part], dtype=float)))
-    axes.plot(time / clock.step, thin / scale.step, **style)  # type: ignore[arg-type]
+    axes.plot(series.time[part] / clock.step, np.asarray(values[part], dtype=float) / scale.step, **style)  # type: ignore[arg-type]
 
 
 def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
@@ -277,10 +261,6 @@ def _voltage(axes: Panel, series: Series, window: Window, clock: Scale) -> None:
             _line(axes, series, window, clock, series["command"][index], scale, **dots)
         _line(axes, series, window, clock, series["volts"][index], scale, color=color, lw=1.0, label=name)
     axes.set_ylabel(f"drive ({scale.label})")
-    axes.margins(y=0.12)
-    axes.few_ticks(3)
-    if len(series.drives) > 1:
-        axes.legend(LEGEND_COLUMNS)
 
 
 def shade(axes: Axes | Panel, contacts: Sequence[Window], window: Window, clock: Scale) -> None:
@@ -299,4 +279,4 @@ def _contact_rows(axes: Panel, series: Series, window: Window, clock: Scale) -> 
         axes.broken_barh(spans, (row - 0.35, 0.7), color=MUTED, lw=0)
     axes.set_yticks(range(len(series.feet)), series.feet)
     axes.set_ylim(len(series.feet) - 0.5, -0.5)
-    axes.set_title("contact")
+    axes.set_ylabel("contact")

@@ -25,6 +25,9 @@ _POINTS = 1500
 _TOLD = 0.3
 
 
+ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
+"""Words on coloured fields, whose ground is the field and not the page: no colours that a dark page changes."""
+
 OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BLUE))
 """From -1 to 1 about nothing."""
 
@@ -70,7 +73,7 @@ def correlations(judged: Assessment) -> Plate:
     image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
     for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD):
         value = float(shown[i, j])
-        color = "white" if abs(value) > 0.7 else INK
+        color = ON_LIGHT if abs(value) <= 0.7 else ON_DARK
         axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5, color=color)
     axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
     axes.set_yticks(range(count), labels, fontsize=6.5)

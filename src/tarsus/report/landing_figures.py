@@ -138,6 +138,7 @@ def landing_zoom(pair: Pair) -> Plate:
                 (4, 34 - 20 * which),
                 textcoords="offset points",
                 color=color,
+                bbox={"facecolor": "#ffffff", "edgecolor": "none", "pad": 1.0},
             )
     top.axhline(0.0, color=INK, lw=0.6)
     top.set_ylabel(f"gap ({high.label})")
@@ -188,7 +189,7 @@ def front(design: LandingDesign) -> Plate:
     """Speed against energy: what a softer landing costs."""
     drawn = Figure(figsize=(0.55 * WIDTH_IN, 2.5))
     axes = drawn.subplots()
-    drawn.subplots_adjust(left=0.16, right=0.97, bottom=0.19, top=0.96)
+    drawn.subplots_adjust(left=0.16, right=0.97, bottom=0.19, top=0.9)
     known = np.isfinite([one.energy for one in design.front]).all()
     from tarsus.design.energy import period_rises
 
@@ -207,7 +208,7 @@ def front(design: LandingDesign) -> Plate:
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel(f"energy a period ({scale.label})" if known else f"sum of squared rises ({scale.label})")
     axes.set_ylabel("hardest touchdown (m/s)")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
     caption = "The front on the nominal ground: designs that no other beats in both touchdown speed and plain energy."
     return Plate(to_svg(drawn, caption), caption, wide=False)
 
@@ -231,7 +232,7 @@ def learning(design: LandingDesign) -> Plate:
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("steps")
     axes.set_ylabel("hardest touchdown (m/s)")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
     caption = (
         f"Learning on {len(found.grounds)} hidden grounds: median and middle 80 % of the touchdown speeds."
     )

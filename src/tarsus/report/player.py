@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-import json
 from collections.abc import Sequence
-from html import escape
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 import numpy as np
 
 from tarsus.report.html import amount
 from tarsus.report.motion import Motion, frame_limit
+from tarsus.report.packing import packed, packed_states, script_text
+from tarsus.report.render import rendered
 from tarsus.report.stage import BACK, Stage, stage_of
 from tarsus.report.walk_figures import still
 
@@ -39,20 +36,14 @@ def walk_section(motion: Motion, index: int | None = None) -> str:
     thin = motion.thinned(frame_limit(len(motion.legs), len(drives), CHARACTERS))
     stage = stage_of(thin)
     picture = still(thin, stage)
-    return Template(_part("player.html")).substitute(
-        style=_part("player.css"),
-        still=picture.svg,
-        moments=escape(picture.caption),
-        number="" if index is None else f"<b>Figure {index}.</b> ",
-        caption=escape(_caption(thin, stage)),
-        data=_script_text(payload(thin, stage, drives)),
-        draw=_part("player_draw.js"),
-        play=_part("player.js"),
+    return rendered(
+        "player.html",
+        still=picture.picture,
+        moments=picture.caption,
+        index=index,
+        caption=_caption(thin, stage),
+        data=script_text(payload(thin, stage, drives)),
     )
-
-
-def _part(name: str) -> str:
-    return files("tarsus.report").joinpath(name).read_text(encoding="utf-8")
 
 
 def payload(motion: Motion, stage: Stage, drives: Sequence[tuple[str, int]] = ()) -> dict[str, Any]:
@@ -91,35 +82,6 @@ def payload(motion: Motion, stage: Stage, drives: Sequence[tuple[str, int]] = ()
     }
 
 
-def packed(values: np.ndarray, bits: int) -> dict[str, Any]:
-    """Numbers (rows, nt) as base64 of little-endian integers q of 8 or 16 bits: value = (low + q) step.
-
-    Zero is kept exactly where it is among the values or between them. What is not finite becomes zero.
-    """
-    finite = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0)
-    least, most = float(finite.min(initial=0.0)), float(finite.max(initial=0.0))
-    if finite.size and (finite.min() > 0.0 or finite.max() < 0.0):
-        least, most = float(finite.min()), float(finite.max())
-    step = (most - least) / (2**bits - 2) or abs(most) or 1.0
-    low = int(np.floor(least / step))
-    whole = np.clip(np.rint(finite / step) - low, 0, 2**bits - 1).astype("<u2" if bits == 16 else "u1")
-    return {"bits": bits, "low": low, "step": step, "data": base64.b64encode(whole.tobytes()).decode()}
-
-
-def unpacked(channel: dict[str, Any], rows: int) -> np.ndarray:
-    """What `packed` made, (rows, nt), as the player reads it."""
-    kind = "<u2" if channel["bits"] == 16 else "u1"
-    whole = np.frombuffer(base64.b64decode(channel["data"]), dtype=kind)
-    return ((channel["low"] + whole.astype(float)) * channel["step"]).reshape(rows, -1)
-
-
-def packed_states(state: np.ndarray) -> str:
-    """States (nl, nt) of 0 to 3, row after row, four to a byte from its low bits up, as base64."""
-    flat = np.asarray(state, dtype=np.uint8).reshape(-1)
-    fours = np.pad(flat, (0, -len(flat) % 4)).reshape(-1, 4)
-    return base64.b64encode((fours << np.array([0, 2, 4, 6], np.uint8)).sum(axis=1).astype(np.uint8)).decode()
-
-
 def _distinct(motion: Motion) -> list[tuple[str, int]]:
     """The different drive voltages: (names of the drives that share one, row)."""
     alike: dict[int, list[str]] = {}
@@ -147,10 +109,3 @@ def _caption(motion: Motion, stage: Stage) -> str:
 
 def _numbers(values: Any) -> list[float]:
     return [float(f"{value:.9g}") for value in values]
-
-
-def _script_text(content: dict[str, Any]) -> str:
-    """JSON that no HTML parser can mistake for markup."""
-    return json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False).replace(
-        "<", "\\u003c"
-    )

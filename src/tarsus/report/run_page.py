@@ -28,24 +28,32 @@ from tarsus.report.html import (
     figure,
     number,
     page,
+    pair,
     table,
     tag,
     warning,
 )
+from tarsus.report.points import points_section
 from tarsus.report.series import Series, joined, series_of
 from tarsus.report.style import scale_of
-from tarsus.report.values import value_rows
+from tarsus.report.values import grouped, value_rows
 from tarsus.report.walk_page import walk_sections
 from tarsus.study.impacts import creation_warning
 
 MOST_EVENTS = 500
 """Rows of the event table in the page; all events are in `events.csv`."""
 
+MOST_VALUES = 24
+"""Rows of the table of values that stand in full; a longer one scrolls, about a screen high."""
+
 MOST_FEET_LISTED = 8
 """Feet of which each measure is listed; of more, the least and the largest."""
 
 ROUNDING = 1e-9
 """A spread smaller than this part of its value says nothing: runs are computed to about as much."""
+
+LEAST = 1e-12
+"""An entry of the energy account below this part of the largest is none: accounts close to about 1e-14."""
 
 CLOSE_UP = 2
 """Drive periods shown by the figures of detail."""
@@ -85,8 +93,8 @@ def _sections(run: RunLike, series: Series, other: Series | None) -> Iterator[st
         yield from _motion_sections(run, series, numbers)
 
     yield "<h2>Energy</h2>\n"
-    yield figure(figures.energies(series, other, detail), next(numbers))
-    yield figure(figures.ledger(series), next(numbers))
+    energies = figure(figures.energies(series, other, detail), next(numbers))
+    yield pair(energies, figure(figures.ledger(series), next(numbers)))
     yield _ledger(run)
 
     yield "<h2>Events</h2>\n"
@@ -104,8 +112,9 @@ def _motion_sections(run: RunLike, series: Series, numbers: Iterator[int]) -> It
     yield figure(figures.motion(series, series.whole), next(numbers))
     if detail != series.whole:
         plate = figures.motion(series, detail)
-        close = figures.Plate(plate.svg, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
+        close = figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
         yield figure(close, next(numbers))
+    yield points_section(run, series, detail, next(numbers))
     turns = circular(series)
     if turns is not None:
         yield figure(turns, next(numbers))
@@ -176,20 +185,25 @@ def _key_figures(run: RunLike) -> str:
 
 
 def _measures(run: RunLike) -> str:
-    columns = [
-        Column("measure", number=False),
-        Column("value"),
-        Column("spread"),
-        Column("n"),
-        Column("of", number=False),
-        Column("definition", number=False),
-    ]
+    ranges = {name: _range(m.per_foot) for name, m in run.measures.items()}
+    wide = any(ranges.values())
+    columns = [Column("measure", number=False), Column("value"), Column("spread"), Column("n")]
+    columns += [Column("least foot"), Column("largest foot")] if wide else []
+    columns.append(Column("of", number=False))
     rows: list[list[Cell]] = []
     for name, m in run.measures.items():
-        rows.append([_words(name), amount(m.value, m.unit), _spread(m), str(m.n), str(m.scope), m.definition])
-        for foot, value in _feet(m.per_foot):
-            rows.append([foot, amount(value, m.unit), "", "", "", ""])
+        ends = [f"{amount(value, m.unit)} {foot}" for foot, value in ranges[name]] or ["", ""]
+        row: list[Cell] = [_words(name), amount(m.value, m.unit), _spread(m), str(m.n)]
+        rows.append([*row, *(ends if wide else ()), str(m.scope)])
+        if 2 <= len(m.per_foot) <= MOST_FEET_LISTED:
+            rows += [
+                [f"   foot {foot}", amount(value, m.unit), "", "", ""] for foot, value in m.per_foot.items()
+            ]
+    told = "".join(
+        f"<dt>{escape(_words(name))}</dt><dd>{escape(m.definition)}</dd>" for name, m in run.measures.items()
+    )
     note = (
+        f"<details><summary>What each measure is</summary><dl>{told}</dl></details>\n"
         "<p>Spread is the standard deviation over the n values the measure was taken from; names that begin with max, "
         "total or longest are of the whole run.</p>\n"
     )
@@ -197,22 +211,13 @@ def _measures(run: RunLike) -> str:
     return cautions + table(columns, rows) + note
 
 
-def _feet(values: Mapping[str, float]) -> list[tuple[str, float]]:
-    """What to say of every foot: its value, or of many feet the least and the largest."""
-    if len(values) < 2:
-        return []
-    if len(values) <= MOST_FEET_LISTED:
-        return [(f"   foot {foot}", value) for foot, value in values.items()]
+def _range(values: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Of many feet, those of the least and of the largest value; of few, which are listed, none."""
     known = {foot: value for foot, value in values.items() if math.isfinite(value)}
-    if not known or min(known.values()) == max(known.values()):
+    if len(values) <= MOST_FEET_LISTED or not known or min(known.values()) == max(known.values()):
         return []
-    return [
-        (f"   {word}: foot {foot}", known[foot])
-        for word, foot in (
-            ("least", min(known, key=known.__getitem__)),
-            ("largest", max(known, key=known.__getitem__)),
-        )
-    ]
+    ends = (min(known, key=known.__getitem__), max(known, key=known.__getitem__))
+    return [(foot, known[foot]) for foot in ends]
 
 
 def _ledger(run: RunLike) -> str:
@@ -229,7 +234,8 @@ def _ledger(run: RunLike) -> str:
         Column("share of the largest", "%"),
     ]
     rows: list[list[Cell]] = [
-        [label, number(value / scale.step), number(100.0 * value / largest, 3)] for label, value in lines
+        [label, _settled(value, largest, scale.step), _settled(100.0 * value, 100.0 * largest, largest)]
+        for label, value in lines
     ]
     residual = float(run.ledger.residual)
     rows.append(
@@ -240,9 +246,14 @@ def _ledger(run: RunLike) -> str:
         ]
     )
     return (
-        table(columns, rows) + f"<p>Work in, changes and losses agree to {number(run.ledger.closure, 2)} "
-        "of the largest term.</p>\n"
+        f"<p>Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term.</p>\n"
+        f"<details><summary>The account in numbers</summary>{table(columns, rows)}</details>\n"
     )
+
+
+def _settled(value: float, largest: float, step: float) -> str:
+    """A share of an account in steps of its unit; what is below the rounding of its largest entry is 0."""
+    return number(value / step) if abs(value) > LEAST * abs(largest) else "0"
 
 
 def _events(run: RunLike) -> str:
@@ -308,13 +319,14 @@ def _values(run: RunLike) -> str:
         Column("where it comes from", number=False),
     ]
     rows: list[list[Cell]] = []
-    for row in value_rows(run.scene):
+    for row in grouped(value_rows(run.scene)):
         source: Cell = tag(row.source) if row.source else MISSING
         unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        rows.append([code(row.path), unbroken, source, row.note or row.doc])
+        path = Markup(f"{code(row.path)} <small>{escape(row.of)}</small>") if row.of else code(row.path)
+        rows.append([path, unbroken, source, row.note or row.doc])
     return (
         "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user "
-        "or left at its default.</p>\n" + table(columns, rows, wrap=True)
+        "or left at its default.</p>\n" + table(columns, rows, wrap=True, tall=len(rows) > MOST_VALUES)
     )
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from tarsus.report.panels import Panel
+    from tarsus.report.charts import Panel
 
 WIDTH_IN = 7.4
 """Width of a full-width figure [inch]; the page scales it."""
@@ -37,6 +37,26 @@ ORANGE = "#c98600"
 SKY = "#56b4e9"
 CYCLE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours told apart by readers with any of the common colour deficiencies (after Okabe and Ito)."""
+
+PAINTS = {
+    INK: "ink", MUTED: "muted", RULE: "rule", CONTACT: "contact", BLUE: "c-blue", VERMILION: "c-vermilion",
+    GREEN: "c-green", PURPLE: "c-purple", ORANGE: "c-orange", SKY: "c-sky", "#ffffff": "paper",
+    "#d9dee5": "body-far", "#b9c3cf": "body-near", "#9fb4c6": "leg-far",
+}  # fmt: skip
+"""What each colour is called in the page's style, which has others for a dark page."""
+
+
+def paint_of(color: str) -> str:
+    """What a colour of a figure is called in the page's style. Raises KeyError for one that has no name there."""
+    return PAINTS[color]
+
+
+def themed(svg: str) -> str:
+    """An SVG text whose colours follow the page's style; alone it looks as before."""
+    return _COLOR.sub(lambda m: f"var(--{PAINTS[m[0]]}, {m[0]})" if m[0] in PAINTS else m[0], svg)
+
+
+_COLOR = re.compile(r"#[0-9a-f]{6}\b")
 
 _RC: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -91,12 +111,13 @@ def time_axis(axes: Axes | Panel, window: tuple[float, float], clock: Scale) -> 
 
 
 def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
-    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000."""
+    """Prefix that brings the largest finite magnitude of `values` (SI, in `unit`) into 1..1000, if one does."""
     largest = max((float(np.max(np.abs(v), initial=0.0, where=np.isfinite(v))) for v in values), default=0.0)
     if largest <= 0.0:
         return Scale(1.0, unit)
     power = 3 * math.floor(math.log10(largest * 1.000001) / 3)
-    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    if power not in _PREFIXES:
+        return Scale(1.0, unit)
     return Scale(10.0**power, _PREFIXES[power] + unit)
 
 
@@ -157,18 +178,30 @@ def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
 def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Samples with jumps drawn upright: a step between two level stretches, slanted by sampling, gets both its ends
     in the middle between its samples.
+
+    `values` shape [..., samples]; where one row jumps, the others get two samples on their line.
     """
-    change = np.diff(values)
-    span = float(np.ptp(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
-    if len(values) < 2 or span == 0.0:
+    rows = np.atleast_2d(values)
+    change = np.diff(rows)
+    known = np.where(np.isfinite(rows), rows, np.nan)
+    if rows.shape[1] < 2 or np.isnan(known).all():
         return time, values
+    span = np.nanmax(known, axis=1, initial=-np.inf) - np.nanmin(known, axis=1, initial=np.inf)
+    span = np.where(np.isfinite(span) & (span > 0.0), span, np.inf)[:, None]
     level = np.abs(change) < 1e-3 * span
-    before, after = np.append(True, level[:-1]), np.append(level[1:], True)
-    jump = np.flatnonzero((np.abs(change) > 0.1 * span) & before & after)
-    middle = 0.5 * (time[jump] + time[jump + 1])
-    at = np.repeat(jump + 1, 2)
-    ends = np.column_stack([values[jump], values[jump + 1]]).ravel()
-    return np.insert(time, at, np.repeat(middle, 2)), np.insert(values, at, ends)
+    ends = np.ones((len(rows), 1), dtype=bool)
+    jumps = np.abs(change) > 0.1 * span
+    jumps &= np.concatenate([ends, level[:, :-1]], axis=1) & np.concatenate([level[:, 1:], ends], axis=1)
+    at = np.flatnonzero(jumps.any(axis=0))
+    if not len(at):
+        return time, values
+    middle = 0.5 * (rows[:, at] + rows[:, at + 1])
+    before = np.where(jumps[:, at], rows[:, at], middle)
+    after = np.where(jumps[:, at], rows[:, at + 1], middle)
+    place, between = np.repeat(at + 1, 2), np.repeat(0.5 * (time[at] + time[at + 1]), 2)
+    put = np.stack([before, after], axis=2).reshape(len(rows), -1)
+    shown = np.insert(rows, place, put, axis=1)
+    return np.insert(time, place, between), shown.reshape(*values.shape[:-1], -1)
 
 
 def decimate(time: np.ndarray, values: np.ndarray, bins: int = 700) -> tuple[np.ndarray, np.ndarray]:
@@ -232,7 +265,7 @@ def to_svg(figure: Figure, label: str) -> str:
     opening = (
         f'<svg xmlns="http://www.w3.org/2000/svg" {box.group()} role="img" aria-label="{_attribute(label)}">'
     )
-    return opening + body
+    return themed(opening + body)
 
 
 def _short(number: re.Match[str]) -> str:

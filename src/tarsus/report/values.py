@@ -1,28 +1,40 @@
-"""The scene's numbers as rows of a table: path, value with unit, where it comes from."""
+"""The scene's numbers as rows of a table: path, value with unit, where it comes from; equal legs once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
 from tarsus.base.spec import float_paths
-from tarsus.base.units import format_quantity
-from tarsus.report.html import number, pretty_unit, set_power
+from tarsus.base.tables import amount
 
 LONGEST_LIST = 6
 """Values of a list shown one by one; longer lists are described by their length and range."""
 
+FEWEST = 3
+"""Members of a robot that are shown as one where they are alike: two are quicker read than explained."""
+
 
 @dataclass(frozen=True)
 class ValueRow:
-    """One row: `path` of the value or list, `value` for reading, `source` word or "", `note`, `doc`."""
+    """One row: `path` of the value or list, `value` for reading, `source` word or "", `note`, `doc`.
+
+    `numbers` are its values in SI `unit`; `of` names whom a path with stars stands for: "all 30",
+    "L1, L2, ... (15 of 30)"; else it is empty.
+    """
 
     path: str
     value: str
     source: str
     note: str
     doc: str
+    numbers: tuple[float, ...] = ()
+    unit: str = "1"
+    of: str = ""
 
 
 def value_rows(scene: Any) -> list[ValueRow]:
@@ -31,10 +43,79 @@ def value_rows(scene: Any) -> list[ValueRow]:
     for path, group in groupby(float_paths(scene).items(), key=lambda item: _list_path(item[0])):
         infos = [info for _, info in group]
         source, note = _origin(scene, path)
-        rows.append(
-            ValueRow(path, _value([i.value for i in infos], infos[0].unit), source, note, infos[0].doc)
-        )
+        values, unit = tuple(info.value for info in infos), infos[0].unit
+        rows.append(ValueRow(path, _value(values, unit), source, note, infos[0].doc, values, unit))
     return rows
+
+
+def grouped(rows: Sequence[ValueRow]) -> list[ValueRow]:
+    """The rows with those of members that are alike as one: `legs.*.mass` in place of `legs.L1.mass` and 29 more.
+
+    Members are names below one path with the same values below them, such as the legs of a robot; a star stands for a
+    member's name, in paths below it too. Where more than `LONGEST_LIST` of them all differ, their range is shown.
+    """
+    stems = _stems([row.path for row in rows])
+    alike: dict[tuple[str, ...], list[ValueRow]] = defaultdict(list)
+    places = [_place(row.path, stems) for row in rows]
+    origins = [(*place[:2], row.source, row.note) for place, row in zip(places, rows, strict=True)]
+    scattered = {
+        key for key, count in Counter(origins).items()
+        if count > LONGEST_LIST
+        and len({row.value for own, row in zip(origins, rows, strict=True) if own == key}) > LONGEST_LIST
+    }  # fmt: skip
+    keys = [key if key in scattered else (*key, row.value) for key, row in zip(origins, rows, strict=True)]
+    members: dict[tuple[str, ...], list[str]] = defaultdict(list)
+    for key, (_, _, name), row in zip(keys, places, rows, strict=True):
+        alike[key].append(row)
+        members[key].append(name)
+    out = []
+    for key, same in alike.items():
+        stem, rest = key[:2]
+        if len(same) < 2 or not stem:
+            out += same
+            continue
+        value = (
+            same[0].value
+            if key not in scattered
+            else _value([n for row in same for n in row.numbers], same[0].unit)
+        )
+        whom = _whom(members[key], stems[stem])
+        out.append(replace(same[0], path=f"{stem}.*.{rest}", value=value, of=whom))
+    return out
+
+
+def _stems(paths: Sequence[str]) -> dict[str, int]:
+    """Paths below which are members with the same values below them, and how many."""
+    below: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
+    for path in paths:
+        parts = path.split(".")
+        for i in range(1, len(parts) - 1):
+            below[".".join(parts[:i])][parts[i]].append(_starred(".".join(parts[i + 1 :]), parts[i]))
+    return {
+        stem: len(members) for stem, members in below.items()
+        if len(members) >= FEWEST and len({tuple(sorted(rest)) for rest in members.values()}) == 1
+    }  # fmt: skip
+
+
+def _place(path: str, stems: Mapping[str, int]) -> tuple[str, str, str]:
+    """Where a value stands: the path above a member, that below it, and the member's name; else "", path, ""."""
+    stem = next((one for one in stems if path.startswith(f"{one}.")), "")
+    if not stem:
+        return "", path, ""
+    name, _, rest = path[len(stem) + 1 :].partition(".")
+    return stem, _starred(rest, name), name
+
+
+def _starred(rest: str, name: str) -> str:
+    """A path below a member, with a star for its name."""
+    return re.sub(rf"(?<![^.]){re.escape(name)}(?![^._])", "*", rest)
+
+
+def _whom(names: list[str], of: int) -> str:
+    if len(names) == of:
+        return f"all {of}"
+    shown = ", ".join(names) if len(names) <= 4 else f"{names[0]}, {names[1]}, … {names[-1]}"
+    return f"{shown} ({len(names)} of {of})"
 
 
 def _list_path(path: str) -> str:
@@ -45,22 +126,14 @@ def _list_path(path: str) -> str:
     return ".".join(parts)
 
 
-def _value(values: list[float], unit: str) -> str:
+def _value(values: Sequence[float], unit: str) -> str:
+    """Input values to six digits, which is all of them for a number typed by hand."""
+    shown = [amount(value, unit, 6) for value in values]
+    if len(shown) > 2 and len(set(shown)) == 1:
+        return f"{shown[0]}, each of {len(shown)}"
     if len(values) <= LONGEST_LIST:
-        return ", ".join(_exact(value, unit) for value in values)
-    shown = pretty_unit(unit)
-    return f"{len(values)} values, {number(min(values))} to {number(max(values))}" + (
-        f" {shown}" if shown else ""
-    )
-
-
-def _exact(value: float, unit: str) -> str:
-    """An input value to six digits, which is all of them for a number typed by hand."""
-    rounded = float(f"{value:.6g}")
-    if unit == "1":
-        return number(rounded, 6)
-    figure, shown = format_quantity(rounded, unit).split(" ", 1)
-    return f"{set_power(figure)} {pretty_unit(shown)}"
+        return ", ".join(shown)
+    return f"{len(values)} values, {amount(min(values), unit)} to {amount(max(values), unit)}"
 
 
 def _origin(scene: Any, path: str) -> tuple[str, str]:

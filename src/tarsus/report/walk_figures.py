@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tarsus.report.charts import Panel, stack
+from tarsus.report.drawing import Drawing
+from tarsus.report.drawing import Panel as Picture
 from tarsus.report.figures import Plate
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion
-from tarsus.report.panels import Drawing, Panel, stack
 from tarsus.report.series import Window, samples_inside
 from tarsus.report.stage import Stage, drawn
 from tarsus.report.style import (
@@ -22,7 +24,6 @@ from tarsus.report.style import (
     VERMILION,
     WIDTH_IN,
     Scale,
-    decimate,
     scale_of,
     time_axis,
 )
@@ -39,29 +40,27 @@ _TURNS = (("roll", "about x"), ("pitch", "about y"))
 def travel(motion: Motion) -> Plate:
     """Travel and height of the body over the whole run, and its turns where it has them."""
     turns = [(name, axis) for name, axis in _TURNS if name in motion.body]
-    figure, panels = stack([1.6, 1.1, *(0.8 for _ in turns)])
+    figure, panels = stack([1.05, 0.7, *(0.55 for _ in turns)])
     clock = scale_of("s", float(motion.time[-1] - motion.time[0]))
     for axes, name, label in zip(panels, ("surge", "heave"), ("surge", "heave"), strict=False):
         values = motion.coordinate(name)
         scale = scale_of("m", values)
         _line(axes, motion, clock, values / scale.step, color=BLUE)
-        axes.set_ylabel(f"{label}\n({scale.label})")
-        axes.few_ticks(4)
+        axes.set_ylabel(f"{label} ({scale.label})")
     for axes, (name, _) in zip(panels[2:], turns, strict=True):
         _line(axes, motion, clock, motion.coordinate(name) * 1e3, color=BLUE)
-        axes.set_ylabel(f"{name}\n(mrad)")
-        axes.few_ticks(3)
+        axes.set_ylabel(f"{name} (mrad)")
     time_axis(panels[-1], (float(motion.time[0]), float(motion.time[-1])), clock)
     more = "".join(f", its {name} {axis}" for name, axis in turns)
     caption = f"Travel of the body's centre along the way, its height above that at rest{more}."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 def footfalls(motion: Motion, window: Window) -> Plate:
     """Gait diagram (Hildebrand's): bars where a foot is on the ground, narrow where it slips."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([max(0.15 * count, 0.5)], legend_rows=1)
+    figure, (axes,) = stack([max(_row(count) * count, 0.5)])
     clock = scale_of("s", window[1] - window[0])
     for row in range(count):
         for state, color, height in ((STUCK, INK, 0.72), (SLIPPING, VERMILION, 0.36)):
@@ -69,19 +68,18 @@ def footfalls(motion: Motion, window: Window) -> Plate:
             axes.broken_barh(spans, (row - height / 2.0, height), color=color, lw=0)
     for color, label in ((INK, "stuck"), (VERMILION, "slipping")):
         axes.broken_barh([], (0.0, 0.0), color=color, label=label)
-    axes.legend(2)
     _name_rows(axes, range(count), motion.legs)
     axes.set_ylim(count - 0.4, -0.8)
     time_axis(axes, window, clock)
     caption = "Footfalls: bars where a foot is on the ground, narrow ones where it slips."
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
 
 
 def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([min(0.8 * count, 1.2 + 0.17 * count)], legend_rows=1)
+    figure, (axes,) = stack([min(0.8 * count, 1.0 + _row(count) * count)])
     clock = scale_of("s", window[1] - window[0])
     forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
@@ -94,7 +92,6 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         ):
             name = label if row == 0 else "_"
             _line(axes, part, clock, values[row] / step - row, color=color, lw=0.9, label=name)
-    axes.legend(2)
     _name_rows(axes, -np.arange(count), motion.legs)
     axes.set_ylim(low / step - count + 0.95, high / step + 0.05)
     time_axis(axes, window, clock)
@@ -103,11 +100,16 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
         "its line while adhesion holds the foot back, and friction, positive forward."
     )
-    return Plate(figure.svg(caption), caption)
+    return Plate(figure.html(caption), caption)
+
+
+def _row(count: int) -> float:
+    """Height of one of so many rows [inch]: of many as low as their names allow."""
+    return 0.17 if count <= 12 else 0.1
 
 
 def _name_rows(axes: Panel, places: Sequence[float] | np.ndarray, legs: Sequence[str]) -> None:
-    axes.set_yticks(places, legs, size=8.0 if len(legs) <= 12 else 6.5)
+    axes.set_yticks(places, legs)
 
 
 def still(motion: Motion, stage: Stage) -> Plate:
@@ -122,7 +124,7 @@ def still(motion: Motion, stage: Stage) -> Plate:
     for number, frame in enumerate(frames):
         row, column = divmod(number, wide)
         place = (column * width, row * (height + LEGEND_ROW) + LEGEND_ROW)
-        axes = figure.add(*place, width, height, bare=True)
+        axes = figure.add(*place, width, height)
         _moment(axes, motion, stage, frame)
         axes.set_xlim(left, right)
         axes.set_ylim(-0.1 * stage.length, top)
@@ -158,7 +160,7 @@ def _extent(motion: Motion, stage: Stage, frames: list[int]) -> tuple[float, flo
     )
 
 
-def _moment(axes: Panel, motion: Motion, stage: Stage, frame: int) -> None:
+def _moment(axes: Picture, motion: Motion, stage: Stage, frame: int) -> None:
     moment = drawn(motion, stage, frame)
     axes.axhline(0.0, color=MUTED, lw=0.8, zorder=0)
     far = stage.far
@@ -181,7 +183,7 @@ def _moment(axes: Panel, motion: Motion, stage: Stage, frame: int) -> None:
             axes.plot([x, x + along], [z, z], color=PURPLE, lw=1.2, zorder=order + 0.5)
 
 
-_MARKS = {AIR: ("o", "white", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "white", VERMILION)}
+_MARKS = {AIR: ("o", "#ffffff", MUTED), STUCK: ("o", INK, INK), SLIPPING: ("^", "#ffffff", VERMILION)}
 """Marker, filling and edge of a foot in each state."""
 
 
@@ -200,5 +202,4 @@ def _spans(motion: Motion, leg: int, state: int) -> list[Window]:
 
 
 def _line(axes: Panel, motion: Motion, clock: Scale, values: np.ndarray, **style: object) -> None:
-    time, thin = decimate(motion.time, values)
-    axes.plot(time / clock.step, thin, **style)  # type: ignore[arg-type]
+    axes.plot(motion.time / clock.step, values, **style)  # type: ignore[arg-type]

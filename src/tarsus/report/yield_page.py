@@ -186,7 +186,7 @@ def _dead(found: Yield) -> Plate:
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
         axes.set_xlabel("dead legs")
         axes.set_ylabel(f"{_words(name)} ({scale.label})".replace(" (1)", ""))
-        few_ticks(axes)
+        axes.set_xticks(at)
     caption = "Median, and the range of nine robots in ten, by the number of dead legs."
     return Plate(to_svg(drawn, caption), caption)
 
@@ -229,7 +229,10 @@ def _indices(found: Yield) -> Plate:
         ranked = _ranked(found.indices.get(name, {}))[:BARS]
         at = np.arange(len(ranked))
         for offset, word, color in ((-0.2, "total", BLUE), (0.2, "first", ORANGE)):
-            lines = {"xerr": [one[f"{word}_error"] for _, one in ranked], "error_kw": {"ecolor": MUTED, "lw": 0.8}}
+            lines = {
+                "xerr": [one[f"{word}_error"] for _, one in ranked],
+                "error_kw": {"ecolor": MUTED, "lw": 0.8},
+            }
             axes.barh(at + offset, [one[word] for _, one in ranked], 0.38, color=color, label=word, **lines)
         axes.set_yticks(at, [_short(group) for group, _ in ranked])
         axes.invert_yaxis()
@@ -246,10 +249,18 @@ def _short(group: str) -> str:
     return ".".join(group.split(".")[-2:])
 
 
+def _settled(index: float) -> float:
+    """An index; one below a thousandth, far below any interval that is seen, is none."""
+    return index if abs(index) >= 1e-3 else 0.0
+
+
 def _index_table(found: Yield) -> str:
     first = found.measures[0]
     rows: list[list[Cell]] = [
-        [group, *(number(one[word], 3) for word in ("total", "total_error", "first", "first_error"))]
+        [
+            group,
+            *(number(_settled(one[word]), 3) for word in ("total", "total_error", "first", "first_error")),
+        ]
         for group, one in _ranked(found.indices.get(first, {}))
     ]
     told = f"<p>Indices of {escape(_words(first))}; ± is the half-width of the 95 % interval.</p>\n"

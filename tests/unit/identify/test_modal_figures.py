@@ -15,10 +15,10 @@ def test_figures_of_a_fit():
     with figure_style():
         plates = stabilisation(fit), nyquist(fit), synthesis(fit)
     for plate in plates:
-        assert plate.svg.startswith("<svg") and plate.caption
+        assert plate.picture.startswith("<svg") and plate.caption
     for text in ("300 Hz, 2 %", "340 Hz, 1.5 %", "700 Hz, 5 %"):
-        assert text in plates[1].svg, "a curve for every mode, with its figures"
-    assert "order of the model" in plates[0].svg
+        assert text in plates[1].picture, "a curve for every mode, with its figures"
+    assert "order of the model" in plates[0].picture
     assert "3 modes" in plates[2].caption
     assert 0.0009 < fit.misfit < 0.0011, "the noise is what is left"
     assert f"{100.0 * fit.misfit:.2g} %" in plates[2].caption

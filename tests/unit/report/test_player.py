@@ -13,7 +13,8 @@ import pytest
 
 from tarsus.base.errors import InputError
 from tarsus.report.motion import MOST_FRAMES, SLIPPING, STUCK, Motion, frame_limit
-from tarsus.report.player import packed, packed_states, payload, unpacked, walk_section
+from tarsus.report.packing import packed, packed_states, unpacked
+from tarsus.report.player import payload, walk_section
 from tarsus.report.stage import drawn, round_below, stage_of
 from unit.html_page import Page
 from unit.sample_motion import LIFT, STRIDE, make_motion

@@ -101,7 +101,7 @@ def test_sections_of_the_page(text: str, motion: Motion) -> None:
     headings = ["The walk", "Measures", "Forces", "Energy", "Events", "Values of this run"]
     positions = [page.text.index(f" {heading} ") for heading in headings]
     assert positions == sorted(positions)
-    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 1
+    assert page.tags.count("canvas") == 2 and page.tags.count("noscript") == 2
     numbers = [int(n) for n in re.findall(r"<b>Figure (\d+)\.</b>", text)]
     assert numbers == list(range(1, len(numbers) + 1)) and len(numbers) == 6
     for label in (
@@ -129,7 +129,7 @@ def test_the_page_needs_nothing_from_outside(text: str) -> None:
 def test_values_of_many_feet_are_listed_by_the_least_and_the_largest(run: Run, monkeypatch) -> None:
     monkeypatch.setattr("tarsus.report.run_page.MOST_FEET_LISTED", 1)
     text = Page(report_html(run)).text
-    assert "least: foot" in text and "largest: foot" in text
+    assert "least foot largest foot" in text
 
 
 # Slow: thirty legs walk and are drawn. Its sibling above asks for the words, of two legs.
@@ -140,7 +140,7 @@ def test_many_feet_are_listed_by_the_least_and_the_largest() -> None:
     run = ts.simulate(ts.load_scene("millipede-30"), duration=0.04)
     html = report_html(run)
     text = Page(html).text
-    assert "least: foot" in text and "largest: foot" in text
+    assert "least foot largest foot" in text
     assert len(html.encode()) < 1_500_000
 
 
@@ -152,7 +152,7 @@ def test_figures_of_any_number_of_legs(legs: int) -> None:
         plates = (travel(motion), falls, ground_forces(motion, (0.04, 0.08)))
     for plate in plates:
         assert isinstance(plate, figures.Plate)
-        assert len(plate.svg) < 400_000
-        assert "nan" not in plate.svg.lower().replace("nano", "")
+        assert len(plate.picture) < 400_000
+        assert "nan" not in plate.picture.lower().replace("nano", "")
     for leg in motion.legs:
-        assert f">{leg}<" in falls.svg
+        assert f'"{leg}"]' in falls.picture

@@ -102,6 +102,7 @@ class Player {
       this.go(this.tracks.timeAt(event.clientX));
     });
     canvas.addEventListener("pointermove", (event) => event.buttons && this.go(this.tracks.timeAt(event.clientX)));
+    addEventListener("themechange", () => this.restyle());
     new ResizeObserver(() => this.restyle()).observe(this.stage.canvas);
   }
 

@@ -1,0 +1,185 @@
+// Draws the figures over time of a page with uPlot, from the data beside them; asks nothing of any network.
+(() => {
+"use strict";
+const root = document.documentElement;
+const color = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
+const between = (value, least, most) => Math.min(Math.max(value, least), most);
+
+/** Numbers of a packed column; null where there is none. */
+function column({ bits, low, step, data }) {
+  const raw = Uint8Array.from(atob(data), (character) => character.charCodeAt(0));
+  if (bits === 32) return Array.from(new Float32Array(raw.buffer));
+  const whole = bits === 16 ? new Uint16Array(raw.buffer) : raw, none = 2 ** bits - 1;
+  return Array.from(whole, (q) => (q === none ? null : (low + q) * step));
+}
+
+/** A number with as many digits as steps of its axis have, or with four. */
+const minus = (text) => text.replace("-", "−");
+const digits = (step) => (`${Number(step.toPrecision(3))}`.split(".")[1] || "").length;
+const tick = (value, step) => minus((Math.abs(value) < 1e-9 * step ? 0 : value).toFixed(digits(step)));
+const raised = (power) => power.replace(/./g, (sign) => (sign === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(sign)]));
+function shown(value) {
+  if (value === null || value === undefined) return "";
+  const size = Math.abs(value);
+  if (size === 0 || (size >= 1e-4 && size < 1e6)) return minus(`${Number(value.toPrecision(4))}`);
+  const [mantissa, power] = value.toExponential(3).split("e"), digits = minus(`${Number(mantissa)}`);
+  return `${digits === "1" ? "" : `${digits}·`}10${raised(power.replace("+", ""))}`;
+}
+
+class Charts {
+  constructor(figure) {
+    this.figure = figure;
+    this.spec = JSON.parse(figure.querySelector(".charts-data").textContent);
+    this.x = this.spec.x.map(column);
+    this.whole = this.spec.window;
+    this.panels = [...figure.querySelectorAll(".panel")];
+    this.now = figure.querySelector(".now");
+    this.key = uPlot.sync(`charts${Charts.count++}`);
+    this.plots = this.spec.panels.map((panel, i) => this.plot(panel, i));
+    this.listen();
+  }
+
+  plot(panel, i) {
+    const host = this.panels[i].querySelector(".plot"), last = i === this.spec.panels.length - 1;
+    const font = `12px ${getComputedStyle(this.figure).fontFamily}`;
+    const names = panel.names && panel.names.map(([, text]) => text);
+    const axis = { font, stroke: () => color("muted"), ticks: { stroke: () => color("rule"), width: 1, size: 4 } };
+    const plot = new uPlot({
+      width: host.clientWidth, height: panel.height,
+      padding: [6, 18, last ? 0 : 6, 0],
+      legend: { show: false },
+      cursor: { y: false, sync: { key: this.key.key }, drag: { x: true, y: false }, points: { size: 6 } },
+      scales: { x: { time: false, distr: this.spec.log ? 3 : 1, range: (_, low, high) => [low, high] }, y: { dir: this.flipped(panel) ? -1 : 1, range: (_, low, high) => this.reach(panel, low, high) } },
+      axes: [
+        { ...axis, show: last, size: 26, gap: 3, grid: { show: false }, 
+          values: (_, marks, __, ___, step) => marks.map((v) => (this.spec.log ? v === null ? "" : shown(v) : tick(v, step))) },
+        { ...axis, size: this.wide(), gap: 4, space: panel.height < 120 ? 18 : 26,
+          ...(names ? { splits: () => panel.names.map(([at]) => at), values: () => names, grid: { show: false }, ticks: { show: false }, space: 0,
+            font: names.length > 12 ? `10px ${getComputedStyle(this.figure).fontFamily}` : font }
+            : { grid: { stroke: () => color("rule"), width: 0.5 }, values: (_, marks, __, ___, step) => marks.map((v) => tick(v, step)) }) },
+      ],
+      series: [{}, ...panel.lines.map((line) => ({
+        stroke: () => color(line.color), width: line.width, dash: line.dash, alpha: line.alpha, spanGaps: panel.lines.some((one) => one.dots),
+        ...(line.dots ? { paths: () => null, points: { show: true, size: 5, width: 0, fill: () => color(line.color) } } : { points: { size: 4 } }),
+      }))],
+      hooks: {
+        drawClear: [(u) => this.under(u, panel)],
+        setScale: [(u, key) => key === "x" && this.share(u)],
+        setCursor: [(u) => this.read(u, i)],
+      },
+    }, [this.x[panel.x], ...panel.lines.map((line) => column(line.values))], host);
+    plot.over.setAttribute("aria-hidden", "true");
+    plot.setScale("x", { min: this.whole[0], max: this.whole[1] });
+    return plot;
+  }
+
+  /** Room for the numbers of the upward axes, one for all panels. */
+  wide() {
+    const longest = Math.max(0, ...this.spec.panels.flatMap((panel) => (panel.names || []).map(([, text]) => text.length)));
+    return between(7 * longest + 12, 50, 120);
+  }
+
+  /** Whether an upward axis counts downward, as rows of a table do. */
+  flipped({ limits: [least, most] }) {
+    return least !== null && most !== null && least > most;
+  }
+
+  /** Limits of an upward axis about what is seen. */
+  reach(panel, low, high) {
+    const [least, most] = this.flipped(panel) ? [panel.limits[1], panel.limits[0]] : panel.limits;
+    const known = low !== null && high !== null && Number.isFinite(low) && Number.isFinite(high);
+    const [a, b] = known ? [low, high] : [0, 1];
+    const room = 0.06 * (b - a || Math.abs(b) || 1);
+    return [least === null ? a - room : least, most === null ? b + room : most];
+  }
+
+  /** What lies below the lines: stretches shaded, bars, level lines. */
+  under(u, panel) {
+    const { ctx, bbox } = u, { min, max } = u.scales.x, sharp = devicePixelRatio || 1;
+    const across = (x) => u.valToPos(between(x, min, max), "x", true), up = (y) => u.valToPos(y, "y", true);
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    const fill = (start, end, top, bottom) => {
+      if (end < min || start > max) return;
+      const left = across(start);
+      ctx.fillRect(left, top, Math.max(across(end) - left, 0.75 * sharp), bottom - top);
+    };
+    ctx.fillStyle = color("contact");
+    for (const [start, end] of panel.shaded) fill(start, end, bbox.top, bbox.top + bbox.height);
+    for (const bar of panel.bars) {
+      ctx.fillStyle = color(bar.color);
+      const [a, b] = [up(bar.low), up(bar.high)];
+      for (const [start, end] of bar.spans) fill(start, end, Math.min(a, b), Math.max(a, b));
+    }
+    for (const level of panel.levels) {
+      ctx.strokeStyle = color(level.color);
+      ctx.lineWidth = level.width * sharp;
+      ctx.setLineDash(level.dash.map((part) => part * sharp));
+      ctx.beginPath();
+      ctx.moveTo(bbox.left, up(level.at));
+      ctx.lineTo(bbox.left + bbox.width, up(level.at));
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+
+  /** Panels of one figure show one stretch of time. */
+  share(from) {
+    if (this.sharing || !this.plots) return;
+    this.sharing = true;
+    const { min, max } = from.scales.x;
+    for (const plot of this.plots) if (plot !== from) plot.setScale("x", { min, max });
+    this.sharing = false;
+  }
+
+  read(u, i) {
+    const at = u.cursor.idx;
+    for (const out of this.panels[i].querySelectorAll("output")) {
+      const line = Number(out.dataset.line || out.parentNode.dataset.line);
+      out.textContent = at === null || at === undefined ? "" : shown(u.data[line][at]);
+    }
+    if (i === 0) this.now.textContent = at === null || at === undefined ? "" : `: ${shown(u.data[0][at])}`;
+  }
+
+  listen() {
+    this.panels.forEach((panel, i) => {
+      for (const button of panel.querySelectorAll("button[data-line]")) {
+        button.addEventListener("click", () => {
+          const on = button.getAttribute("aria-pressed") !== "true";
+          button.setAttribute("aria-pressed", on);
+          this.plots[i].setSeries(Number(button.dataset.line), { show: on });
+        });
+      }
+    });
+    for (const button of this.figure.querySelectorAll("[data-zoom]")) {
+      button.addEventListener("click", () => this.zoom(button.dataset.zoom));
+    }
+    addEventListener("themechange", () => this.plots.forEach((plot) => plot.redraw(false, true)));
+    addEventListener("beforeprint", () => this.fit(640));
+    addEventListener("afterprint", () => this.fit());
+    new ResizeObserver(() => this.fit()).observe(this.figure);
+  }
+
+  fit(most = Infinity) {
+    this.plots.forEach((plot, i) => {
+      const width = Math.min(this.panels[i].clientWidth, most);
+      if (width > 0 && width !== plot.width) plot.setSize({ width, height: this.spec.panels[i].height });
+    });
+  }
+
+  zoom(how) {
+    const [into, from] = this.spec.log ? [Math.log10, (v) => 10 ** v] : [Number, Number];
+    const { min, max } = this.plots[0].scales.x, [low, high, start, end] = [min, max, ...this.whole].map(into);
+    const span = high - low, next = { in: 0.5 * span, out: Math.min(2 * span, end - start), all: end - start }[how] || span;
+    const centre = 0.5 * (low + high) + ({ back: -0.5, on: 0.5 }[how] || 0) * span;
+    const first = between(centre - 0.5 * next, start, end - next);
+    this.plots[0].setScale("x", { min: from(first), max: from(first + next) });
+  }
+}
+Charts.count = 0;
+
+const build = (figure) => { if (!figure.built) figure.built = new Charts(figure); };
+document.querySelectorAll(".charts").forEach(build);
+})();

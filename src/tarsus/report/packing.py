@@ -1,0 +1,62 @@
+"""Series as compact text for scripts of a page."""
+
+from __future__ import annotations
+
+import base64
+import json
+from typing import Any
+
+import numpy as np
+
+__all__ = ["packed", "packed_states", "packed_times", "script_text", "unpacked"]
+
+
+def packed(values: np.ndarray, bits: int, *, gaps: bool = False) -> dict[str, Any]:
+    """Numbers (rows, nt) as base64 of little-endian integers q of 8 or 16 bits: value = (low + q) step.
+
+    Zero is kept exactly where it is among the values or between them. What is not finite becomes zero; with `gaps`
+    it becomes the largest q, which stands for no number.
+    """
+    known = np.isfinite(values)
+    finite = np.where(known, values, 0.0)
+    inside = finite[known] if gaps else finite
+    least, most = float(inside.min(initial=0.0)), float(inside.max(initial=0.0))
+    if inside.size and (inside.min() > 0.0 or inside.max() < 0.0):
+        least, most = float(inside.min()), float(inside.max())
+    largest = 2**bits - 1 - gaps
+    step = (most - least) / (largest - 1) or abs(most) or 1.0
+    low = int(np.floor(least / step))
+    whole = np.clip(np.rint(finite / step) - low, 0, largest)
+    if gaps:
+        whole = np.where(known, whole, 2**bits - 1)
+    whole = whole.astype("<u2" if bits == 16 else "u1")
+    return {"bits": bits, "low": low, "step": step, "data": base64.b64encode(whole.tobytes()).decode()}
+
+
+def unpacked(channel: dict[str, Any], rows: int, *, gaps: bool = False) -> np.ndarray:
+    """What `packed` made, (rows, nt), as scripts read it."""
+    kind = "<u2" if channel["bits"] == 16 else "u1"
+    whole = np.frombuffer(base64.b64decode(channel["data"]), dtype=kind)
+    values = (channel["low"] + whole.astype(float)) * channel["step"]
+    if gaps:
+        values[whole == 2 ** channel["bits"] - 1] = np.nan
+    return values.reshape(rows, -1)
+
+
+def packed_times(values: np.ndarray) -> dict[str, Any]:
+    """Numbers (n,) as base64 of 32-bit floats: as fine at the end of a series as its zoom goes."""
+    data = base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+    return {"bits": 32, "low": 0, "step": 1, "data": data}
+
+
+def packed_states(state: np.ndarray) -> str:
+    """States (nl, nt) of 0 to 3, row after row, four to a byte from its low bits up, as base64."""
+    flat = np.asarray(state, dtype=np.uint8).reshape(-1)
+    fours = np.pad(flat, (0, -len(flat) % 4)).reshape(-1, 4)
+    return base64.b64encode((fours << np.array([0, 2, 4, 6], np.uint8)).sum(axis=1).astype(np.uint8)).decode()
+
+
+def script_text(content: Any) -> str:
+    """JSON that no HTML parser can mistake for markup."""
+    text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return text.replace("<", "\\u003c")

@@ -1,0 +1,218 @@
+"""The report of a sweep: its measures in numbers, each against every swept value, and the runs that failed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+
+from tarsus.base.spec import float_paths
+from tarsus.base.tables import amount, number, pretty_unit
+from tarsus.files.store import package_version, write_text
+from tarsus.report.charts import stack
+from tarsus.report.figures import Plate
+from tarsus.report.html import Cell, Column, figure, page, pair, table
+from tarsus.report.render import rendered
+from tarsus.report.style import BLUE, MUTED, Scale, scale_of
+from tarsus.study.axes import Logspace
+from tarsus.study.scores import offered
+from tarsus.study.sweep import Sweep
+from tarsus.study.workunit import DONE, OUTCOMES
+
+__all__ = ["sweep_html", "write_sweep_report"]
+
+MOST_RUNS = 100_000
+"""Runs that a page is made of: of more, every so manieth, evenly over the sweep."""
+
+MOST_DOTS = 3000
+"""Runs drawn in a figure: more dots are one blot."""
+
+MOST_AXES, MOST_MEASURES = 6, 8
+"""Swept values and measures that are drawn: the first ones."""
+
+FEW = 40
+"""An axis of at most so many different values has a line through the means at each."""
+
+MOST_FAILURES = 30
+"""Failed runs that are listed."""
+
+
+@dataclass(frozen=True)
+class _Scored:
+    """Runs (nr,): their values by axis, measures by name [SI], and outcomes; `every` so manieth run of the sweep."""
+
+    points: Mapping[str, np.ndarray]
+    values: Mapping[str, np.ndarray]
+    code: np.ndarray
+    every: int
+
+
+def write_sweep_report(sweep: Sweep, collected: str | Path, path: str | Path) -> Path:
+    """Write the page of a finished sweep, read from its collected file; returns its path.
+
+    Raises InputError if it cannot be written.
+    """
+    target = Path(path)
+    write_text(target, sweep_html(sweep, collected))
+    return target
+
+
+def sweep_html(sweep: Sweep, collected: str | Path) -> str:
+    """The page as text; see `write_sweep_report`."""
+    found, numbers = _read(sweep, Path(collected)), count(1)
+    units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
+    measures = offered(sweep.scene, sweep.seconds)
+    kinds = {name: measures[name].unit for name in sweep.measures}
+    drawn = [(name, list(_figures(sweep, found, name, units, kinds[name], numbers)))
+             for name in sweep.measures[:MOST_MEASURES]]  # fmt: skip
+    body = rendered(
+        "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every, version=package_version(),
+        lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
+        done=int((found.code == DONE).sum()), total=len(found.code),
+        measures=_table(found, units, kinds), figures=drawn, failures=_failures(found, units),
+        told=[(name.replace("_", " "), measures[name].definition) for name in sweep.measures],
+    )  # fmt: skip
+    return page(f"{sweep.name} – sweep", body)
+
+
+def _read(sweep: Sweep, file: Path) -> _Scored:
+    import h5py
+
+    every = -(-sweep.runs // MOST_RUNS)
+
+    def thin(values: np.ndarray) -> np.ndarray:
+        return np.asarray(values).reshape(-1)[::every]
+
+    with h5py.File(file, "r") as stored:
+        values = {name: thin(stored[name][()]) for name in sweep.measures}  # type: ignore[index]
+        code = thin(stored["code"][()])  # type: ignore[index]
+    return _Scored({name: thin(one) for name, one in sweep.points().items()}, values, code, every)
+
+
+def _span(values: np.ndarray, unit: str) -> str:
+    different = len(np.unique(values))
+    return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
+
+
+def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> str:
+    columns = [
+        Column("measure", number=False),
+        Column("runs"),
+        Column("least"),
+        Column("median"),
+        Column("largest"),
+    ]
+    columns += [Column("least at", number=False), Column("largest at", number=False)]
+    rows: list[list[Cell]] = []
+    for name, values in found.values.items():
+        known = np.flatnonzero(np.isfinite(values))
+        words = name.replace("_", " ")
+        if not len(known):
+            rows.append([words, "0", *[number(None)] * 3, "", ""])
+            continue
+        low, high = (int(known[pick(values[known])]) for pick in (np.argmin, np.argmax))
+        figures = (values[low], float(np.median(values[known])), values[high])
+        rows.append([words, str(len(known)), *(amount(float(one), kinds[name]) for one in figures),
+                     _where(found, low, units), _where(found, high, units)])  # fmt: skip
+    return table(columns, rows)
+
+
+def _where(found: _Scored, run: int, units: Mapping[str, str]) -> str:
+    return ", ".join(
+        f"{_short(name)} {amount(float(one[run]), units[name])}" for name, one in found.points.items()
+    )
+
+
+def _short(path: str) -> str:
+    """The last two words of a path: a name and what it is of."""
+    return ".".join(path.split(".")[-2:])
+
+
+def _figures(
+    sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str, numbers: Iterator[int]
+) -> Iterator[str]:
+    """Of one measure, its figures against every swept value, two in a row."""
+    axes = list(sweep.vary)[:MOST_AXES]
+    plates = [
+        _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
+        for name in axes
+    ]
+    made = [figure(plate, next(numbers)) for plate in plates]
+    for left in range(0, len(made), 2):
+        yield made[left] if left + 1 == len(made) else pair(made[left], made[left + 1])
+
+
+def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
+    x, y = found.points[axis], found.values[measure]
+    known = np.isfinite(y)
+    charts, (panel,) = stack([1.9])
+    across, up = _scale(axis_unit, x), _scale(unit, y)
+    chosen = np.flatnonzero(known)[:: max(1, -(-int(known.sum()) // MOST_DOTS))]
+    chosen = chosen[np.argsort(x[chosen], kind="stable")]
+    levels = np.unique(x)
+    few = 1 < len(levels) <= FEW
+    alone = few and len(levels) == len(x)
+    panel.dots(
+        x[chosen] / across.step, y[chosen] / up.step, color=BLUE, label="" if alone or not few else "a run"
+    )
+    caption = f"{measure.replace('_', ' ').capitalize()} against {axis}."
+    if few and known.any():
+        means = np.array(
+            [y[known & (x == one)].mean() if (known & (x == one)).any() else np.nan for one in levels]
+        )
+        panel.plot(
+            levels / across.step,
+            means / up.step,
+            color=MUTED,
+            lw=1.0,
+            label="" if alone else "mean",
+            zorder=1.0,
+        )
+        caption += "" if alone else " The line is the mean over the other values."
+    panel.set_ylabel(f"{measure.replace('_', ' ')}{_in(up)}")
+    panel.set_xlabel(f"{axis}{_in(across)}")
+    panel.set_xlim(*_room(levels / across.step, log))
+    panel.set_xscale(log=log)
+    return Plate(charts.html(caption), caption)
+
+
+def _scale(unit: str, values: np.ndarray) -> Scale:
+    """A prefix for a unit that bears one; pure numbers stay as they are."""
+    return Scale(1.0, "") if unit in ("1", "") else scale_of(unit, values)
+
+
+def _in(scale: Scale) -> str:
+    return f" ({pretty_unit(scale.label)})" if scale.label else ""
+
+
+def _room(levels: np.ndarray, log: bool) -> tuple[float, float]:
+    """Limits with room for the dots at both ends."""
+    low, high = float(levels[0]), float(levels[-1])
+    if log and low > 0.0:
+        beyond = (high / low) ** 0.03 if high > low else 1.1
+        return low / beyond, high * beyond
+    beyond = 0.03 * (high - low) or 0.05 * abs(high) or 1.0
+    return low - beyond, high + beyond
+
+
+def _failures(found: _Scored, units: Mapping[str, str]) -> dict[str, str]:
+    """How the runs ended: those counted, and the first that did not reach their end; nothing where all did."""
+    failed = np.flatnonzero(found.code != DONE)
+    if not len(failed):
+        return {}
+    sentences = list(OUTCOMES.values())
+    kinds, counts = np.unique(found.code[failed], return_counts=True)
+    tally = table(
+        [Column("runs"), Column("how they ended", number=False)],
+        [[str(n), sentences[int(kind)]] for kind, n in zip(kinds, counts, strict=True)],
+    )
+    columns = [Column("run"), *(Column(name) for name in found.points), Column("how it ended", number=False)]
+    rows: list[list[Cell]] = [
+        [str(int(run) * found.every), *(amount(float(one[run]), units[name]) for name, one in found.points.items()),
+         sentences[int(found.code[run])]]
+        for run in failed[:MOST_FAILURES]
+    ]  # fmt: skip
+    return {"tally": tally, "first": table(columns, rows, tall=len(rows) > 12)}

@@ -1,0 +1,75 @@
+"""The tutorials: run from top to bottom in a kernel of their own, a number from each is right."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import nbformat
+import pytest
+
+import tarsus as ts
+
+NOTEBOOKS = Path(__file__).parents[2] / "docs" / "notebooks"
+
+CLAIMS = {
+    "experimentalist": (
+        "assert verdicts['ground.restitution.coefficient'].word == 'determined'\n"
+        "assert abs(restitution / ts.get_value(hidden, 'ground.restitution.coefficient') - 1.0) < 0.03\n"
+        "assert abs(error) < 0.02 and peaks.mean() < 0.03 and len(repr(found)) < 200"
+    ),
+    "designer": (
+        "assert 0.5 < far.measures['mean_speed'].value < 0.7 and run.ledger.closure < 1e-8\n"
+        "assert batch.measure('mean_speed').argmax() == 5 and '_TICKS' in header.upper()"
+    ),
+    "theorist": (
+        "assert abs(flip - theory) < 1e-9 and 1.53 < moved < 1.56\n"
+        "assert orbit.kind == 'stable, period 1, 1 impact' and np.isclose(np.prod(np.abs(orbit.multipliers)), 0.25)"
+    ),
+}
+"""What must hold at the end of each."""
+
+
+def read(name: str) -> nbformat.NotebookNode:
+    return nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
+
+
+def test_every_notebook_is_tested_and_in_the_table_of_contents() -> None:
+    assert {file.stem for file in NOTEBOOKS.glob("*.ipynb")} == set(CLAIMS)
+    index = (NOTEBOOKS.parent / "index.md").read_text(encoding="utf-8")
+    assert all(f"notebooks/{name}\n" in index for name in CLAIMS)
+
+
+# The fast sibling of the run below.
+@pytest.mark.parametrize("name", CLAIMS)
+def test_notebooks_hold_no_results_and_name_what_there_is(name: str) -> None:
+    notebook = read(name)
+    nbformat.validate(notebook)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert len(cells) > 5 and not any(cell.outputs or cell.execution_count for cell in cells)
+    for cell in cells:
+        for node in ast.walk(ast.parse(cell.source)):
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "ts":
+                assert hasattr(ts, node.attr), f"{name}: ts.{node.attr}"
+    words = "".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
+    for link in re.findall(r"\]\((\.\./[^)#]+)", words):
+        assert (NOTEBOOKS / link).is_file(), f"{name}: {link}"
+
+
+# Slow: a kernel starts, and gaits are searched or a campaign is identified.
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CLAIMS)
+def test_notebooks_run(name: str, tmp_path: Path) -> None:
+    from nbclient import NotebookClient
+
+    notebook = read(name)
+    notebook.cells.append(nbformat.v4.new_code_cell(CLAIMS[name]))
+    NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    pictures = [
+        out
+        for cell in notebook.cells
+        for out in cell.get("outputs", ())
+        if "image/png" in out.get("data", ())
+    ]
+    assert pictures, "results are drawn"

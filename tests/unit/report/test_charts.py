@@ -1,0 +1,163 @@
+"""Charts of a page: what its script is given to draw, and that a browser draws, zooms and darkens it."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tarsus.report.charts import POINTS, Charts, stack, thinned
+from tarsus.report.html import page
+from tarsus.report.packing import unpacked
+from tarsus.report.style import BLUE, GREEN, INK
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+
+def spec(charts: Charts) -> dict[str, Any]:
+    text = charts.html("what is seen")
+    found = re.search(r'class="charts-data">(.*?)</script>', text, re.DOTALL)
+    assert found
+    return json.loads(found[1])
+
+
+def times(charts: dict[str, Any], panel: int = 0) -> np.ndarray:
+    data = charts["x"][charts["panels"][panel]["x"]]["data"]
+    return np.frombuffer(base64.b64decode(data), dtype="<f4")
+
+
+def line(charts: dict[str, Any], panel: int = 0, row: int = 0) -> np.ndarray:
+    return unpacked(charts["panels"][panel]["lines"][row]["values"], 1, gaps=True)[0]
+
+
+def test_lines_come_as_they_are_with_their_gaps() -> None:
+    charts, (axes,) = stack([1.0])
+    x = np.linspace(0.0, 2.0, 301)
+    y = np.where(x < 1.0, np.sin(20.0 * x), np.nan)
+    axes.plot(x, y, color=BLUE, label="a <b>")
+    found = spec(charts)
+    np.testing.assert_allclose(times(found), x, rtol=1e-7)
+    np.testing.assert_allclose(line(found), y, atol=2.0 / 65533)
+    assert found["window"] == [0.0, 2.0] and found["panels"][0]["lines"][0]["color"] == "c-blue"
+    assert "a &lt;b&gt;" in charts.html("what is seen")
+
+
+def test_panels_share_times_and_lines_of_other_times_are_read_between() -> None:
+    charts, (upper, lower) = stack([1.0, 1.0])
+    x = np.linspace(0.0, 1.0, 11)
+    upper.plot(x, x, color=BLUE)
+    lower.plot(x, -x, color=GREEN)
+    assert len(spec(charts)["x"]) == 1
+    lower.plot(x[::2] + 0.05, 2.0 * x[::2], color=INK)
+    found = spec(charts)
+    assert len(found["x"]) == 2 and len(times(found, 1)) == 17
+    np.testing.assert_allclose(line(found, 1, 0), -np.minimum(times(found, 1), 1.0), atol=1e-4)
+
+
+def test_steps_of_one_line_stay_upright_beside_another() -> None:
+    charts, (axes,) = stack([1.0])
+    x = np.arange(8.0)
+    axes.plot(x, np.where(x < 4, 1.0, -1.0), color=BLUE)
+    axes.plot(x, 0.1 * x, color=INK)
+    found = spec(charts)
+    assert times(found).tolist() == [0, 1, 2, 3, 3.5, 3.5, 4, 5, 6, 7]
+    np.testing.assert_allclose(line(found, 0, 1), 0.1 * times(found), atol=1e-5)
+
+
+def test_long_series_keep_their_peaks() -> None:
+    x = np.linspace(0.0, 1.0, 200_001)
+    rows = np.stack([np.sin(40.0 * x), np.cos(7.0 * x)])
+    rows[0, 123_457], rows[0, 55_555] = 9.0, -7.0
+    rows[1, 1000:9000] = np.nan
+    times_, thin = thinned(x, rows, 600)
+    assert thin.shape == (2, 600) == (2, len(times_)) and np.all(np.diff(times_) > 0)
+    assert (times_[0], times_[-1], thin[0].max(), thin[0].min()) == (0.0, 1.0, 9.0, -7.0)
+    assert np.isnan(thin[1]).any() and np.nanmax(thin[1]) == 1.0
+    rising = thinned(x, x[None, :], 600)[1][0]
+    assert np.all(np.diff(rising) >= 0.0), "extremes come in the order that the series goes"
+    charts, (axes,) = stack([1.0])
+    axes.plot(x, x, color=BLUE)
+    assert len(times(spec(charts))) == POINTS
+
+
+def test_rows_shading_and_levels_are_told() -> None:
+    charts, (axes,) = stack([1.0])
+    axes.broken_barh([(1.0, 2.0)], (-0.35, 0.7), color=INK, label="stuck")
+    axes.axvspan(0.5, 0.75)
+    axes.axhline(2.0, color=GREEN, lw=0.7, ls=(0, (5, 3)))
+    axes.set_yticks([0.0, 1.0], ["L1", "R1"])
+    axes.set_xlim(0.0, 4.0)
+    axes.set_ylim(1.5, -0.5)
+    panel = spec(charts)["panels"][0]
+    assert panel["bars"] == [{"color": "ink", "low": -0.35, "high": 0.35, "spans": [[1.0, 3.0]]}]
+    assert panel["shaded"] == [[0.5, 0.75]] and panel["names"] == [[0.0, "L1"], [1.0, "R1"]]
+    assert panel["limits"] == [1.5, -0.5] and panel["levels"][0]["at"] == 2.0
+    assert "stuck" in charts.html("what is seen")
+
+
+PROBE = """
+const found = {}, faults = [], root = document.documentElement;
+addEventListener("error", (event) => faults.push(event.message));
+function look() {
+  const { built } = document.querySelector(".charts");
+  const press = (name) => document.querySelector(`[data-zoom="${name}"]`).click();
+  const scale = () => built.plots.map((plot) => [plot.scales.x.min, plot.scales.x.max]);
+  const drawn = (color) => {
+    const { canvas } = built.plots[0].ctx;
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    for (let i = 0; i < data.length; i += 4) if (`${data.slice(i, i + 4)}` === `${color},255`) return true;
+    return false;
+  };
+  const steps = [
+    () => { found.whole = scale(); found.light = drawn("0,114,178"); document.getElementById("theme").click(); },
+    () => { found.dark = drawn("74,168,228"); found.theme = root.dataset.theme; press("in"); },
+    () => { found.near = scale(); press("on"); },
+    () => { found.on = scale(); press("all"); document.querySelector("button[data-line]").click(); },
+    () => { found.down = built.plots[1].valToPos(1, "y") > built.plots[1].valToPos(0, "y"); },
+    () => { found.again = scale(); found.hidden = !built.plots[0].series[1].show; },
+    () => {
+      found.faults = faults;
+      found.requests = performance.getEntriesByType("resource").length;
+      document.body.dataset.found = JSON.stringify(found);
+    },
+  ];
+  steps.forEach((step, i) => setTimeout(step, 100 * (i + 1)));
+}
+addEventListener("load", look);
+"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
+    charts, panels = stack([1.0, 1.0])
+    x = np.linspace(0.0, 8.0, 400)
+    for axes in panels:
+        axes.plot(x, np.sin(x), color=BLUE, lw=4.0, label="sine")
+    panels[1].set_ylim(1.5, -1.5)  # counts downward, as rows do
+    panels[-1].set_xlabel("time (s)")
+    text = page("charts", f"<h1>Charts</h1>{charts.html('a sine')}").replace(
+        "</head>", f"<script>{PROBE}</script></head>"
+    )
+    path = tmp_path / "charts.html"
+    path.write_text(text, encoding="utf-8")
+    assert BROWSER is not None
+    order = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+             "--virtual-time-budget=5000", "--dump-dom",
+             f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]  # fmt: skip
+    done = subprocess.run(order, capture_output=True, text=True, timeout=120)
+    result = re.search(r'data-found="([^"]*)"', done.stdout)
+    assert result, done.stderr[-2000:]
+    found = json.loads(html.unescape(result[1]))
+    assert found["faults"] == [] and found["requests"] == 0
+    assert found["whole"] == found["again"] == [[0, 8], [0, 8]]
+    assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]
+    assert found["light"] and found["dark"] and found["theme"] == "dark" and found["hidden"]
+    assert found["down"]

@@ -1,0 +1,73 @@
+"""The page of a sweep: what it says of measures, swept values and failed runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from tarsus.report.sweep_page import sweep_html, write_sweep_report
+from tarsus.study.axes import Grid, Linspace, Logspace
+from tarsus.study.collecting import collected_variables
+from tarsus.study.sweep import Sweep
+from tarsus.study.workunit import OUTCOMES
+from unit.html_page import Page
+
+GAP, FILM = "robot.feet.tip.gap", "ground.film.coefficient"
+CODES = list(OUTCOMES)
+
+
+def made(folder: Path, codes: list[str]) -> tuple[Sweep, Path]:
+    """A sweep over a grid of 3 x 4 with measures that are known, as its collected file."""
+    from tarsus.files.series import write_netcdf
+
+    sweep = Sweep(
+        name="a <sweep>", scene=ts.load_scene("cantilever"), duration=0.05, measures=("bounces", "contact_duration"),
+        design=Grid(),
+        vary={GAP: Linspace(start=50e-6, stop=70e-6, count=3), FILM: Logspace(start=1e-22, stop=1e-19, count=4)},
+    )  # fmt: skip
+    points = sweep.points()
+    code = np.array([CODES.index(one) for one in codes], dtype=np.int8)
+    value = np.column_stack([1e6 * points[GAP] / 10.0, 1e-3 * np.log10(points[FILM] / 1e-23)])
+    value[code != CODES.index("DONE")] = np.nan
+    arrays = {"code": code, "value": value, "spread": 0.0 * value, "per_foot": value[:, :, None]}
+    file = folder / "sweep.nc"
+    write_netcdf(collected_variables(sweep, points, arrays), {"title": "a sweep"}, file)
+    return sweep, file
+
+
+def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> None:
+    sweep, file = made(tmp_path, ["DONE"] * 12)
+    page = Page(write_sweep_report(sweep, file, tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "Sweep: a <sweep>" in page.text and "All runs reached their end." in page.text
+    assert "bounces 12 5 6 7 tip.gap 50 µm" in page.text
+    assert "contact duration 12 1 ms 2.5 ms 4 ms" in page.text
+    assert page.tags.count("figure") == 4, "two measures against two swept values"
+    assert (
+        "3 values from 50 µm to 70 µm" in page.text
+        and "The line is the mean over the other values." in page.text
+    )
+    assert "Runs that failed" not in page.text
+
+
+def test_failed_runs_are_counted_listed_and_left_out(tmp_path: Path) -> None:
+    sweep, file = made(tmp_path, ["REFUSED", *["DONE"] * 10, "STALLED"])
+    text = sweep_html(sweep, file)
+    page = Page(text)
+    assert "2 of 12 runs did not reach their end." in page.text and "Runs that failed" in page.text
+    assert page.text.count(OUTCOMES["REFUSED"]) == 2 and page.text.count(OUTCOMES["STALLED"]) == 2
+    assert "bounces 10 5 6 7" in page.text and "nan" not in page.text.lower().replace("nanom", "")
+
+
+def test_a_sweep_in_which_all_failed_has_a_page(tmp_path: Path) -> None:
+    sweep, file = made(tmp_path, ["REFUSED"] * 12)
+    assert "bounces 0 – – –" in Page(sweep_html(sweep, file)).text
+
+
+def test_of_very_many_runs_some_are_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tarsus.report.sweep_page.MOST_RUNS", 5)
+    sweep, file = made(tmp_path, ["DONE"] * 12)
+    text = Page(sweep_html(sweep, file)).text
+    assert "This page is made of one run in 3; all are in sweep.nc." in text and "bounces 4 5" in text
