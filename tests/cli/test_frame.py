@@ -7,10 +7,9 @@ import sys
 
 import pytest
 
-VERBS = [
-    "bench", "branch", "calibrate", "check", "devices", "identify", "next", "reproduce", "show", "simulate", "sweep",
-    "synthesize",
-]  # fmt: skip
+from tarsus.cli import app
+
+VERBS = sorted([*app.VERBS, "reproduce"])
 
 
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "matplotlib", "xarray", "h5py")

@@ -59,6 +59,11 @@ class FrozenDict(dict[K, V]):
     def _refuse(self, *args: object, **kwargs: object) -> Any:
         raise TypeError("descriptions are frozen: make a changed copy with tarsus.with_values")
 
+    def __missing__(self, key: object) -> Any:
+        from tarsus.base.messages import nearest
+
+        raise KeyError(f"there is no '{key}'{nearest(str(key), map(str, self))}")
+
     __setitem__ = __delitem__ = __ior__ = _refuse  # pyright: ignore[reportAssignmentType]
     clear = pop = popitem = setdefault = update = _refuse  # pyright: ignore[reportAssignmentType]
 
@@ -263,6 +268,13 @@ def _leaves(node: Any, path: str, spec: _Quantity) -> Iterator[tuple[str, Any, _
 _BARE = _Quantity("1", "", {})
 
 
+def described(desc: object) -> None:
+    """Raise InputError for what is no description, such as the name of one."""
+    if not isinstance(desc, Description):
+        load = "; tarsus.load_scene reads a device or a scene file" if isinstance(desc, str) else ""
+        raise InputError(f"expected a description, such as a Scene, got {desc!r:.60}{load}")
+
+
 def float_paths(desc: Description) -> dict[str, FloatInfo]:
     """Every float of a description by path, in file order.
 
@@ -270,7 +282,13 @@ def float_paths(desc: Description) -> dict[str, FloatInfo]:
     -------
     dict[str, FloatInfo]
         ``{"ground.film.coefficient": FloatInfo(value, unit, doc), ...}``; absent (None) values are left out.
+
+    Raises
+    ------
+    InputError
+        For what is no description, such as a device's name.
     """
+    described(desc)
     return {
         path: FloatInfo(value, spec.unit, spec.doc)
         for path, value, spec in _leaves(desc, "", _BARE)
@@ -317,6 +335,7 @@ def get_value(desc: Description, path: str) -> Any:
     InputError
         For an unknown path, with the nearest valid one.
     """
+    described(desc)
     node: Any = desc
     for key in path.split("."):
         try:
@@ -400,6 +419,7 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
     InputError
         With every unknown path (and the nearest valid one) and every refused value.
     """
+    described(desc)
     problems: list[str] = []
     changed = _changed(desc, desc, _tree(values), "", problems)
     if problems:

@@ -23,7 +23,7 @@ from tarsus.base.spec import Description, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import Square
 
-__all__ = ["Alternating", "AnyGait", "Free", "Gait", "Layout", "Reach", "Ripple", "Tripod", "Wave"]
+__all__ = ["Alternating", "AnyGait", "CustomGait", "Gait", "Layout", "MetachronalGait", "Reach", "Ripple", "Tripod"]
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class Tripod(Gait):
         return _each(layout, _checkered)
 
 
-class Wave(Gait):
+class MetachronalGait(Gait):
     """One leg after the other: from back to front on the left, then from back to front on the right.
 
     The sides are half a period apart, and the legs of each share that half period.
@@ -180,7 +180,7 @@ class Ripple(Gait):
         return _each(layout, lambda side, place, count: (0.5 * side + (count - 1 - place) / count) % 1.0)
 
 
-class Free(Gait):
+class CustomGait(Gait):
     """Every leg with a phase of its own, by name."""
 
     kind: Literal["free"] = "free"
@@ -221,5 +221,5 @@ def _alike(one: float, other: float) -> bool:
     return min(away, 1.0 - away) < 1e-9
 
 
-AnyGait = Annotated[Alternating | Tripod | Wave | Ripple | Free, Field(discriminator="kind")]
+AnyGait = Annotated[Alternating | Tripod | MetachronalGait | Ripple | CustomGait, Field(discriminator="kind")]
 """Any gait; `kind` tells which."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from tarsus.base.spec import quantity
-from tarsus.model.laws.base import LatchLaw
+from tarsus.model.laws.base import AdhesionLaw
 
 __all__ = ["Adhesion"]
 
 
-class Adhesion(LatchLaw):
+class Adhesion(AdhesionLaw):
     r"""Adhesion :math:`f_a(t - t_c) = C_{a0} + C_a (t - t_c)`, equation (2.14).
 
     A foot in contact leaves when the structure's pull on it exceeds :math:`f_a`.

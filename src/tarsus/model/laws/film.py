@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from tarsus.base.spec import quantity
-from tarsus.model.laws.base import ResistiveLaw
+from tarsus.model.laws.base import DampingLaw
 
 __all__ = ["Film"]
 
 
-class Film(ResistiveLaw):
+class Film(DampingLaw):
     r"""Squeeze film: :math:`F = -C\,\dot g / (g + g_0)^3`, equations (2.10) and (3.26).
 
     The force is the time derivative of :math:`C / 2 (g + g_0)^2`.  Equation (2.10) is printed with the sign
