@@ -1,18 +1,30 @@
 """Sphinx configuration: `python -m sphinx -W docs docs/_build/html`."""
 
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "Tarsus"
 copyright = "The Tarsus developers"
 author = "The Tarsus developers"
 version = release = installed_version("tarsus")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields",
+]  # fmt: skip
 myst_enable_extensions = ["dollarmath", "deflist"]
+myst_update_mathjax = False
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
-source_suffix = {".md": "markdown"}
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build"]
+templates_path = ["_templates"]
+autosummary_generate = True
+autosummary_ignore_module_all = False
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 

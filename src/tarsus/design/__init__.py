@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tarsus.design.over import Box, Ensemble
     from tarsus.design.request import Options, Sensor
     from tarsus.design.soft_landing import LandingDesign, landing
-    from tarsus.design.step_lift import StepLift, step_lift
+    from tarsus.design.lifts import StepLift, step_lift
     from tarsus.design.target import Objective
     from tarsus.design.unknowns import Symmetry
     from tarsus.model.standing import standing
@@ -56,7 +56,7 @@ _HOMES = {
     "tarsus.design.over": "Box Ensemble",
     "tarsus.design.request": "Options Sensor",
     "tarsus.design.soft_landing": "LandingDesign landing",
-    "tarsus.design.step_lift": "StepLift step_lift",
+    "tarsus.design.lifts": "StepLift step_lift",
     "tarsus.design.target": "Objective",
     "tarsus.design.unknowns": "Symmetry",
     "tarsus.model.standing": "standing",

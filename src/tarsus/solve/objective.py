@@ -28,13 +28,18 @@ def gradient(
     ----------
     objective
         Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events
-        with the period marks, smooth in their numbers.
+        (ne,) with the period marks, smooth in their numbers.
     scene
-        The scene.
+        The scene, or a device's name or a scene file's path.
     wrt
         Paths of its numbers.
     duration, accuracy
         As for `simulate`.
+
+    Returns
+    -------
+    Gradient
+        The number [its unit] and its derivative by each path [its unit over that of the path].
 
     Raises
     ------
