@@ -1,6 +1,6 @@
 """Links of the built pages: every page, picture and heading they point to is there, and nothing is loaded from elsewhere.
 
-    python docs/check_links.py docs/_build/html
+python docs/check_links.py docs/_build/html
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def broken(folder: Path) -> list[str]:
             continue
         name = file.relative_to(folder)
         found += [
-            f"{name} loads {one} from the network" for one in page(file).loaded if urlsplit(one).scheme not in ("", "data")
+            f"{name} loads {one} from the network"
+            for one in page(file).loaded
+            if urlsplit(one).scheme not in ("", "data")
         ]
         for link in {*page(file).links, *page(file).loaded}:
             parts = urlsplit(link)
@@ -55,7 +57,11 @@ def broken(folder: Path) -> list[str]:
                 target /= "index.html"
             if not target.exists():
                 found.append(f"{name} points to {link}, which is not there")
-            elif parts.fragment and target.suffix == ".html" and unquote(parts.fragment) not in page(target).places:
+            elif (
+                parts.fragment
+                and target.suffix == ".html"
+                and unquote(parts.fragment) not in page(target).places
+            ):
                 found.append(f"{name} points to {link}, a place that is not there")
     return found
 

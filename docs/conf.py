@@ -30,5 +30,7 @@ napoleon_numpy_docstring = True
 
 html_theme = "pydata_sphinx_theme"
 html_title = "Tarsus"
+html_static_path = ["_static"]
+html_css_files = ["tarsus.css"]
 html_theme_options = {"show_prev_next": False, "navbar_center": []}
 html_sidebars = {"**": ["globaltoc"]}  # all pages on the left, in groups: the site is one level deep

@@ -19,7 +19,9 @@ PACKAGES = ("solve", "measure", "fit", "orbits", "design", "identify", "experime
 """Packages of `tarsus` whose names are public."""
 
 ARRAYS = re.compile(r"ArrayLike|NDArray|Floats|ndarray")
-SHAPE = re.compile(r"\((\.\.\., ?)?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*(, ?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*)*,?\)")
+SHAPE = re.compile(
+    r"\((\.\.\., ?)?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*(, ?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*)*,?\)"
+)
 UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsame\b")
 
 
