@@ -1,4 +1,4 @@
-"""Links of the built pages: every page, picture and heading they point to is there, and nothing is loaded from elsewhere.
+"""Links of the built pages: what they point to is there, and nothing is loaded from elsewhere.
 
 python docs/check_links.py docs/_build/html
 """

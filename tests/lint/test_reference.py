@@ -87,8 +87,8 @@ def test_what_is_listed_says_what_it_is(name):
 @pytest.mark.parametrize(
     ("old", "new"),
     [
-        ("Free", "CustomGait"), ("Wave", "MetachronalGait"), ("Given", "MeasuredImpactMap"), ("ResistiveLaw", "DampingLaw"),
-        ("LatchLaw", "AdhesionLaw"),
+        ("Free", "CustomGait"), ("Wave", "MetachronalGait"), ("Given", "MeasuredImpactMap"),
+        ("ResistiveLaw", "DampingLaw"), ("LatchLaw", "AdhesionLaw"),
     ],
 )  # fmt: skip
 def test_former_names_work_and_warn(old, new):

@@ -111,7 +111,7 @@ def law(folder: Path) -> dict[str, Any]:
 
 
 def restitution(names: dict[str, Any]) -> None:
-    assert np.isfinite(names["found"].restitution.mean)
+    assert np.isfinite(names["found"].restitution.value)
 
 
 def modes(names: dict[str, Any]) -> None:

@@ -9,10 +9,10 @@ the same path for ``--set``, sweeps, fits and provenance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import FrozenInstanceError, dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -32,9 +32,12 @@ from tarsus.base.messages import PathErrors, bounds_text, nearest, sentences
 from tarsus.base.units import describe_unit, parse_quantity
 
 __all__ = [
+    "Amount",
+    "Amounts",
     "Description",
     "FloatInfo",
     "FrozenDict",
+    "MaybeAmount",
     "Name",
     "Named",
     "float_paths",
@@ -83,6 +86,32 @@ class FrozenDict(dict[K, V]):
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
 Named = Annotated[dict[Name, T], AfterValidator(FrozenDict)]
 """``Named[Drive]``: a frozen table of descriptions by name; names hold no dots, so that paths are unique."""
+
+
+if TYPE_CHECKING:
+
+    class Amount:
+        """A field that is a float, and takes texts with a unit: how type checkers are told."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> float: ...
+        def __set__(self, owner: Any, value: float | str) -> None: ...
+
+    class MaybeAmount:
+        """The same of a number that need not be there."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> float | None: ...
+        def __set__(self, owner: Any, value: float | str | None) -> None: ...
+
+    class Amounts:
+        """The same of a row of numbers."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> tuple[float, ...]: ...
+        def __set__(self, owner: Any, value: Sequence[float | str] | np.ndarray) -> None: ...
+
+else:
+    Amount = float
+    MaybeAmount = float | None
+    Amounts = tuple[float, ...]
 
 
 def quantity(

@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from tarsus.design.gait_fronts import GaitFront, GaitPoint, gait
     from tarsus.design.gait_header import gait_header_text
     from tarsus.design.landing_files import header_text, landing_table, write_landing
+    from tarsus.design.lifts import StepLift, step_lift
     from tarsus.design.links import Landscape, LinkDesign, design_links, landscape
     from tarsus.design.over import Box, Ensemble
     from tarsus.design.request import Options, Sensor
     from tarsus.design.soft_landing import LandingDesign, landing
-    from tarsus.design.lifts import StepLift, step_lift
     from tarsus.design.target import Objective
     from tarsus.design.unknowns import Symmetry
     from tarsus.model.standing import standing

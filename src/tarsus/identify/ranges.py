@@ -178,7 +178,8 @@ def over_repeats(
     Parameters
     ----------
     estimate
-        Numbers (np,) [each in a unit of its own] from a list of repeats; a fit that fails raises `InputError`, and its draw is left out.
+        Numbers (np,) [each in a unit of its own] from a list of repeats; a fit that fails raises `InputError`, and its
+        draw is left out.
     repeats
         What was repeated, independently.
     draws

@@ -74,6 +74,12 @@ class Run:
     def __repr__(self) -> str:
         return shown.run_line(self)
 
+    def citations(self) -> str:
+        """What to cite for this run, as BibTeX: the library, and the sources of its scene and of its laws."""
+        from tarsus.files.citations import bibtex
+
+        return bibtex(self.scene)
+
     def _repr_html_(self) -> str:
         return shown.run_table(self)
 

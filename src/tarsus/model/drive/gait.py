@@ -19,7 +19,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Description, Named, quantity
+from tarsus.base.spec import Amount, Description, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import Square
 
@@ -64,11 +64,11 @@ class Layout:
 class Gait(Description, ABC):
     """Base of the gaits; a subclass gives the phase of every leg."""
 
-    frequency: float = quantity("Hz", "steps of each leg per second", gt=0)
-    low: float = quantity("V", "lower voltage", default=0.0)
-    high: float = quantity("V", "upper voltage")
-    duty: float = quantity("1", "fraction of the period at the upper voltage", default=0.5, gt=0, lt=1)
-    swing_lag: float = quantity(
+    frequency: Amount = quantity("Hz", "steps of each leg per second", gt=0)
+    low: Amount = quantity("V", "lower voltage", default=0.0)
+    high: Amount = quantity("V", "upper voltage")
+    duty: Amount = quantity("1", "fraction of the period at the upper voltage", default=0.5, gt=0, lt=1)
+    swing_lag: Amount = quantity(
         "1", "how late drives that act along the way only follow their legs, in periods", default=0.25
     )
 

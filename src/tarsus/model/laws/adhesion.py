@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
-from tarsus.model.laws.base import AdhesionLaw
+from tarsus.base.spec import Amount, quantity
+from tarsus.model.laws.base import DISSERTATION, AdhesionLaw
 
 __all__ = ["Adhesion"]
 
@@ -15,9 +15,10 @@ class Adhesion(AdhesionLaw):
     """
 
     slot = "adhesion"
+    source = DISSERTATION
 
-    initial: float = quantity("N", "adhesion at first contact C_a0", ge=0)
-    rate: float = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
+    initial: Amount = quantity("N", "adhesion at first contact C_a0", ge=0)
+    rate: Amount = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
 
     @staticmethod
     def strength(age: float, initial: float, rate: float) -> float:

@@ -26,7 +26,13 @@ from typing import Any, ClassVar
 
 from tarsus.base.spec import Description
 
-__all__ = ["AdhesionLaw", "DampingLaw", "ImpactLaw", "Law", "SmoothLaw"]
+DISSERTATION = (
+    "Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots, dissertation, "
+    "University of Michigan"
+)
+"""Where most laws of the library come from."""
+
+__all__ = ["DISSERTATION", "AdhesionLaw", "DampingLaw", "ImpactLaw", "Law", "SmoothLaw"]
 
 
 class Law(Description):
@@ -48,6 +54,8 @@ class Law(Description):
     """Of laws that share a slot, the one that is meant where no ``kind`` is told."""
     title: ClassVar[str] = ""
     """The law in words, for reports: a noun without its article. The name of the class, unless given."""
+    source: ClassVar[str] = ""
+    """What to cite for the law, as ``run.citations()`` does: "Title, what it is, where, year"."""
     small: ClassVar[bool] = False
     """Whether ``ground.small_forces = false`` leaves the law out of its slot."""
     loses: ClassVar[bool] = False

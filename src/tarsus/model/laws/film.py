@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
-from tarsus.model.laws.base import DampingLaw
+from tarsus.base.spec import Amount, quantity
+from tarsus.model.laws.base import DISSERTATION, DampingLaw
 
 __all__ = ["Film"]
 
@@ -18,10 +18,11 @@ class Film(DampingLaw):
 
     slot = "film"
     title = "squeeze film"
+    source = DISSERTATION
     small = True
 
-    coefficient: float = quantity("N m^2 s", "film coefficient C", ge=0)
-    thickness: float = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
+    coefficient: Amount = quantity("N m^2 s", "film coefficient C", ge=0)
+    thickness: Amount = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
 
     @staticmethod
     def momentum(gap: float, coefficient: float, thickness: float) -> float:
