@@ -72,7 +72,13 @@ def test_version(tarsus):
     ("words", "said"),
     [
         (["simulat", "cantilever"], "simulate"),
-        (["simulate"], "requires an argument"),
+        (["simulate"], "SCENE is missing."),
+        (["simulate", "cantilever", "--set"], "--set takes a value."),
+        (["simulate", "cantilever", "hexapod"], "unexpected: hexapod."),
+        (
+            ["design", "landing", "cantilever", "--foot", "tip"],
+            "--output is missing. See `tarsus design landing --help`",
+        ),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
         (["reproduce", "octopod"], "quadruped"),
         (["devices", "everything"], "everything"),

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tarsus.cli import console, front
 
@@ -196,11 +196,25 @@ def _command(argv: list[str]) -> int:
     try:
         return build(argv)(argv)
     except CycloptsError as error:
-        error.verbose = False
-        console.complain([f"{error} See `tarsus {_verb(argv)}--help`."])
+        console.complain([f"{_sentence(error, argv)} See `tarsus {_verb(argv)}--help`."])
         return BAD_INPUT
+
+
+def _sentence(error: Any, argv: list[str]) -> str:
+    """What is wrong with the words, where cyclopts says it in terms of programs."""
+    from cyclopts import MissingArgumentError, UnusedCliTokensError
+
+    error.verbose = False
+    if isinstance(error, UnusedCliTokensError):
+        return f"unexpected: {' '.join(error.unused_tokens)}."
+    if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
+        given = [name for name in error.argument.names if name in argv]
+        return f"{given[0]} takes a value." if given else f"{error.argument.names[0]} is missing."
+    return str(error)
 
 
 def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
+    if argv[:1] == ["design"] and len(argv) > 1 and argv[1] in ("landing", "gait", "adapt"):
+        return f"design {argv[1]} "
     return f"{argv[0]} " if argv and argv[0] in VERBS else ""

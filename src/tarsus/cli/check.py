@@ -46,6 +46,14 @@ def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[s
 
     path = Path(name)
     if path.is_dir():
+        if not (path / "campaign.toml").is_file():
+            from tarsus.base.errors import InputError
+
+            scene = f"; its scene is checked by `tarsus check {path / 'scene.toml'}`"
+            raise InputError(
+                f"'{path}' is no folder of a campaign: it holds no campaign.toml"
+                + (scene if (path / "scene.toml").is_file() else "")
+            )
         return _campaign(path)
     if not name.endswith(".toml") and name not in device_names() and not path.exists():
         if name in study_names():
