@@ -1,28 +1,40 @@
 """Sphinx configuration: `python -m sphinx -W docs docs/_build/html`."""
 
+import sys
 from importlib.metadata import version as installed_version
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "Tarsus"
 copyright = "The Tarsus developers"
 author = "The Tarsus developers"
 version = release = installed_version("tarsus")
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = [
+    "myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "fields",
+]  # fmt: skip
 myst_enable_extensions = ["dollarmath", "deflist"]
+myst_update_mathjax = False
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
-source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb", ".rst": "restructuredtext"}
 nb_execution_mode = "cache"  # notebooks are kept without outputs; each is run once until it changes
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 exclude_patterns = ["_build", "jupyter_execute"]
+templates_path = ["_templates"]
+autosummary_generate = True
+autosummary_ignore_module_all = False
 autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 
 html_theme = "pydata_sphinx_theme"
 html_title = "Tarsus"
 html_static_path = ["_static"]
-html_css_files = ["notebooks.css"]
+html_css_files = ["notebooks.css", "tarsus.css"]
 html_theme_options = {"show_prev_next": False, "navbar_center": []}
 html_sidebars = {"**": ["globaltoc"]}  # all pages on the left, in groups: the site is one level deep

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import tarsus as ts
-from tarsus.model.laws.impact_map import Body, Given
+from tarsus.model.laws.impact_map import Body, MeasuredImpactMap
 
 POINTS = tuple(f"foot{i}" for i in range(1, 7))
 UNIT = 1e-6
@@ -24,14 +24,14 @@ def printed(robot: str = "hexapod") -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return tuple(np.array(tables[robot][name]) for name in "MCK")  # type: ignore[return-value]
 
 
-def printed_map(*, passive: bool = True) -> Given:
+def printed_map(*, passive: bool = True) -> MeasuredImpactMap:
     """The printed CoR matrix: its first column beside the identity (E7)."""
     tables = tomllib.loads(
         files("tarsus_reproduce").joinpath("data", "appendix_b.toml").read_text(encoding="utf-8")
     )
     matrix = np.eye(6)
     matrix[:, 0] = tables["hexapod"]["R_first_column"]
-    return Given.from_matrix(matrix, list(POINTS), {"foot1": "foot1"}, passive=passive)
+    return MeasuredImpactMap.from_matrix(matrix, list(POINTS), {"foot1": "foot1"}, passive=passive)
 
 
 def body() -> Body:

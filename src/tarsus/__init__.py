@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tarsus.files.library import device_names, load_scene
     from tarsus.files.toml import read_scene, write_scene
     from tarsus.model.drive.amplifier import Amplifier
-    from tarsus.model.drive.gait import Alternating, Free, Ripple, Tripod, Wave
+    from tarsus.model.drive.gait import Alternating, CustomGait, MetachronalGait, Ripple, Tripod
     from tarsus.model.drive.laws import Cubic, LinearForce, PrandtlIshlinskii, TwoBranch
     from tarsus.model.drive.waveforms import (
         Constant,
@@ -37,20 +37,20 @@ if TYPE_CHECKING:
     )
     from tarsus.model.laws import (
         Adhesion,
+        AdhesionLaw,
         AdhesiveFriction,
         CaptureUnlessPulled,
+        DampingLaw,
         DominantMode,
         Electrostatic,
         Film,
         Friction,
-        Given,
         Gravity,
         ImpactLaw,
-        LatchLaw,
         LegElectrostatic,
         MassWeighted,
+        MeasuredImpactMap,
         PullAsPrinted,
-        ResistiveLaw,
         RestituteFirst,
         Restitution,
         SmoothLaw,
@@ -77,6 +77,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Accuracy",
     "Adhesion",
+    "AdhesionLaw",
     "AdhesiveFriction",
     "Alternating",
     "Amplifier",
@@ -86,14 +87,14 @@ __all__ = [
     "CaptureUnlessPulled",
     "Constant",
     "Cubic",
+    "CustomGait",
+    "DampingLaw",
     "DominantMode",
     "Drive",
     "Electrostatic",
     "Film",
     "Foot",
-    "Free",
     "Friction",
-    "Given",
     "Gradient",
     "GradientBatch",
     "GradientRun",
@@ -102,11 +103,12 @@ __all__ = [
     "ImpactLaw",
     "Initial",
     "InputError",
-    "LatchLaw",
     "LegElectrostatic",
     "LinearForce",
     "Lumped",
     "MassWeighted",
+    "MeasuredImpactMap",
+    "MetachronalGait",
     "Modal",
     "ModalLoad",
     "OnOff",
@@ -117,7 +119,6 @@ __all__ = [
     "PullAsPrinted",
     "Ramp",
     "RampedSquare",
-    "ResistiveLaw",
     "RestituteFirst",
     "Restitution",
     "Ripple",
@@ -135,7 +136,6 @@ __all__ = [
     "Walker",
     "WalkerBody",
     "WalkerLeg",
-    "Wave",
     "branch",
     "calibrate",
     "design",
@@ -162,7 +162,7 @@ _HOMES = {
     "tarsus.calibrate.calibrating": "calibrate",
     "tarsus.calibrate.mixture": "load_mixture",
     "tarsus.cluster.verb": "sweep",
-    "tarsus.model.drive.gait": "Alternating Free Ripple Tripod Wave",
+    "tarsus.model.drive.gait": "Alternating CustomGait Ripple Tripod MetachronalGait",
     "tarsus.model.drive.amplifier": "Amplifier",
     "tarsus.model.drive.laws": "Cubic LinearForce PrandtlIshlinskii TwoBranch",
     "tarsus.model.drive.waveforms": "Constant OnOff Poling Ramp RampedSquare Sampled Sine Square SweptSine",
@@ -170,9 +170,9 @@ _HOMES = {
     "tarsus.files.library": "device_names load_scene",
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.model.laws": (
-        "Adhesion AdhesiveFriction CaptureUnlessPulled DominantMode Electrostatic Film Friction Given Gravity "
-        "ImpactLaw LatchLaw LegElectrostatic MassWeighted PullAsPrinted ResistiveLaw RestituteFirst Restitution "
-        "SmoothLaw load_laws"
+        "Adhesion AdhesionLaw AdhesiveFriction CaptureUnlessPulled DampingLaw DominantMode Electrostatic "
+        "Film Friction Gravity ImpactLaw LegElectrostatic MassWeighted MeasuredImpactMap PullAsPrinted "
+        "RestituteFirst Restitution SmoothLaw load_laws"
     ),
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.model.scene": "Ground Initial Scene",
@@ -188,7 +188,19 @@ _HOME = {name: module for module, names in _HOMES.items() for name in names.spli
 moved.install()
 
 
+_RENAMED = {
+    "Free": "CustomGait",
+    "Given": "MeasuredImpactMap",
+    "LatchLaw": "AdhesionLaw",
+    "ResistiveLaw": "DampingLaw",
+    "Wave": "MetachronalGait",
+}
+"""Names of earlier versions, which still work and warn."""
+
+
 def __getattr__(name: str) -> Any:
+    if name in _RENAMED:
+        return moved.renamed("tarsus", name, _RENAMED[name])
     if name == "__version__":
         from importlib.metadata import version
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.events import IMPACTS
 from tarsus.measure.mac import mac
-from tarsus.model.laws import DominantMode, Given, ImpactMap, MassWeighted
+from tarsus.model.laws import DominantMode, ImpactMap, MassWeighted, MeasuredImpactMap
 from tarsus.model.scene import Scene
 from tarsus.model.structure import Modal
 from tarsus.solve import Run
@@ -58,7 +58,7 @@ def named_maps(scene: Scene, robot: str) -> dict[str, ImpactMap]:
     column, points = printed_column(robot), scene.robot.structure.points
     if len(points) == len(column) == scene.robot.structure.size:
         foot = next(iter(scene.robot.feet))
-        maps["printed"] = Given(columns={foot: dict(zip(points, column.tolist(), strict=True))})
+        maps["printed"] = MeasuredImpactMap(columns={foot: dict(zip(points, column.tolist(), strict=True))})
     return maps
 
 

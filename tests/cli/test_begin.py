@@ -87,6 +87,7 @@ def test_read_tells_what_a_record_holds(tarsus, lab):
         ("new", "campaign", "nowhere"),
         ("new", "law", "mine.py", "--device", "cantilever"),
         ("check", "cantilver"),
+        ("check", "."),
         ("open", "nowhere"),
         ("movie", "cantilever", "--duration", "1 ms", "-o", "walk.gif"),
         ("compare", "cantilever", "cantilver"),

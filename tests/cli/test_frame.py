@@ -7,10 +7,9 @@ import sys
 
 import pytest
 
-VERBS = [
-    "bench", "branch", "calibrate", "check", "devices", "identify", "next", "reproduce", "show", "simulate", "sweep",
-    "synthesize",
-]  # fmt: skip
+from tarsus.cli import app
+
+VERBS = sorted([*app.VERBS, "reproduce"])
 
 
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "matplotlib", "xarray", "h5py")
@@ -73,7 +72,13 @@ def test_version(tarsus):
     ("words", "said"),
     [
         (["simulat", "cantilever"], "simulate"),
-        (["simulate"], "requires an argument"),
+        (["simulate"], "SCENE is missing."),
+        (["simulate", "cantilever", "--set"], "--set takes a value."),
+        (["simulate", "cantilever", "hexapod"], "unexpected: hexapod."),
+        (
+            ["design", "landing", "cantilever", "--foot", "tip"],
+            "--output is missing. See `tarsus design landing --help`",
+        ),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
         (["reproduce", "octopod"], "quadruped"),
         (["devices", "everything"], "everything"),

@@ -257,3 +257,27 @@ def test_the_example_study(tarsus, tmp_path):
         low = dataset["robot.feet.tip.gap"].values < 55e-6
         contact = dataset["contact_duration"].values
         assert contact[low].mean() > contact[~low].mean()  # the lower tip stays longer on the ground
+
+
+def test_another_seed_draws_other_values(tarsus, tmp_path):
+    import xarray
+
+    study = tmp_path / "drawn.toml"
+    study.write_text(
+        'scene = "cantilever"\nduration = "1 ms"\nmeasures = ["bounces"]\n[design]\nkind = "sobol"\ncount = 4\n'
+        '[vary]\nrobot.feet.tip.gap = { kind = "linspace", start = "50 um", stop = "70 um" }\n'
+    )
+
+    def gaps(folder, *words):
+        assert tarsus("sweep", study, "-o", tmp_path / folder, *words).code in (0, 1)
+        with xarray.open_dataset(tmp_path / folder / "sweep.nc") as data:
+            return data["robot.feet.tip.gap"].values.tolist()
+
+    own, same, other = gaps("a"), gaps("b", "--seed", "0"), gaps("c", "--seed", "1")
+    assert own == same != other
+    said = tarsus("sweep", study, "-o", tmp_path / "c", "--resume", "--seed", "2")
+    assert said.code == 2 and "keeps the values" in said.sentences[0]
+    said = tarsus("sweep", study, "-o", tmp_path / "d", "--seed", "-1")
+    assert said.code == 2 and "seed" in said.sentences[0] and not (tmp_path / "d").exists()
+    said = tarsus("sweep", "cantilever-adhesion", "-o", tmp_path / "d", "--seed", "1")
+    assert said.code == 2 and "draws nothing" in said.sentences[0]

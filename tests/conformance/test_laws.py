@@ -9,7 +9,7 @@ import tarsus as ts
 from example_laws import EXAMPLES, OWN
 from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
-from tarsus.model.laws import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+from tarsus.model.laws import AdhesionLaw, DampingLaw, ImpactLaw, Law, SmoothLaw
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)
@@ -17,7 +17,7 @@ FRICTION = (ts.Friction, ts.AdhesiveFriction)
 
 
 def arguments(law: Law) -> list[tuple[float, ...]]:
-    if isinstance(law, ResistiveLaw):
+    if isinstance(law, DampingLaw):
         return [(g,) for g in GAPS]
     if isinstance(law, SmoothLaw):
         return [(g, v, 3.0, 0.1) for g in GAPS[::6] for v in (-0.1, 0.0, 0.1)]
@@ -35,11 +35,11 @@ def test_finite(law):
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
 def test_passive_where_its_protocol_says_so(law):
     values = np.array([law.function()(*point, *law.parameters()) for point in arguments(law)])
-    if isinstance(law, ResistiveLaw):
+    if isinstance(law, DampingLaw):
         assert np.all(np.diff(values) <= 0.0), "the momentum never grows with the gap: D >= 0"
     elif isinstance(law, ImpactLaw):
         assert np.all(values >= 0.0) and np.all(values <= np.concatenate([[0.0], SPEEDS]))
-    elif isinstance(law, (LatchLaw, *FRICTION)):
+    elif isinstance(law, (AdhesionLaw, *FRICTION)):
         assert np.all(values >= 0.0)
     elif isinstance(law, SmoothLaw) and law.uses_rate:
         rates = np.array([point[1] for point in arguments(law)])

@@ -18,10 +18,10 @@ from tarsus.model.laws import registry
 LAWS = {
     "suction": '''
 """A seal between foot and ground."""
-from tarsus.model.laws.base import ResistiveLaw
+from tarsus.model.laws.base import DampingLaw
 from tarsus.base.spec import quantity
 
-class Suction(ResistiveLaw):
+class Suction(DampingLaw):
     slot = "suction"
     slot_note = "a seal between foot and ground"
     title = "seal"

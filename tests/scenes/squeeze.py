@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from tarsus.base.spec import quantity
-from tarsus.model.laws import ImpactLaw, LatchLaw, ResistiveLaw, SmoothLaw
+from tarsus.model.laws import AdhesionLaw, DampingLaw, ImpactLaw, SmoothLaw
 
 
-class OwnFilm(ResistiveLaw):
+class OwnFilm(DampingLaw):
     coefficient: float = quantity("N m^2 s", "film constant", ge=0)
     thickness: float = quantity("m", "film left at contact", gt=0)
 
@@ -30,7 +30,7 @@ class OwnRebound(ImpactLaw):
         return coefficient * speed
 
 
-class OwnLatch(LatchLaw):
+class OwnLatch(AdhesionLaw):
     initial: float = quantity("N", "strength at first", ge=0)
     rate: float = quantity("N/s", "growth", ge=0)
 

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from tarsus.base.errors import InputError
-from tarsus.model.drive.gait import Alternating, Free, Gait, Layout, Reach, Ripple, Tripod, Wave
+from tarsus.model.drive.gait import (
+    Alternating,
+    CustomGait,
+    Gait,
+    Layout,
+    MetachronalGait,
+    Reach,
+    Ripple,
+    Tripod,
+)
 from tarsus.model.drive.waveforms import Square
 
 PERIOD = 0.02
@@ -36,7 +45,7 @@ def order(gait: Gait, layout: Layout) -> list[str]:
 
 def test_a_leg_with_phase_p_is_p_periods_late() -> None:
     layout = rows(1, 1)
-    gait = Free(**COMMON, low="-2 V", duty=0.3, phases={"L1": 0.0, "R1": 0.125})
+    gait = CustomGait(**COMMON, low="-2 V", duty=0.3, phases={"L1": 0.0, "R1": 0.125})
     first, second = (gait.waveforms(layout)[leg] for leg in ("L1", "R1"))
     times = np.linspace(0.0, 3.0, 1000) * PERIOD
     np.testing.assert_array_equal(second.volts(times + 0.125 * PERIOD), first.volts(times))
@@ -45,7 +54,7 @@ def test_a_leg_with_phase_p_is_p_periods_late() -> None:
 
 
 @pytest.mark.parametrize("duty", [0.2, 0.5, 0.7])
-@pytest.mark.parametrize("kind", [Alternating, Wave, Ripple])
+@pytest.mark.parametrize("kind", [Alternating, MetachronalGait, Ripple])
 def test_duty_is_the_share_of_high_volts(kind: type[Gait], duty: float) -> None:
     for on in high(kind(**COMMON, duty=duty), rows(3, 3)).values():
         assert np.mean(on) == pytest.approx(duty, abs=1.0 / len(MIDDLES))
@@ -88,7 +97,7 @@ def test_tripod_has_three_feet_high_at_any_time() -> None:
 
 
 def test_wave_runs_from_back_to_front_on_one_side_then_the_other() -> None:
-    layout, gait = rows(3, 3), Wave(**COMMON, duty=1.0 / 6.0)
+    layout, gait = rows(3, 3), MetachronalGait(**COMMON, duty=1.0 / 6.0)
     assert order(gait, layout) == ["L3", "L2", "L1", "R3", "R2", "R1"]
     on = high(gait, layout)
     assert np.all(sum(row.astype(int) for row in on.values()) == 1), (
@@ -107,12 +116,12 @@ def test_ripple_waves_overlap() -> None:
 
 def test_one_row_of_legs_shares_the_whole_period() -> None:
     layout = rows(4, 0)
-    for gait in (Wave(**COMMON), Ripple(**COMMON)):
+    for gait in (MetachronalGait(**COMMON), Ripple(**COMMON)):
         assert gait.delays(layout) == {"L4": 0.0, "L3": 0.25, "L2": 0.5, "L1": 0.75}
 
 
 def test_dead_legs_keep_their_place() -> None:
-    for gait in (Alternating(**COMMON), Tripod(**COMMON), Wave(**COMMON), Ripple(**COMMON)):
+    for gait in (Alternating(**COMMON), Tripod(**COMMON), MetachronalGait(**COMMON), Ripple(**COMMON)):
         whole, hurt = rows(3, 3), rows(3, 3, dead=("L2", "R3"))
         left = gait.waveforms(hurt)
         assert set(left) == {"L1", "L3", "R1", "R2"}
@@ -121,7 +130,7 @@ def test_dead_legs_keep_their_place() -> None:
 
 def test_a_lateral_drive_follows_its_leg() -> None:
     layout = Layout({"a": (0.0, 0.0)}, {"up": Reach(("a",)), "along": Reach(("a",), lateral=True)})
-    on = high(Free(**COMMON, duty=0.4, swing_lag=0.1, phases={"a": 0.3}), layout)
+    on = high(CustomGait(**COMMON, duty=0.4, swing_lag=0.1, phases={"a": 0.3}), layout)
     assert np.all(np.roll(on["up"], 24) == on["along"])
     assert np.all(np.roll(MIDDLES < 0.4, 72) == on["up"])
 
@@ -140,9 +149,9 @@ def test_a_duty_outside_of_0_to_1(duty: float) -> None:
 
 
 def test_voltages_in_order() -> None:
-    with pytest.raises(InputError, match=r"^Wave.high: the upper voltage 14 V is below the lower one, 15 V$"):
-        Wave(**COMMON, low=15.0)
-    still = Wave(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
+    with pytest.raises(InputError, match=r"^MetachronalGait.high: .* 14 V is below the lower one, 15 V$"):
+        MetachronalGait(**COMMON, low=15.0)
+    still = MetachronalGait(**COMMON, low=14.0).waveforms(rows(1, 0))["L1"]
     assert still.volts(MIDDLES).tolist() == [14.0] * len(MIDDLES)
 
 
@@ -153,7 +162,7 @@ def test_patterns_that_do_not_fit() -> None:
             "a tripod needs six legs, three on each side of the body, got 5 in all, 2 on the left and 3 on the right",
         )
     ]
-    assert Free(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1)) == [
+    assert CustomGait(**COMMON, phases={"L1": 0.0, "L9": 0.5}).faults(rows(2, 1)) == [
         ("phases.L9", "the robot has no leg 'L9'; valid names are 'L1', 'L2', 'R1'"),
         ("phases", "leg 'L2' has no phase; give one to every leg"),
         ("phases", "leg 'R1' has no phase; give one to every leg"),
@@ -166,9 +175,9 @@ def test_a_group_must_share_one_phase() -> None:
     hips = rows(2, 2).hips
     pairs = Layout(hips, {"front": Reach(("L1", "R1")), "hind": Reach(("L2", "R2"))})
     assert Alternating(**COMMON).faults(pairs) == []
-    assert Wave(**COMMON).faults(pairs) == [
+    assert MetachronalGait(**COMMON).faults(pairs) == [
         ("", "drive 'front' moves legs 'L1' and 'R1' together, but their phases differ"),
         ("", "drive 'hind' moves legs 'L2' and 'R2' together, but their phases differ"),
     ]
     whole = {"L1": 0.25, "R1": -0.75, "L2": 1.0, "R2": 0.0}
-    assert Free(**COMMON, phases=whole).faults(pairs) == []
+    assert CustomGait(**COMMON, phases=whole).faults(pairs) == []

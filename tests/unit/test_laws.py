@@ -8,13 +8,13 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import quantity
 from tarsus.model.laws import (
     Adhesion,
+    DampingLaw,
     Electrostatic,
     Film,
     Friction,
     Gravity,
     ImpactLaw,
     Law,
-    ResistiveLaw,
     Restitution,
     SmoothLaw,
     load_laws,
@@ -147,7 +147,7 @@ def test_a_law_field_needs_a_unit() -> None:
 def test_a_law_function_takes_what_the_protocol_says() -> None:
     with pytest.raises(TypeError, match=r"must take \(gap, stiffness\)"):
 
-        class Bad(ResistiveLaw):
+        class Bad(DampingLaw):
             stiffness: float = quantity("N s/m^2", "k")
 
             @staticmethod
@@ -186,7 +186,7 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
         (HEAD + "import sys\nsys.exit(3)\n", r"law\.py, line 4: SystemExit: 3"),
         (HEAD + "def f(:\n", r"law\.py, line 3: SyntaxError"),
         ("import no_such_module_at_all\n", r"law\.py, line 1: ModuleNotFoundError"),
-        (HEAD, r"defines no law; a law is a class derived from one of ResistiveLaw, SmoothLaw"),
+        (HEAD, r"defines no law; a law is a class derived from one of DampingLaw, SmoothLaw"),
         (HEAD + "class A(SmoothLaw):\n    a: float = 3.0\n", r"line 3: TypeError: A\.a: a law's field"),
         (
             HEAD + "class A(SmoothLaw):\n    pass\n",

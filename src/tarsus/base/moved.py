@@ -1,4 +1,4 @@
-"""Former homes of modules: an import by an old name finds the module where it is now, with a DeprecationWarning."""
+"""Former homes of modules and former names: what has an old name is found, with a DeprecationWarning."""
 
 from __future__ import annotations
 
@@ -55,3 +55,9 @@ def install() -> None:
     """Let imports by former names be found."""
     if not any(isinstance(one, FormerHomes) for one in sys.meta_path):
         sys.meta_path.insert(0, FormerHomes())
+
+
+def renamed(module: str, old: str, new: str) -> object:
+    """What a module has under a new name, asked for by the former one, with a warning at who asked."""
+    warnings.warn(f"{module}.{old} is now {module}.{new}", DeprecationWarning, stacklevel=3)
+    return getattr(import_module(module), new)

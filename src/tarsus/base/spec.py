@@ -9,10 +9,10 @@ the same path for ``--set``, sweeps, fits and provenance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import FrozenInstanceError, dataclass
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -32,9 +32,12 @@ from tarsus.base.messages import PathErrors, bounds_text, nearest, sentences
 from tarsus.base.units import describe_unit, parse_quantity
 
 __all__ = [
+    "Amount",
+    "Amounts",
     "Description",
     "FloatInfo",
     "FrozenDict",
+    "MaybeAmount",
     "Name",
     "Named",
     "float_paths",
@@ -59,6 +62,11 @@ class FrozenDict(dict[K, V]):
     def _refuse(self, *args: object, **kwargs: object) -> Any:
         raise TypeError("descriptions are frozen: make a changed copy with tarsus.with_values")
 
+    def __missing__(self, key: object) -> Any:
+        from tarsus.base.messages import nearest
+
+        raise KeyError(f"there is no '{key}'{nearest(str(key), map(str, self))}")
+
     __setitem__ = __delitem__ = __ior__ = _refuse  # pyright: ignore[reportAssignmentType]
     clear = pop = popitem = setdefault = update = _refuse  # pyright: ignore[reportAssignmentType]
 
@@ -78,6 +86,32 @@ class FrozenDict(dict[K, V]):
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_-]*$")]
 Named = Annotated[dict[Name, T], AfterValidator(FrozenDict)]
 """``Named[Drive]``: a frozen table of descriptions by name; names hold no dots, so that paths are unique."""
+
+
+if TYPE_CHECKING:
+
+    class Amount:
+        """A field that is a float, and takes texts with a unit: how type checkers are told."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> float: ...
+        def __set__(self, owner: Any, value: float | str) -> None: ...
+
+    class MaybeAmount:
+        """The same of a number that need not be there."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> float | None: ...
+        def __set__(self, owner: Any, value: float | str | None) -> None: ...
+
+    class Amounts:
+        """The same of a row of numbers."""
+
+        def __get__(self, owner: Any, kind: Any, /) -> tuple[float, ...]: ...
+        def __set__(self, owner: Any, value: Sequence[float | str] | np.ndarray) -> None: ...
+
+else:
+    Amount = float
+    MaybeAmount = float | None
+    Amounts = tuple[float, ...]
 
 
 def quantity(
@@ -263,6 +297,13 @@ def _leaves(node: Any, path: str, spec: _Quantity) -> Iterator[tuple[str, Any, _
 _BARE = _Quantity("1", "", {})
 
 
+def described(desc: object) -> None:
+    """Raise InputError for what is no description, such as the name of one."""
+    if not isinstance(desc, Description):
+        load = "; tarsus.load_scene reads a device or a scene file" if isinstance(desc, str) else ""
+        raise InputError(f"expected a description, such as a Scene, got {desc!r:.60}{load}")
+
+
 def float_paths(desc: Description) -> dict[str, FloatInfo]:
     """Every float of a description by path, in file order.
 
@@ -270,7 +311,13 @@ def float_paths(desc: Description) -> dict[str, FloatInfo]:
     -------
     dict[str, FloatInfo]
         ``{"ground.film.coefficient": FloatInfo(value, unit, doc), ...}``; absent (None) values are left out.
+
+    Raises
+    ------
+    InputError
+        For what is no description, such as a device's name.
     """
+    described(desc)
     return {
         path: FloatInfo(value, spec.unit, spec.doc)
         for path, value, spec in _leaves(desc, "", _BARE)
@@ -317,6 +364,7 @@ def get_value(desc: Description, path: str) -> Any:
     InputError
         For an unknown path, with the nearest valid one.
     """
+    described(desc)
     node: Any = desc
     for key in path.split("."):
         try:
@@ -400,6 +448,7 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
     InputError
         With every unknown path (and the nearest valid one) and every refused value.
     """
+    described(desc)
     problems: list[str] = []
     changed = _changed(desc, desc, _tree(values), "", problems)
     if problems:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StringConstraints, model_validator
 
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Description, Name, quantity
+from tarsus.base.spec import Amount, Description, MaybeAmount, Name, quantity
 from tarsus.model.scene import Scene
 
 __all__ = [
@@ -152,9 +152,9 @@ class Sampling(Description):
     """How the table was sampled: transient, window, resolution; and in how many windows the model is looked at."""
 
     foot: str | None = Field(default=None, description="the foot that is judged; the first when absent")
-    settle: float | None = quantity("s", "transient that is dropped", default=None, ge=0)
+    settle: MaybeAmount = quantity("s", "transient that is dropped", default=None, ge=0)
     settle_periods: float | None = Field(default=None, ge=0, description="the same in drive periods")
-    window: float | None = quantity(
+    window: MaybeAmount = quantity(
         "s", "length of the window that the table's numbers come from", default=None, gt=0
     )
     window_periods: float | None = Field(default=None, gt=0, description="the same in drive periods")
@@ -162,8 +162,8 @@ class Sampling(Description):
     draws: int = Field(
         default=1, ge=1, le=1000, description="runs with random initial velocities; 1: from rest"
     )
-    speed: float = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
-    resolution: float = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
+    speed: Amount = quantity("m/s", "standard deviation of the foot's initial speed", default=1e-3, gt=0)
+    resolution: Amount = quantity("m", "height below which the instrument sees nothing", default=1e-7, gt=0)
     accuracy: float = Field(default=1e-6, gt=0, le=1e-2, description="relative error of the gap in a step")
 
     @model_validator(mode="after")

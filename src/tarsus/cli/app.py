@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from tarsus.cli import console, front
 
@@ -23,8 +23,8 @@ COMMANDS = "tarsus.commands"
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 VERBS = (
-    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "movie", "sweep", "yield", "branch",
-    "synthesize", "identify", "calibrate", "next", "design", "bench", "doctor", "completion",
+    "devices", "show", "new", "check", "read", "simulate", "compare", "open", "plot", "movie", "sweep", "yield",
+    "branch", "synthesize", "identify", "calibrate", "recommend", "design", "bench", "doctor", "completion",
 )  # fmt: skip
 """In the order of the help page; each is a function, or verbs of their own, in the module of `tarsus.cli` that has its
 name; `MODULES` has those whose name is a word of Python."""
@@ -37,6 +37,15 @@ GONE = {
     "`tarsus check` checks a scene file",
 }
 """Verbs of earlier versions, and what to use."""
+
+RENAMED = {"next": "recommend"}
+"""Verbs by their former names, which still work and say so."""
+
+VOICES = {
+    "-q": console.Voice.QUIET, "--quiet": console.Voice.QUIET,
+    "-v": console.Voice.VERBOSE, "--verbose": console.Voice.VERBOSE,
+}  # fmt: skip
+"""Words that every verb understands, wherever they stand: how much is said beside results and errors."""
 
 
 def build(words: list[str]) -> App:
@@ -51,6 +60,7 @@ def build(words: list[str]) -> App:
         help=front.PURPOSE,
         version=_version,
         help_format="plaintext",
+        help_epilogue=front.EVERYWHERE,
         exit_on_error=False,
         print_error=False,
         suppress_keyboard_interrupt=False,
@@ -96,11 +106,32 @@ def _version() -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one command line; failures are `told`."""
+    """Run one command line; failures are `told`. `-q` anywhere in it leaves results and errors alone, `-v` says more."""
+    voice, words = _voice_of(argv)
+    if voice is None:
+        console.complain(["-q says less and -v says more: give one of them"])
+        return BAD_INPUT
+    with console.speaking(voice):
+        return _run(words)
+
+
+def _voice_of(argv: list[str]) -> tuple[console.Voice | None, list[str]]:
+    """How much is to be said, None where the line contradicts itself, and the line without these words."""
+    end = argv.index("--") if "--" in argv else len(argv)
+    asked = {VOICES[word] for word in argv[:end] if word in VOICES}
+    words = [*(word for word in argv[:end] if word not in VOICES), *argv[end:]]
+    return (asked or {console.Voice.USUAL}).pop() if len(asked) < 2 else None, words
+
+
+def _run(argv: list[str]) -> int:
+    """Run one command line without words for the voice."""
     if argv and argv[0] in GONE:
         console.complain([GONE[argv[0]]])
         return BAD_INPUT
-    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _command(argv))
+    if argv and argv[0] in RENAMED:
+        console.note([f"`tarsus {argv[0]}` is now `tarsus {RENAMED[argv[0]]}`; the former name will go"])
+        argv = [RENAMED[argv[0]], *argv[1:]]
+    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv))
 
 
 def _page() -> int:
@@ -108,12 +139,17 @@ def _page() -> int:
     return DONE
 
 
+def _done(argv: list[str]) -> object:
+    code = _command(argv)
+    console.detail(_spent())
+    return code
+
+
 def told(do: Callable[[], object]) -> int:
     """The exit code of what is done.
 
     Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
-    bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no
-    error.
+    bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
     """
     try:
         code = do()
@@ -136,14 +172,31 @@ def told(do: Callable[[], object]) -> int:
             return BAD_INPUT
         if os.environ.get("TARSUS_TRACEBACK"):
             raise
+        if console.voice() is console.Voice.VERBOSE:
+            import traceback
+
+            traceback.print_exc()
         console.complain(
             [
                 f"something went wrong inside tarsus ({type(error).__name__}: {error}); this is a defect, "
-                "please report it (TARSUS_TRACEBACK=1 shows where it happened)"
+                "please report it (-v shows where it happened)"
             ]
         )
         return FAILED
     return code if isinstance(code, int) else DONE
+
+
+def _spent() -> str:
+    """Time and memory that this process has taken, for who asked for more."""
+    import time
+
+    spent = f"{time.process_time():.2f} s of CPU"
+    try:
+        import resource
+    except ImportError:  # Windows
+        return spent
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform == "darwin" else 1)
+    return f"{spent}, at most {kilobytes / 1024:.0f} MiB of memory"
 
 
 def _command(argv: list[str]) -> int:
@@ -153,11 +206,25 @@ def _command(argv: list[str]) -> int:
     try:
         return build(argv)(argv)
     except CycloptsError as error:
-        error.verbose = False
-        console.complain([f"{error} See `tarsus {_verb(argv)}--help`."])
+        console.complain([f"{_sentence(error, argv)} See `tarsus {_verb(argv)}--help`."])
         return BAD_INPUT
+
+
+def _sentence(error: Any, argv: list[str]) -> str:
+    """What is wrong with the words, where cyclopts says it in terms of programs."""
+    from cyclopts import MissingArgumentError, UnusedCliTokensError
+
+    error.verbose = False
+    if isinstance(error, UnusedCliTokensError):
+        return f"unexpected: {' '.join(error.unused_tokens)}."
+    if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
+        given = [name for name in error.argument.names if name in argv]
+        return f"{given[0]} takes a value." if given else f"{error.argument.names[0]} is missing."
+    return str(error)
 
 
 def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
+    if argv[:1] == ["design"] and len(argv) > 1 and argv[1] in ("landing", "gait", "adapt"):
+        return f"design {argv[1]} "
     return f"{argv[0]} " if argv and argv[0] in VERBS else ""

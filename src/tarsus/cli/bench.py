@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from tarsus.cli.options import Json
 
 
-def bench(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
-    """Time the engine on the reference problems; whole event sequences are checked before a time is printed.
-
-    Parameters
-    ----------
-    json
-        print one JSON object instead of a table.
-    """
+def bench(*, json: Json = False) -> int:
+    """Time the engine on the reference problems; whole event sequences are checked before a time is printed."""
     from tarsus.cli import console
     from tarsus.study.bench import run_bench
 

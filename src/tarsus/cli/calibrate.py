@@ -4,24 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from tarsus.cli.options import HERE, PAGES, LawFiles, MaybeFolder, Pages, Resume, Work
 
 
 def calibrate(
     study: str,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
+    output: MaybeFolder = None,
     seed: int | None = None,
-    threads: int | None = None,
-    dask: str | None = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    report: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    work: Work = HERE,
+    resume: Resume = False,
+    law: LawFiles = None,
+    pages: Pages = PAGES,
 ) -> int:
     """Fit a device to a table of measures: unknowns and choices, an ensemble, each row left out once.
 
@@ -34,44 +31,25 @@ def calibrate(
         default the study's name with .calibration.
     seed
         of the search, instead of the study's own.
-    threads
-        worker threads; by default one for each processor that this process may use. The result does not depend on them.
-    dask
-        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
-    resume
-        continue what the folder holds; visited sets are not simulated again.
-    overwrite
-        begin again: replace what `calibrate` wrote into the folder before; other files stay.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    report
-        write report.html.
-    json
-        print one JSON object instead of the tables.
     """
-    from tarsus.base.errors import InputError
     from tarsus.calibrate.account import calibration_table
     from tarsus.calibrate.calibrating import calibrate as run
     from tarsus.calibrate.outputs import CALIBRATION_FILES
     from tarsus.calibrate.studyfile import load_study
     from tarsus.cli import console, requests
-    from tarsus.files.output import OutputFolder
 
     described = load_study(study, requests.laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.calibration")
-    if resume and overwrite:
-        raise InputError("--resume continues a calibration and --overwrite begins it again: give one of them")
-    target = OutputFolder(folder, "calibrate", CALIBRATION_FILES, overwrite, resumable=True)
-    target.check(resume=resume)
+    target = pages.target(folder, "calibrate", CALIBRATION_FILES, resume=resume)
     try:
         with (
             target.writing(resume=resume),
             console.progress_bar("sets", time_left=True) as progress,
-            requests.workers_for(dask, threads) as workers,
+            work.workers() as workers,
         ):
             result = run(described, folder, seed=seed, threads=workers, resume=resume, progress=progress)
             table = calibration_table(result)
-            if report:
+            if pages.report:
                 from tarsus.report.calibrate_page import write_calibration_report
 
                 write_calibration_report(table, folder / "report.html")
@@ -82,11 +60,11 @@ def calibrate(
             [f"interrupted; visited sets are kept, continue with `{_again(study, folder, law or (), seed)}`"]
         )
         return INTERRUPTED
-    if json:
+    if pages.json:
         console.print_json(table)
     else:
         _show(table)
-        print(f"\nwrote {folder}")
+        console.wrote([folder])
     lost = any(one["failed"] >= 1.0 for row in table["rows"] for one in row.get("training", {}).values())
     if lost:
         console.complain(["no run of some fitted rows reached its end; the calibration means nothing there"])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json, LawFiles
 
 if TYPE_CHECKING:
     from tarsus.model.laws import Law
@@ -17,8 +17,8 @@ def check(
     name: str,
     /,
     *,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    law: LawFiles = None,
+    json: Json = False,
 ) -> int:
     """Check a device, a scene, a study, a calibration or a campaign with all its records; name all errors at once.
 
@@ -26,10 +26,6 @@ def check(
     ----------
     name
         a device or packaged study by name, a file (TOML), or the folder of a campaign.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    json
-        print one JSON object instead of sentences.
     """
     from tarsus.cli import console
     from tarsus.cli.requests import laws_of
@@ -39,7 +35,7 @@ def check(
         console.print_json({"name": name, "is": what, "contents": contents, "remarks": remarks})
         return 0
     print(f"{name} is a good {what}: {contents}.")
-    console.complain([f"note: {remark}" for remark in remarks])
+    console.note(remarks)
     return 0
 
 
@@ -50,6 +46,14 @@ def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[s
 
     path = Path(name)
     if path.is_dir():
+        if not (path / "campaign.toml").is_file():
+            from tarsus.base.errors import InputError
+
+            scene = f"; its scene is checked by `tarsus check {path / 'scene.toml'}`"
+            raise InputError(
+                f"'{path}' is no folder of a campaign: it holds no campaign.toml"
+                + (scene if (path / "scene.toml").is_file() else "")
+            )
         return _campaign(path)
     if not name.endswith(".toml") and name not in device_names() and not path.exists():
         if name in study_names():

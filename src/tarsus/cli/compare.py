@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json, LawFiles
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,8 +24,8 @@ def compare(
     second: str,
     /,
     *,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    law: LawFiles = None,
+    json: Json = False,
 ) -> int:
     """Compare two folders that `simulate` wrote, or two devices or scene files, such as one identified and its truth.
 
@@ -35,10 +35,6 @@ def compare(
         a run's folder, a device (see `tarsus devices`) or a scene file.
     second
         what it is compared with, of the same sort.
-    law
-        a Python file with laws that the scenes use; may be repeated.
-    json
-        print one JSON object instead of tables.
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console

@@ -5,6 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from enum import IntEnum
+from pathlib import Path
 from typing import Any
 
 from tarsus.cli.lines import Lines
@@ -14,10 +17,55 @@ Progress = Callable[[int, int, str], None]
 """Called as `progress(done, total, what)` by long work."""
 
 
+class Voice(IntEnum):
+    """How much a command line says beside its results and errors."""
+
+    QUIET = -1
+    USUAL = 0
+    VERBOSE = 1
+
+
+_VOICE: ContextVar[Voice] = ContextVar("voice", default=Voice.USUAL)
+
+
+@contextmanager
+def speaking(voice: Voice) -> Iterator[None]:
+    """Say so much for the length of the block."""
+    before = _VOICE.set(voice)
+    try:
+        yield
+    finally:
+        _VOICE.reset(before)
+
+
+def voice() -> Voice:
+    """How much is said now."""
+    return _VOICE.get()
+
+
 def complain(problems: Iterable[str]) -> None:
     """Print each problem as one line on stderr."""
     for problem in problems:
         print(f"tarsus: {problem}", file=sys.stderr)
+
+
+def note(remarks: Iterable[str]) -> None:
+    """Print each remark as one line on stderr, unless nothing but results is asked for."""
+    if voice() > Voice.QUIET:
+        complain(f"note: {remark}" for remark in remarks)
+
+
+def detail(text: str) -> None:
+    """One line on stderr for who asked for more (-v)."""
+    if voice() is Voice.VERBOSE:
+        print(f"tarsus: {text}", file=sys.stderr, flush=True)
+
+
+def wrote(paths: Iterable[Path]) -> None:
+    """Name files that were written, on stdout, unless nothing but results is asked for."""
+    if voice() > Voice.QUIET:
+        for path in paths:
+            print(f"wrote {path}")
 
 
 def os_sentence(error: OSError) -> str:
@@ -27,9 +75,14 @@ def os_sentence(error: OSError) -> str:
     return f"Cannot use {where}: {reason}."
 
 
+def _watched() -> bool:
+    """Whether somebody sees what moves on stderr, and wants to."""
+    return sys.stderr.isatty() and voice() > Voice.QUIET
+
+
 def say(text: str) -> None:
     """One line for the person watching: on stderr, and only when stderr is a terminal."""
-    if sys.stderr.isatty():
+    if _watched():
         print(text, file=sys.stderr, flush=True)
 
 
@@ -55,6 +108,9 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
 
     Yields a function `progress(done, total, what)`. `time_left` shows the time left beside the time taken.
     """
+    if voice() is Voice.QUIET:
+        yield lambda done, total, what: None
+        return
     if not sys.stderr.isatty():
         with Lines(title, time_left) as lines:
             yield lines.say
@@ -91,7 +147,7 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
 @contextmanager
 def spinner(text: str) -> Iterator[None]:
     """A moving line on stderr for the length of the block; silent when stderr is no terminal."""
-    if not sys.stderr.isatty():
+    if not _watched():
         yield
         return
     from rich.console import Console

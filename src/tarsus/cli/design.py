@@ -1,15 +1,15 @@
-"""`tarsus design`: what a signal should be, given what it should do."""
+"""`tarsus design`: what a description or a signal should be, given what it should do."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
 from tarsus.cli import design_gait
+from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Folder, Many, Pages, Seed, Work
 
-design = App(name="design", help="Design what a description or a signal should be, given what it should do.")
+design = App(name="design", help="What a description or a signal should be, given what it should do.")
 design.command(design_gait.gait)
 design.command(design_gait.adapt)
 
@@ -20,28 +20,24 @@ def landing(
     /,
     *,
     foot: str,
+    output: Folder,
     pairs: int = 1,
     levels: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8 V, 8 V",
-    over: Annotated[list[str] | None, Parameter(negative=())] = None,
+    over: Many = None,
     risk: str | None = None,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
     objective: str = "speed",
     drive: str | None = None,
-    free: Annotated[list[str] | None, Parameter(negative=())] = None,
+    free: Many = None,
     tick: str = "1 us",
     shortest: str = "10 us",
     ringing: str | None = None,
     learn: int = 0,
     sensor: str = "speed",
-    seed: int = 0,
     effort: float = 1.0,
-    threads: int | None = None,
-    dask: str | None = None,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    report: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    seed: Seed = 0,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    pages: Pages = PAGES,
 ) -> int:
     """Find on-off switching times with which a foot touches down softly, every touchdown of the period counted.
 
@@ -51,6 +47,8 @@ def landing(
         a device (see `tarsus devices`) or a scene file; its signal gives the period, and the share of it on the ground.
     foot
         name of the foot.
+    output
+        folder for landing.json, signal.toml, scene.toml, landing.h, scenarios.csv and report.html.
     pairs
         pairs of switchings beside the step's two edges, at most.
     levels
@@ -59,8 +57,6 @@ def landing(
         PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
     risk
         worst, cvar:q, mean or nominal; worst with --over, else nominal.
-    output
-        folder for landing.json, signal.toml, scene.toml, landing.h, scenarios.csv and report.html.
     objective
         speed, impulse or touchdowns.
     drive
@@ -78,51 +74,34 @@ def landing(
         steps in which the landing is learned again on hidden grounds, without a model; 0 for none.
     sensor
         what the learner is told: speed (a scalar) or contact (one bit).
-    seed
-        of the search.
     effort
         factor on the length of the search.
-    threads
-        worker threads; by default one for each processor that this process may use.
-    dask
-        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
-    set_
-        path=value, changes the scene first; may be repeated.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    overwrite
-        replace what `design landing` wrote into the folder before; other files stay.
-    report
-        write report.html.
-    json
-        print one JSON object instead of the table.
     """
     from tarsus.cli import console, requests
     from tarsus.design.landing_files import LANDING_FILES, landing_table, write_landing
     from tarsus.design.soft_landing import landing as made
-    from tarsus.files.output import OutputFolder
 
     options = _options(objective, sensor, tick, shortest, ringing)
     grounds = requests.grounds_of(over or ())
-    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
-    target = OutputFolder(output, "design landing", LANDING_FILES, overwrite)
-    target.check()
-    with console.progress_bar("design") as progress, requests.workers_for(dask, threads) as workers:
+    the_scene = changes.scene(scene)
+    target = pages.target(output, "design landing", LANDING_FILES)
+    with console.progress_bar("design") as progress, work.workers() as workers:
         found = made(
             the_scene, foot, pairs=pairs, levels=levels, over=grounds, risk=risk, learn=learn, progress=progress,
             drive=drive, free=tuple(free or ()), seed=seed, effort=effort, threads=workers, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_landing(found, folder)
-        if report:
+        if pages.report:
             from tarsus.report.landing_page import write_landing_report
 
             write_landing_report(found, folder / "report.html")
     table = landing_table(found)
-    if json:
+    if pages.json:
         console.print_json(table)
     else:
-        _show(table, folder)
+        _show(table)
+        console.wrote([folder])
     return 0
 
 
@@ -147,7 +126,7 @@ def _options(objective: str, sensor: str, tick: str, shortest: str, ringing: str
     return found
 
 
-def _show(table: dict[str, Any], folder: Path) -> None:
+def _show(table: dict[str, Any]) -> None:
     from tarsus.cli import console
 
     rows = [
@@ -170,4 +149,3 @@ def _show(table: dict[str, Any], folder: Path) -> None:
         print(
             f"energy:     {table['energy']:.4g} J a period, {table['energy_recovered']:.4g} J with charge recovery"
         )
-    print(f"wrote {folder}")

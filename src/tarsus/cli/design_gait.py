@@ -3,40 +3,89 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
+
+from tarsus.cli.options import (
+    HERE,
+    PAGES,
+    UNCHANGED,
+    Changes,
+    Duration,
+    Folder,
+    Pages,
+    Resume,
+    Seed,
+    Work,
+)
 
 if TYPE_CHECKING:
     from tarsus.design.adaptive import AdaptiveGait
     from tarsus.design.gait_fronts import GaitFront
 
 
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Gaits:
+    """Which gaits are tried, and how they are walked."""
+
+    symmetry: Annotated[
+        str,
+        Parameter(
+            help="of the phases: none, mirror (legs across half a period apart), pairs (legs across together) or wave."
+        ),
+    ] = "none"
+    dead: Annotated[str, Parameter(help="legs that do not move, with commas.")] = ""
+    candidates: Annotated[int, Parameter(help="gaits that are tried in all.")] = 4000
+    duration: Duration = None
+    seed: Seed = 0
+
+    def read(self, **further: tuple[str, str]) -> dict[str, Any]:
+        """As the designs take them, with further quantities, each its words and its unit."""
+        from tarsus.cli import requests
+
+        legs = tuple(leg.strip() for leg in self.dead.split(",") if leg.strip())
+        plain = {"symmetry": self.symmetry, "dead": legs, "candidates": self.candidates}
+        return requests.quantities_of(duration=(self.duration, "s"), **further) | plain
+
+
+GAITS = Gaits()
+
+Free = Annotated[
+    list[str],
+    Parameter(
+        negative=(),
+        help="what may change: gait.frequency, gait.duty, gait.high=7V:14V, or gait.phases for the phases of all legs; "
+        "with commas, or repeated.",
+    ),
+]
+Over = Annotated[
+    list[str] | None,
+    Parameter(
+        negative=(),
+        help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
+    ),
+]
+
+
 def gait(
     scene: str,
     /,
     *,
-    free: Annotated[list[str], Parameter(negative=())],
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    free: Free,
+    output: Folder,
     objective: str = "speed,energy",
-    over: Annotated[list[str] | None, Parameter(negative=())] = None,
+    over: Over = None,
     risk: str | None = None,
-    symmetry: str = "none",
-    dead: str = "",
-    candidates: int = 4000,
     look: int = 48,
     loss: str = "10 %",
-    duration: str | None = None,
-    seed: int = 0,
-    threads: int | None = None,
-    dask: str | None = None,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    report: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    gaits: Gaits = GAITS,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    resume: Resume = False,
+    pages: Pages = PAGES,
 ) -> int:
     """Find the gaits that no other beats in speed, energy, slip or contact, on grounds that nobody measured.
 
@@ -44,102 +93,57 @@ def gait(
     ----------
     scene
         a walker: a device (see `tarsus devices`) or a scene file.
-    free
-        what may change: gait.frequency, gait.duty, gait.high=7V:14V, or gait.phases for the phases of all legs; with
-        commas, or repeated.
     output
         folder for gaits.json, front.csv, gait.h (the robust gait), report.html, and the scene and the page of every
         gait of the front.
     objective
         one to three of speed, energy, transport, slip, contact, support and sway, with commas.
-    over
-        PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
     risk
         worst, cvar:q, mean or nominal; worst with --over, else nominal.
-    symmetry
-        of the phases: none, mirror (legs across half a period apart), pairs (legs across together) or wave.
-    dead
-        legs that do not move, with commas.
-    candidates
-        gaits that are tried in all.
     look
         grounds that an attack on the front looks at before it climbs.
     loss
         what the robust gait may lose on the scene's own ground.
-    duration
-        of a walk; the scene's own when left out.
-    seed
-        of the search.
-    threads
-        worker threads; by default one for each processor that this process may use.
-    dask
-        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
-    set_
-        path=value, changes the scene first; may be repeated.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    resume
-        continue what the folder holds; walks that are there are not walked again.
-    overwrite
-        begin again: replace what `design gait` wrote into the folder before; other files stay.
-    report
-        write report.html and the pages of the gaits.
-    json
-        print one JSON object instead of the table.
     """
-    from tarsus.base.errors import InputError
     from tarsus.cli import console, requests
     from tarsus.design.gait_files import FRONT_FILES, gait_table, write_front
     from tarsus.design.gait_fronts import gait as design
+    from tarsus.design.gait_request import GaitOptions, gait_request
     from tarsus.design.kept import KEPT_FILES
-    from tarsus.files.output import OutputFolder
 
-    if resume and overwrite:
-        raise InputError("--resume continues a design and --overwrite begins it again: give one of them")
-    options: dict[str, Any] = requests.quantities_of(loss=(loss, "1"), duration=(duration, "s"))
-    given = {"free": _free(free), "over": requests.grounds_of(over or ())}
-    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
-    target = OutputFolder(output, "design gait", (*FRONT_FILES, *KEPT_FILES), overwrite, resumable=True)
-    target.check(resume=resume)
-    legs = tuple(leg.strip() for leg in dead.split(",") if leg.strip())
-    _checked(
-        the_scene,
-        given,
-        objective,
-        risk,
-        options | {"symmetry": symmetry, "dead": legs, "candidates": candidates, "look": look},
-    )
+    options: dict[str, Any] = gaits.read(loss=(loss, "1")) | {"look": look}
+    the_free, grounds = _free(free), requests.grounds_of(over or ())
+    the_scene = changes.scene(scene)
+    target = pages.target(output, "design gait", (*FRONT_FILES, *KEPT_FILES), resume=resume)
+    gait_request(
+        the_scene, the_free, objective, grounds, risk, GaitOptions(**options)
+    )  # before a file is touched
     try:
         with (
             target.writing(resume=resume) as folder,
             console.progress_bar("gaits") as progress,
-            requests.workers_for(dask, threads) as workers,
+            work.workers() as workers,
         ):
             found = design(
-                the_scene, given["free"], objective, given["over"], risk, folder=folder, resume=resume,
-                progress=progress, symmetry=symmetry, dead=legs, candidates=candidates, look=look, seed=seed,
-                threads=workers, **options,
+                the_scene, the_free, objective, grounds, risk, folder=folder, resume=resume,
+                progress=progress, seed=gaits.seed, threads=workers, **options,
             )  # fmt: skip
             write_front(found, folder)
-            if report:
+            if pages.report:
                 from tarsus.report.gait_page import write_gait_report
 
                 write_gait_report(found, folder)
     except KeyboardInterrupt:
         from tarsus.cli.app import INTERRUPTED
 
-        console.complain(
-            [
-                f"interrupted; the walks so far are kept in {shlex.quote(str(output))}: the same line with "
-                "--resume goes on"
-            ]
-        )
+        kept = f"the walks so far are kept in {shlex.quote(str(output))}"
+        console.complain([f"interrupted; {kept}: the same line with --resume goes on"])
         return INTERRUPTED
-    if json:
+    if pages.json:
         console.print_json(gait_table(found))
     else:
         _show(found)
-        print(f"wrote {folder}")
+        console.wrote([folder])
     return 0
 
 
@@ -147,29 +151,21 @@ def adapt(
     scene: str,
     /,
     *,
-    free: Annotated[list[str], Parameter(negative=())],
-    over: Annotated[list[str], Parameter(negative=())],
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    free: Free,
+    over: Over,
+    output: Folder,
     sense: str = "charge",
     objective: str = "speed",
     steps: int = 20,
-    gaits: int = 6,
+    most: Annotated[int, Parameter(name="--gaits")] = 6,
     hidden: int = 200,
     training: int = 96,
     noise: str = "2 %",
     repeats: int = 1,
-    symmetry: str = "none",
-    dead: str = "",
-    candidates: int = 4000,
-    duration: str | None = None,
-    seed: int = 0,
-    threads: int | None = None,
-    dask: str | None = None,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    report: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    gaits: Gaits = GAITS,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    pages: Pages = PAGES,
 ) -> int:
     """Find a few gaits, and the rule that chooses among them by what the robot senses in its first steps.
 
@@ -177,11 +173,6 @@ def adapt(
     ----------
     scene
         a walker: a device (see `tarsus devices`) or a scene file.
-    free
-        as for `tarsus design gait`.
-    over
-        PATH=a:b, a number that the robot does not know, from a to b; may be repeated. Or a draws.npz of `tarsus
-        identify`.
     output
         folder for adapt.json, hidden.csv and report.html.
     sense
@@ -190,8 +181,8 @@ def adapt(
         one of speed, transport, slip, contact, support and sway.
     steps
         walked with the first gait before the rule chooses.
-    gaits
-        how many at most.
+    most
+        how many gaits at most.
     hidden
         hidden grounds that the rule is judged on.
     training
@@ -200,47 +191,31 @@ def adapt(
         standard deviation of what is sensed, as a share of it.
     repeats
         walks, a thousandth apart, that every gait is judged by on every ground: more than one where walks ring.
-    symmetry, dead, candidates, duration, seed, threads, dask
-        as for `tarsus design gait`.
-    set_
-        path=value, changes the scene first; may be repeated.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    overwrite
-        replace what `design adapt` wrote into the folder before; other files stay.
-    report
-        write report.html.
-    json
-        print one JSON object instead of the table.
     """
     from tarsus.cli import console, requests
     from tarsus.design.adaptive import adapt as design
     from tarsus.design.gait_files import ADAPT_FILES, adapt_table, write_adapt
-    from tarsus.files.output import OutputFolder
 
-    options: dict[str, Any] = requests.quantities_of(noise=(noise, "1"), duration=(duration, "s"))
-    the_free, grounds = _free(free), requests.grounds_of(over)
-    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
-    target = OutputFolder(output, "design adapt", ADAPT_FILES, overwrite)
-    target.check()
-    with console.progress_bar("adaptive gait") as progress, requests.workers_for(dask, threads) as workers:
+    options = gaits.read(noise=(noise, "1"))
+    the_free, grounds = _free(free), requests.grounds_of(over or ())
+    the_scene = changes.scene(scene)
+    target = pages.target(output, "design adapt", ADAPT_FILES)
+    with console.progress_bar("adaptive gait") as progress, work.workers() as workers:
         found = design(
-            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=gaits, hidden=hidden, training=training,
-            repeats=repeats, progress=progress, symmetry=symmetry,
-            dead=tuple(leg.strip() for leg in dead.split(",") if leg.strip()),
-            candidates=candidates, seed=seed, threads=workers, **options,
+            the_scene, the_free, grounds, sense, objective, steps=steps, gaits=most, hidden=hidden, training=training,
+            repeats=repeats, progress=progress, seed=gaits.seed, threads=workers, **options,
         )  # fmt: skip
     with target.writing() as folder:
         write_adapt(found, folder)
-        if report:
+        if pages.report:
             from tarsus.report.gait_page import write_adapt_report
 
             write_adapt_report(found, folder / "report.html")
-    if json:
+    if pages.json:
         console.print_json(adapt_table(found))
     else:
         _show_adapted(found)
-        print(f"wrote {folder}")
+        console.wrote([folder])
     return 0
 
 
@@ -262,15 +237,6 @@ def _free(words: list[str]) -> dict[str, tuple[str, str] | None]:
     if problems:
         raise InputError(problems)
     return found
-
-
-def _checked(
-    scene: Any, given: dict[str, Any], objective: str, risk: str | None, options: dict[str, Any]
-) -> None:
-    """Raise InputError for a bad request before anything is written."""
-    from tarsus.design.gait_request import GaitOptions, gait_request
-
-    gait_request(scene, given["free"], objective, given["over"], risk, GaitOptions(**options))
 
 
 def _show(design: GaitFront) -> None:

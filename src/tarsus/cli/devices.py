@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from cyclopts import Parameter
+from tarsus.cli.options import Json
 
 
-def devices(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
-    """List the packaged devices and those that installed packages add.
-
-    Parameters
-    ----------
-    json
-        print one JSON object instead of a table.
-    """
+def devices(*, json: Json = False) -> int:
+    """List the packaged devices and those that installed packages add."""
     from tarsus.cli import console
     from tarsus.files.library import device_names, load_scene
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json
 
 IMPACTS = (0.4515236409857308, 1.264266194760045, 1.995734493156927)
 """First impacts [s] of a ball dropped from 1 m, restitution 0.9, 9.81 m/s^2: sqrt(2 h / g) (1, 1 + 2 e, ...)."""
@@ -13,15 +13,10 @@ CLOSE = 1e-10
 """Relative error of those times below which the engine is right on this processor; it is 1e-15 where all is well."""
 
 
-def doctor(*, json: Annotated[bool, Parameter(negative=())] = False) -> int:
+def doctor(*, json: Json = False) -> int:
     """Tell versions, processor and threads, and check the engine against a closed form.
 
     Exit code 1 when something is wrong.
-
-    Parameters
-    ----------
-    json
-        print one JSON object instead of lines.
     """
     from tarsus.cli import console
 

@@ -13,6 +13,8 @@ PURPOSE = "Contact dynamics of legged piezoelectric micro-robots, from device fi
 
 OPTIONS = {"--help, -h": "Display this message and exit.", "--version": "Display application version."}
 
+EVERYWHERE = "Every verb also takes -q (--quiet): results and errors alone; and -v (--verbose): say more."
+
 WIDEST = 100
 """Characters a line, on a wider terminal too: longer ones are hard to follow."""
 
@@ -25,7 +27,9 @@ def front_page(verbs: Mapping[str, str]) -> str:
     for title, lines in (("Commands", dict(sorted(verbs.items()))), ("Options", OPTIONS)):
         rows = [f"  {name:{indent - 2}}{said}" for name, said in lines.items()]
         blocks.append("\n".join([title, *(fill(row, width, subsequent_indent=" " * indent) for row in rows)]))
-    return "\n\n".join([*blocks, "tarsus COMMAND --help says what a command takes."])
+    return "\n\n".join(
+        [*blocks, fill(f"tarsus COMMAND --help says what a command takes. {EVERYWHERE}", width)]
+    )
 
 
 def first_sentence(module: str, name: str) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from tarsus.cli.options import PAGES, MaybeFolder, Pages, Seed
 
 if TYPE_CHECKING:
     from tarsus.identify.chain import Identification
@@ -16,11 +16,9 @@ def identify(
     campaign: Path,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    seed: int = 1,
-    report: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    output: MaybeFolder = None,
+    seed: Seed = 1,
+    pages: Pages = PAGES,
 ) -> int:
     """Identify a device from a campaign of records: structure, drive, film, adhesion, restitution, with intervals.
 
@@ -31,41 +29,32 @@ def identify(
     output
         folder for identified.toml, identification.json, draws.npz and report.html; by default "identified" beside the
         campaign file.
-    overwrite
-        replace what `identify` wrote into the folder before; other files stay.
-    seed
-        of the draws that intervals are made of.
-    report
-        write report.html.
-    json
-        print one JSON object instead of the tables.
     """
     from tarsus.cli import console
-    from tarsus.files.output import OutputFolder
     from tarsus.identify.campaign import read_campaign
     from tarsus.identify.chain import identify as run
     from tarsus.identify.result import RESULT_FILES, summary_of, write_identification
 
     opened = read_campaign(campaign)
     folder = output if output is not None else opened.folder / "identified"
-    target = OutputFolder(folder, "identify", RESULT_FILES, overwrite)
-    target.check()
+    target = pages.target(folder, "identify", RESULT_FILES)
     with console.progress_bar("steps") as progress:
         found = run(opened, seed, progress)
     with target.writing():
         written = write_identification(found, folder)
-        if report:
+        if pages.report:
             from tarsus.report.identify_page import write_identify_report
 
             written.append(write_identify_report(found, folder / "report.html"))
-    console.complain([f"note: {said}" for said in found.remarks])
-    console.complain([f"left out: {one}" for one in found.left_out])
+    console.note(found.remarks)
+    console.note(f"excluded: {one}" for one in found.left_out)
     console.complain([f"{one.name} was not done: {said}" for one in found.not_done for said in one.reasons])
-    if json:
+    if pages.json:
         console.print_json(summary_of(found))
     else:
         _show(found)
-        print(f"\n{found.seconds:.0f} s; wrote {', '.join(str(path) for path in written)}")
+        print(f"\n{found.seconds:.0f} s")
+        console.wrote(written)
     return 1 if found.not_done else 0
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json
 
 TEMPLATES = {"device": "device.toml", "law": "law.py", "study": "study.toml"}
 RECORDS = {".uff", ".unv", ".mat", ".h5", ".hdf5", ".nc", ".tdms", ".lvm", ".csv", ".txt", ".asc", ".dat"}
@@ -18,7 +18,7 @@ def new(
     /,
     *,
     device: str | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
 ) -> int:
     """Write a file to begin with: a device, a law of the ground, a study, or the campaign of a folder of records.
 
@@ -32,8 +32,6 @@ def new(
     device
         what to begin with: of a device a packaged one to copy, of a study its scene, of a campaign what is known
         beforehand.
-    json
-        print one JSON object: file, and of a campaign what its records are.
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console
@@ -55,7 +53,7 @@ def new(
     if json:
         console.print_json({"file": str(target), "remarks": remarks})
         return 0
-    console.complain([f"note: {remark}" for remark in together(remarks)])
+    console.note(together(remarks))
     print(f"wrote {target}; {_next(kind, target)}")
     return 0
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json, LawFiles
 
 PAGES = ("report.html", "reproduction.html", "index.html")
 """The page of a folder, by the verbs that write one."""
@@ -16,9 +15,9 @@ def open(
     folder: Path,
     /,
     *,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
+    law: LawFiles = None,
     browser: bool = True,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
 ) -> int:
     """Open the page of a folder in the browser; that of a run is made again from its files, without simulating.
 
@@ -26,12 +25,8 @@ def open(
     ----------
     folder
         what `simulate`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
-    law
-        a Python file with laws that the stored scene uses; may be repeated.
     browser
         open the page; without it its path is printed only.
-    json
-        print one JSON object: page, and whether it was made again.
     """
     from tarsus.cli import console
 

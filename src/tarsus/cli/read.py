@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from tarsus.cli.options import Json
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -25,7 +27,7 @@ def read(
     axis_unit: str | None = None,
     step: str | None = None,
     drive: str | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Json = False,
 ) -> int:
     """Show what a record holds, as the other verbs would read it: channels, units, points, span, remarks.
 
@@ -43,8 +45,6 @@ def read(
         time between samples, e.g. "50 us", where the file has no times.
     drive
         channel that recorded the drive.
-    json
-        print one JSON object instead of a table.
     """
     from tarsus.cli import console
 
@@ -65,7 +65,7 @@ def read(
         for c in content["channels"]
     ]
     console.table(headings, rows, numbers_from=3)
-    console.complain([f"note: {note}" for note in content["notes"]])
+    console.note(content["notes"])
     return 0
 
 

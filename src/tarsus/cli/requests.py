@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tarsus.base.errors import InputError
+from tarsus.cli import console
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -56,6 +57,15 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
 
     Laws of the files that the scene does not hold already are added with their default values.
     """
+    scene = _changed(name, values, law_files)
+    console.detail(
+        f"{scene.name}: coordinates {scene.robot.structure.size}, drives {len(scene.robot.drives)}, "
+        f"feet {len(scene.robot.feet)}, {scene.duration:g} s; values set {len(values)}"
+    )
+    return scene
+
+
+def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Scene:
     from tarsus.files.library import load_scene
 
     if not law_files:
@@ -161,7 +171,10 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
 @contextlib.contextmanager
 def workers_for(dask: str | None, threads: int | None = None) -> Iterator[Workers]:
     """The workers of the Dask cluster that `--dask` names, for the length of a block; without it the threads."""
+    if threads is not None and threads < 1:
+        raise InputError(f"--threads: expected a number of 1 or more, got {threads}")
     if dask is None:
+        console.detail("worker threads: " + ("one for each processor" if threads is None else str(threads)))
         yield threads
         return
     from tarsus.cluster.dask import dask_executor

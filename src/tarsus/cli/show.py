@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from itertools import groupby
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from cyclopts import Parameter
+from tarsus.cli.options import Json, LawFiles
 
 LONGEST_LIST = 8
 """Lists of more numbers than this are shown by their size and range."""
@@ -16,8 +15,8 @@ def show(
     name: str,
     /,
     *,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    law: LawFiles = None,
+    json: Json = False,
 ) -> int:
     """Show every value of a device or scene file: path, value, unit, 95 % interval, provenance.
 
@@ -25,10 +24,6 @@ def show(
     ----------
     name
         a device (see `tarsus devices`) or a scene file.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    json
-        print one JSON object instead of a table.
     """
     from tarsus.base.spec import float_paths
     from tarsus.cli import console

@@ -68,8 +68,7 @@ def print_run(run: Any, written: Sequence[Path]) -> None:
         print()
     shown = [f"{label} {short(value, 'J')}" for label, value in ledger_lines(run) if value]
     print(f"energy: {', '.join(shown) if shown else 'nothing moved'}; closes to {run.ledger.closure:.1e}")
-    for path in written:
-        print(f"wrote {path}")
+    console.wrote(written)
 
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}

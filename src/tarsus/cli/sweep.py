@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from tarsus.cli.options import FLAG, HERE, Json, LawFiles, MaybeFolder, Overwrite, Resume, Work
+
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
     from tarsus.study.sweep import Sweep
-
-_Flag = Parameter(negative=())
 
 
 def sweep(
     study: str,
     /,
     *,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    threads: int | None = None,
-    resume: Annotated[bool, _Flag] = False,
-    overwrite: Annotated[bool, _Flag] = False,
-    law: Annotated[list[Path] | None, _Flag] = None,
-    dask: str | None = None,
+    output: MaybeFolder = None,
+    seed: int | None = None,
+    work: Work = HERE,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    law: LawFiles = None,
     slurm: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     tasks: int | None = None,
     task: int | None = None,
     submission: int = 1,
-    status: Annotated[bool, _Flag] = False,
-    json: Annotated[bool, _Flag] = False,
+    status: Annotated[bool, FLAG] = False,
+    json: Json = False,
 ) -> int:
     """Run a study: a scene over many values of its floats, every run scored.
 
@@ -41,17 +41,8 @@ def sweep(
         a packaged study, a study file (TOML), or the folder of a sweep, which is continued.
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
-    threads
-        worker threads; by default one for each processor that this process may use. The result does not depend on them.
-    resume
-        continue what the folder holds; finished parts are not run again.
-    overwrite
-        begin again: replace what `sweep` wrote into the folder before; other files stay.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    dask
-        run on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local` for processes
-        here.
+    seed
+        of a study that is drawn at random, instead of the study's own.
     slurm
         submit an array to SLURM with these words for sbatch ("--partition=main --time=1:00:00"); on a folder that
         holds a sweep, of what is missing.
@@ -63,11 +54,9 @@ def sweep(
         which array of the folder the task is of.
     status
         print how the sweep in this folder goes, from any machine that sees it.
-    json
-        print one JSON object.
     """
     from tarsus.base.errors import InputError
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
 
     if status:
         from dataclasses import asdict
@@ -83,15 +72,17 @@ def sweep(
     if task is not None:
         from tarsus.cli.task import task as do_task
 
-        return do_task(Path(study), task, submission, threads)
-    if slurm is not None and dask is not None:
+        return do_task(Path(study), task, submission, work.threads)
+    if slurm is not None and work.dask is not None:
         raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
     chosen, folder, resume = _chosen(study, output, law, resume, overwrite)
+    if seed is not None:
+        chosen = _drawn_anew(chosen, seed, resume)
     words = ["tarsus", "sweep", study, "-o", str(folder), *(w for f in law or () for w in ("--law", str(f)))]
     if slurm is not None or tasks is not None:
         with _writing(folder, overwrite, resume):
             return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume)
-    with _writing(folder, overwrite, resume), requests.workers_for(dask, threads) as workers:
+    with _writing(folder, overwrite, resume), work.workers() as workers:
         return _run(chosen, folder, resume, workers, words, json)
 
 
@@ -110,6 +101,18 @@ def _chosen(
         return frozen_sweep(Path(study)), Path(study), True
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
     return load_sweep(study, requests.laws_of(law or ())), folder, resume
+
+
+def _drawn_anew(chosen: Sweep, seed: int, resume: bool) -> Sweep:
+    """The sweep with another seed; its design must have one, and must not be that of a folder already."""
+    from tarsus.base.errors import InputError
+    from tarsus.base.spec import with_values
+
+    if resume:
+        raise InputError("--seed: a sweep that is continued keeps the values it was begun with")
+    if "seed" not in type(chosen.design).model_fields:
+        raise InputError(f"--seed: a {chosen.design.kind} draws nothing at random")
+    return with_values(chosen, {"design.seed": seed})
 
 
 @contextlib.contextmanager
@@ -167,9 +170,7 @@ def _run(
                 shown = "  ".join(f"{name} {count}" for name, count in sorted(who.items())[:SHOWN])
                 progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
 
-            result = run_sweep(
-                chosen, folder, resume=resume, threads=threads, progress=tell
-            )
+            result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=tell)
     except KeyboardInterrupt:
         from tarsus.cli.app import INTERRUPTED
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
+
+from tarsus.cli.options import UNCHANGED, Changes, Folder, Json, Overwrite, Seed
 
 
 def synthesize(
     device: str,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])],
-    seed: int = 1,
+    output: Folder,
+    seed: Seed = 1,
     snr_db: Annotated[float, Parameter(allow_leading_hyphen=True)] = 40.0,
     rate: str = "20 kHz",
     perturb: float = 0.0,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    changes: Changes = UNCHANGED,
+    overwrite: Overwrite = False,
+    json: Json = False,
 ) -> int:
     """Simulate the records of an identification campaign and write its folder, with the truth kept apart.
 
@@ -28,27 +30,21 @@ def synthesize(
         a device (see `tarsus devices`) or a scene file: what the records are made of.
     output
         folder for campaign.toml, device.toml, the records, and truth/device.toml.
-    seed
-        of the noise and of the perturbation.
     snr_db
         noise of each channel below its own motion, in dB.
     rate
         samples per second, e.g. "20 kHz".
     perturb
         multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
-    set_
-        path=value, changes the device first; may be repeated.
-    overwrite
-        replace what `synthesize` wrote into the folder before; other files stay.
     """
     from tarsus.base.errors import InputError
     from tarsus.base.units import parse_quantity
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
     from tarsus.experiment.campaign_folder import CAMPAIGN_FILES, write_campaign
     from tarsus.experiment.synthesis import Instrument, perturbed
     from tarsus.files.output import OutputFolder
 
-    scene = requests.scene_for(device, requests.settings(set_ or ()), ())
+    scene = changes.scene(device)
     try:
         hertz = parse_quantity(rate, "Hz")
     except InputError as error:
@@ -61,7 +57,11 @@ def synthesize(
         scene = perturbed(scene, perturb, seed)
     with target.writing() as folder, console.progress_bar("records") as progress:
         written = write_campaign(scene, folder, Instrument(rate=hertz, snr_db=snr_db), seed, progress)
-    size = sum(path.stat().st_size for path in written) / 1e6
-    print(f"wrote {len(written)} files, {size:.1f} MB, into {output}")
+    size = sum(path.stat().st_size for path in written)
+    if json:
+        files = [str(path) for path in written]
+        console.print_json({"campaign": files[0], "truth": files[-1], "files": files, "bytes": size})
+        return 0
+    print(f"wrote {len(written)} files, {size / 1e6:.1f} MB, into {output}")
     print(f"identify it with `tarsus identify {written[0]} -o FOLDER`; the truth is in {written[-1]}")
     return 0

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
+from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Many, MaybeFolder, Pages, Resume, Seed, Work
 
 if TYPE_CHECKING:
     from tarsus.study.yields import Yield
-
-_Many = Annotated[list[str] | None, Parameter(negative=())]
-_Flag = Parameter(negative=())
 
 WALKS = ["mean_speed", "cost_of_transport"]
 """Measures unless others are asked for: how fast it walks, and at what price."""
@@ -21,24 +18,21 @@ def yields(
     scene: str,
     /,
     *,
-    scatter: _Many = None,
+    scatter: Many = None,
     dead: str | None = None,
     weak: str | None = None,
-    over: _Many = None,
-    measure: _Many = None,
-    require: _Many = None,
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
+    over: Many = None,
+    measure: Many = None,
+    require: Many = None,
+    changes: Changes = UNCHANGED,
     count: int = 1024,
     draws: int = 64,
-    seed: int = 0,
+    seed: Seed = 0,
     chunk: str = "2 s",
-    law: Annotated[list[Path] | None, _Flag] = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    threads: int | None = None,
-    dask: str | None = None,
-    resume: Annotated[bool, _Flag] = False,
-    overwrite: Annotated[bool, _Flag] = False,
-    json: Annotated[bool, _Flag] = False,
+    output: MaybeFolder = None,
+    work: Work = HERE,
+    resume: Resume = False,
+    pages: Pages = PAGES,
 ) -> int:
     """Build many robots with the scatter of a workshop, and say how many are good enough.
 
@@ -59,42 +53,24 @@ def yields(
         a measure to judge by; may be repeated. mean_speed and cost_of_transport when left out.
     require
         measure=value: print the share of robots that meet it; may be repeated.
-    set_
-        path=value, as for `tarsus simulate`; may be repeated.
     count
         robots.
     draws
         draws behind the Sobol indices, a power of 2: they take (legs + grounds + 2) times as many runs; 0 leaves them
         out.
-    seed
-        of all draws.
     chunk
         time that a unit of work takes, or a number of runs.
-    law
-        a Python file with laws of your own; may be repeated.
     output
         folder for both sweeps, yield.json and report.html.
-    threads
-        worker threads; by default one for each processor that this process may use.
-    dask
-        run on the workers of a Dask cluster, as `tarsus sweep --dask`.
-    resume
-        continue what the folder holds.
-    overwrite
-        replace what `yield` wrote into the folder before; other files stay.
-    json
-        print one JSON object.
     """
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
     from tarsus.files.jsontext import json_text
-    from tarsus.files.output import OutputFolder
     from tarsus.files.store import write_text
     from tarsus.files.sweepstore import SWEEP_FILES
-    from tarsus.report.yield_page import write_yield_report
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.yields import read_robots, yield_of
 
-    the_scene = requests.scene_for(scene, requests.settings(set_ or ()), law or ())
+    the_scene = changes.scene(scene)
     robots = read_robots(the_scene, scatter or (), over or (), dead, weak)
     measures = measure or WALKS
     wanted = _requirements(require or (), measures, the_scene)
@@ -103,10 +79,9 @@ def yields(
     legs = robots.legs_sweep(draws, measures, seed=seed, chunk=size) if draws else None
     folder = output if output is not None else Path(f"{Path(scene).stem}.yield")
     names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
-    target = OutputFolder(folder, "yield", ("yield.json", "report.html", *names), overwrite, resumable=True)
-    target.check(resume=resume)
+    target = pages.target(folder, "yield", ("yield.json", "report.html", *names), resume=resume)
     runs = {}
-    with target.writing(resume=resume), requests.workers_for(dask, threads) as workers:
+    with target.writing(resume=resume), work.workers() as workers:
         for name, sweep in (("robots", whole), ("legs", legs)):
             if sweep is None:
                 continue
@@ -119,13 +94,16 @@ def yields(
             robots, whole, runs["robots"].file, None if legs is None else (legs, runs["legs"].file)
         )
         write_text(folder / "yield.json", json_text(found.table()) + "\n")
-        write_yield_report(found, folder / "report.html")
+        if pages.report:
+            from tarsus.report.yield_page import write_yield_report
+
+            write_yield_report(found, folder / "report.html")
     shares = {f"{name}={text}": found.share(name, value) for name, text, value in wanted}
-    if json:
+    if pages.json:
         console.print_json(found.table() | {"shares": shares, "folder": str(folder)})
     else:
         _print(found, shares)
-        print(f"wrote {folder / 'yield.json'}\nwrote {folder / 'report.html'}")
+        console.wrote([folder / name for name in ("yield.json", "report.html") if (folder / name).exists()])
     return 0
 
 

@@ -14,7 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.design import shown
 from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
-from tarsus.design.over import Box, Ensemble
+from tarsus.design.over import Box, Ensemble, even_points
 from tarsus.design.risk import Mean
 from tarsus.design.rules import Rule, grown
 from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
@@ -293,15 +293,13 @@ class _Adapter:
 
     def _pool(self, training: Mapping[str, Floats]) -> Floats:
         """Gaits (np, nu) worth having: the best on some ground, and the best on their mean."""
-        from scipy.stats import qmc
-
         every = len(next(iter(training.values())))
         some = np.linspace(0, every - 1, min(SPREAD_GROUNDS, every)).astype(int)
         grounds = {path: own[some] for path, own in training.items()}
         candidates = self.request.options.candidates
         scan = max(candidates // (2 * len(some)), 8)
         nu = len(self.request.unknowns)
-        points = qmc.Sobol(nu, rng=self.rng).random_base2(int(np.ceil(np.log2(scan))))[:scan]
+        points = even_points(nu, scan, self.rng)
         costs = self._table(points, grounds)
         best = points[costs.argmin(axis=1)]
         generations = max((candidates - scan * len(some)) // (len(some) * YOUNG), 1)

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
+
+from tarsus.design.over import even_points
 
 __all__ = ["Search", "crowding", "hypervolume", "ranks", "search_front", "undominated"]
 
@@ -133,9 +134,7 @@ def search_front(
         Every point (n, nu) that was asked for, and its costs (n, no).
     """
     rng = np.random.default_rng([seed, 21])
-    first = qmc.Sobol(unknowns, rng=rng).random_base2(max(int(np.ceil(np.log2(max(search.scan, 2)))), 1))[
-        : search.scan
-    ]
+    first = even_points(unknowns, search.scan, rng)
     points = first if starts is None or not len(starts) else np.concatenate([starts, first])
     found = costs(points)
     every, values = [points], [found]

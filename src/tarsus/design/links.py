@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.design.step_lift import StepLift, step_lift
+from tarsus.design.lifts import StepLift, step_lift
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import GRAVITY
@@ -82,6 +82,20 @@ class Landscape:
 
 def landscape(leg: Leg, across: str, x: ArrayLike, up: str, y: ArrayLike) -> Landscape:
     """Mean speed to the first peak and load capacity over a grid of two floats of a leg.
+
+    Parameters
+    ----------
+    leg
+        What the other numbers are of.
+    across, x
+        Path of the float along the grid's rows and its values (nx,) [SI].
+    up, y
+        Path of the float along its columns and its values (ny,) [SI].
+
+    Returns
+    -------
+    Landscape
+        Mean speed (ny, nx) [m/s] and capacity (ny, nx) [N].
 
     Raises
     ------

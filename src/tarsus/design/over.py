@@ -13,20 +13,25 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.units import format_quantity, parse_quantity
-from tarsus.identify.belief import read_draws
 from tarsus.model.scene import Scene
 
-__all__ = ["Box", "Ensemble", "Grounds", "Over", "over_of"]
+__all__ = ["Box", "Ensemble", "Grounds", "Over", "even_points", "over_of"]
 
 Floats = NDArray[np.float64]
 
 CORNERS = 4
 """Boxes of at most so many sides give their corners as first grounds; more corners than 16 cost more than they tell."""
+
+
+def even_points(dimensions: int, count: int, rng: np.random.Generator) -> Floats:
+    """Points (count, dimensions) of the unit cube, spread evenly: the first of a scrambled Sobol sequence."""
+    from scipy.stats import qmc  # takes longer to load than all of `tarsus.design`
+
+    return qmc.Sobol(dimensions, rng=rng).random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count]
 
 
 @dataclass(frozen=True)
@@ -72,9 +77,7 @@ class Box:
 
     def spread(self, count: int, seed: int = 0) -> Floats:
         """``count`` values (count, np) spread evenly (Sobol)."""
-        power = max(int(np.ceil(np.log2(max(count, 2)))), 1)
-        sequence = qmc.Sobol(len(self.paths), rng=np.random.default_rng([seed, len(self.paths)]))
-        return self.at(sequence.random_base2(power)[:count])
+        return self.at(even_points(len(self.paths), count, np.random.default_rng([seed, len(self.paths)])))
 
     def first(self) -> Floats:
         """Grounds (n, np) to begin with: the corners of a box of few sides, else an even spread."""
@@ -117,6 +120,8 @@ def over_of(scene: Scene, given: Any) -> Over | None:
     if given is None or (isinstance(given, Mapping) and not given):
         return None
     if isinstance(given, (str, Path)):
+        from tarsus.identify.belief import read_draws
+
         given = Ensemble(read_draws(Path(given)))
     if isinstance(given, (Box, Ensemble)):
         _check(scene, given)

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
+
+from tarsus.design.over import even_points
 
 __all__ = ["Archive", "Budget", "Cost", "search"]
 
@@ -80,8 +81,7 @@ def search(
     """Scan every family evenly, with ``starts`` beside it, then follow the best valleys down."""
     archive = Archive.empty(unknowns)
     each = max(budget.scan // families, 1)
-    power = int(np.ceil(np.log2(each)))
-    grid = np.concatenate([qmc.Sobol(unknowns, rng=rng).random_base2(power)[:each] for _ in range(families)])
+    grid = np.concatenate([even_points(unknowns, each, rng) for _ in range(families)])
     numbers = np.repeat(np.arange(families), each)
     if starts is not None and len(starts[0]):
         numbers, grid = np.concatenate([starts[0], numbers]), np.concatenate([starts[1], grid])

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from tarsus.base.spec import with_values
+from tarsus.design.over import even_points
 from tarsus.design.pulses import Family, OwnStep, Step
 from tarsus.design.trials import Trials
 from tarsus.model.drive.lower import evaluate, lower
@@ -166,7 +166,7 @@ def transfers(
             return np.column_stack([x[:, :m], np.tile(share, (len(x), 1))]) if step.levels.free else x[:, :m]
 
         aim = _Aim(transfer, step, landing, release)
-        x = aim.solved(qmc.Sobol(m + 1, rng=rng).random_base2(SPREAD), ROUNDS)
+        x = aim.solved(even_points(m + 1, 2**SPREAD, rng), ROUNDS)
         nearest = np.argsort((aim.left(x) ** 2).sum(axis=1), kind="stable")[: len(x) // 4]
         x = aim.best(aim.solved(x[nearest], 2 * ROUNDS))
         for _ in range(CORRECTIONS):

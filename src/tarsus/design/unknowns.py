@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
 from tarsus.base.units import format_quantity, parse_quantity
-from tarsus.model.drive.gait import Free, Layout
+from tarsus.model.drive.gait import CustomGait, Layout
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
 
@@ -108,7 +108,7 @@ def unknowns_of(
         problems.append(f"symmetry: '{symmetry.value}' ties phases, so {PHASES} has to be free")
     if (PHASES in given or any(path.startswith(f"{PHASES}.") for path in given)) and scene.gait is not None:
         layout = scene.robot.layout()
-        if layout is not None and not isinstance(scene.gait, Free) and not scene.gait.faults(layout):
+        if layout is not None and not isinstance(scene.gait, CustomGait) and not scene.gait.faults(layout):
             scene = freed(scene, layout)
     for path, span in given.items():
         try:
@@ -128,7 +128,7 @@ def freed(scene: Scene, layout: Layout) -> Scene:
     assert scene.gait is not None
     late = scene.gait.delays(layout)
     same = {name: getattr(scene.gait, name) for name in ("frequency", "low", "high", "duty", "swing_lag")}
-    return with_values(scene, {"gait": Free(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
+    return with_values(scene, {"gait": CustomGait(**same, phases={leg: late[leg] % 1.0 for leg in layout.hips})})
 
 
 def _joined(parts: Sequence[_Part]) -> Unknowns:
@@ -196,7 +196,7 @@ def _usual(path: str, value: float) -> tuple[float, float]:
 def _phases(scene: Scene, symmetry: Symmetry, span: Range | None) -> _Part:
     """Phases of all legs."""
     layout = scene.robot.layout()
-    if scene.gait is None or layout is None or not isinstance(scene.gait, Free):
+    if scene.gait is None or layout is None or not isinstance(scene.gait, CustomGait):
         raise InputError(f"{PHASES}: the scene has no gait whose phases could be free")
     if span is not None:
         raise InputError(

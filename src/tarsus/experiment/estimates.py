@@ -37,7 +37,7 @@ class Spread:
 
 
 def spread(values: ArrayLike) -> Spread:
-    """Mean of independent values (n,), with Student's 95 % interval; a single value has no interval (NaN).
+    """Mean of independent values (n,), in their unit, with Student's 95 % interval (NaN of a single one).
 
     Raises
     ------

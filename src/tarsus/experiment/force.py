@@ -127,6 +127,16 @@ def impact_forces(
         Name of the contact foot's channel among them.
     after
         Numbers (ni,) of the first samples after each impact, as `detect_impacts` gives them.
+
+    Returns
+    -------
+    ImpactForces
+        Forces [N] of each impact at each channel, and their ratios.
+
+    Raises
+    ------
+    InputError
+        If the foot is not among the channels, and as `estimate_forces`.
     """
     if foot not in names:
         raise InputError(f"the contact foot '{foot}' is not among the channels {', '.join(names)}")

@@ -33,7 +33,7 @@ class ShapeComparison:
 
 
 def normalised(shape: ArrayLike, foot: int) -> Floats:
-    """A shape (np,) over its value at the contact foot, as in (3.32) and (3.37).
+    """A shape (np,), in any one unit, over its value at the contact foot, as in (3.32) and (3.37).
 
     Raises
     ------
@@ -54,7 +54,7 @@ def mode_shapes(structure: Structure, points: Sequence[str]) -> tuple[Floats, Fl
 
 
 def compare_with_modes(shape: ArrayLike, structure: Structure, points: Sequence[str]) -> ShapeComparison:
-    """Modal assurance of a shape (np,) at points with each mode of a structure.
+    """Modal assurance of a shape (np,), in any one unit, at points with each mode of a structure.
 
     Raises
     ------

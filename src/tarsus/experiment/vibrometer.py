@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import Description, quantity, with_values
+from tarsus.base.spec import Amount, Description, MaybeAmount, quantity, with_values
 from tarsus.records.measurement import Channel, Measurement, Quantity
 
 if TYPE_CHECKING:
@@ -34,18 +34,18 @@ class Vibrometer(Description):
     steps of the converter. A wrong zero of the displacement comes from integrating, as in (3.34).
     """
 
-    rate: float = quantity("Hz", "samples per second", default=200e3, gt=0)
-    noise: float = quantity("m/s", "standard deviation of the white noise of a sample", default=0.0, ge=0)
-    full_scale: float | None = quantity(
+    rate: Amount = quantity("Hz", "samples per second", default=200e3, gt=0)
+    noise: Amount = quantity("m/s", "standard deviation of the white noise of a sample", default=0.0, ge=0)
+    full_scale: MaybeAmount = quantity(
         "m/s", "largest velocity the converter can give; beyond it the record is clipped", default=None, gt=0
     )
     bits: int = Field(default=16, ge=2, le=32, description="bits of the converter, used with a full scale")
-    offset: float = quantity("m/s", "standard deviation of the zero from record to record", default=0.0, ge=0)
-    drift: float = quantity(
+    offset: Amount = quantity("m/s", "standard deviation of the zero from record to record", default=0.0, ge=0)
+    drift: Amount = quantity(
         "m/s", "standard deviation by which the zero has wandered after one second", default=0.0, ge=0
     )
-    jitter: float = quantity("s", "the trigger is late by anything from 0 to this", default=0.0, ge=0)
-    bandwidth: float | None = quantity("Hz", "frequency at which 3 dB are lost", default=None, gt=0)
+    jitter: Amount = quantity("s", "the trigger is late by anything from 0 to this", default=0.0, ge=0)
+    bandwidth: MaybeAmount = quantity("Hz", "frequency at which 3 dB are lost", default=None, gt=0)
 
     @property
     def noise_density(self) -> float:

@@ -149,6 +149,12 @@ class StoredRun:
         """The stored series."""
         return self.dataset
 
+    def citations(self) -> str:
+        """What to cite for this run, as BibTeX."""
+        from tarsus.files.citations import bibtex
+
+        return bibtex(self.scene)
+
 
 def package_version() -> str:
     """Installed version of tarsus, or "unknown" when run from a bare source tree."""

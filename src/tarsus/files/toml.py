@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import Description, quantity_units, validate
+from tarsus.base.spec import Description, described, quantity_units, validate
 from tarsus.base.units import format_quantity
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_problems, table_faults
@@ -98,7 +98,11 @@ def _points(table: Mapping[str, Any]) -> tuple[str, ...] | None:
 
 
 def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Write a scene as a TOML file that `read_scene` reads back to an equal scene."""
+    """Write a scene as a TOML file that `read_scene` reads back to an equal scene.
+
+    Raises InputError for what is no scene, such as a device's name, and OSError where the file cannot be written.
+    """
+    described(scene)
     Path(path).write_text(scene_text(scene), encoding="utf-8")
 
 

@@ -31,7 +31,7 @@ def cma_es(
     problem
         What is searched.
     start
-        First mean (nu,) in the cube, its middle unless given.
+        First mean (nu,) in the unit cube of the unknowns, its middle unless given.
     step
         First standard deviation in the cube.
     seed

@@ -17,7 +17,7 @@ __all__ = ["differential_evolution", "least_squares", "minimize"]
 def least_squares(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:
     """`scipy.optimize.least_squares` (trust region reflective) with the problem's Jacobian, within its bounds.
 
-    start (nu,): point of the cube, its middle unless given; options: as scipy takes them.
+    start (nu,): point of the unit cube of the unknowns, its middle unless given; options: as scipy takes them.
     Raises InputError where the problem has goals, which are no residuals.
     """
     if problem.goals_at(np.zeros((0, len(problem.unknowns)))).shape[1]:
@@ -31,7 +31,7 @@ def least_squares(problem: Residuals, start: ArrayLike | None = None, **options:
 
 def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:
     """`scipy.optimize.minimize` of the cost with its gradient, within its bounds: L-BFGS-B unless the options name
-    another method. start (nu,): point of the cube, its middle unless given."""
+    another method. start (nu,): point of the unit cube of the unknowns, its middle unless given."""
     chosen = {"method": "L-BFGS-B", "bounds": _bounds(problem), **options}
     found = optimize.minimize(problem.cost, _start(problem, start), jac=problem.gradient, **chosen)
     x = problem.point(found.x)

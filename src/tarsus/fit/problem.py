@@ -11,6 +11,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.base.units import parse_quantity
+from tarsus.files.library import SceneLike, as_scene
 from tarsus.fit.asked import Asked, Role, asked_of
 from tarsus.fit.case import Case
 from tarsus.fit.readers import OfMeasure
@@ -39,13 +40,13 @@ class Problem(Residuals):
     Parameters
     ----------
     scene
-        The scene; what is not unknown is its own.
+        The scene, or a device's name or a scene file's path; what is not unknown is its own.
     unknowns
         By path, or by a name where they have ``paths`` of their own or serve `derived` only.
     terms
         Readings, samples, goals and limits; those under the same conditions share a run.
     duration
-        Of every run [s]; the scene's own by default.
+        Of every run [s], or a text with a unit; the scene's own by default.
     accuracy
         Of every run; by default that of single runs.
     derived
@@ -61,15 +62,16 @@ class Problem(Residuals):
 
     def __init__(
         self,
-        scene: Scene,
+        scene: SceneLike,
         unknowns: Mapping[str, Unknown],
         terms: Sequence[Term],
-        duration: float | None = None,
+        duration: float | str | None = None,
         accuracy: Accuracy | None = None,
         *,
         derived: Derived | None = None,
         threads: int | None = None,
     ) -> None:
+        scene = as_scene(scene)
         self.scene, self.terms = scene, tuple(terms)
         self.seconds, self.accuracy, self.threads = seconds_of(scene, duration), accuracy or RECORDED, threads
         self._derived, self._shared = derived, Shared()

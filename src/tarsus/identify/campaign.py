@@ -15,7 +15,7 @@ from pydantic import Field, field_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Description, Named, quantity, validate
+from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity, validate
 from tarsus.experiment.synthesis import Purpose
 from tarsus.files.library import load_scene
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
@@ -34,8 +34,8 @@ class RecordSet(Choices):
 
     purpose: Purpose = Field(description="the step they serve")
     files: tuple[str, ...] = Field(description="one file a repeat, beside the campaign file")
-    rest: float = quantity("s", "time at rest before the drive begins", default=0.0, ge=0)
-    gap: float | None = quantity(
+    rest: Amount = quantity("s", "time at rest before the drive begins", default=0.0, ge=0)
+    gap: MaybeAmount = quantity(
         "m", "gap of the foot at the neutral position, where it is not the device's", default=None, gt=0
     )
     signal: Waveform | None = Field(default=None, description="the drive as it was meant, from its beginning")
@@ -61,7 +61,7 @@ class Campaign(Description):
     points: tuple[str, ...] = Field(
         default=(), description="points that were measured; all of the structure if empty"
     )
-    other_gap: float | None = quantity(
+    other_gap: MaybeAmount = quantity(
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
     records: Named[RecordSet] = Field(description="sets of records by name")

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import Description, quantity, with_values
+from tarsus.base.spec import Amount, Description, MaybeAmount, quantity, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import RampedSquare, Waveform
 from tarsus.model.scene import Scene
@@ -31,10 +31,10 @@ class Candidate(Description):
     drive: str | None = Field(
         default=None, description="drive that it is for; absent: every drive with a signal"
     )
-    gap: float | None = quantity(
+    gap: MaybeAmount = quantity(
         "m", "clearance of every foot at rest; the scene's own when absent", default=None, ge=0
     )
-    record: float = quantity("s", "length of one record", gt=0)
+    record: Amount = quantity("s", "length of one record", gt=0)
 
     def on(self, scene: Scene) -> Scene:
         """The scene with this signal and gap.

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
-from tarsus.base.spec import Description, quantity
+from tarsus.base.spec import Amount, Description, quantity
 from tarsus.base.workers import Workers
 from tarsus.measure import PER_WINDOW, Judged, Judgement, Moments, RunTable, by_period
 from tarsus.model.scene import Scene
@@ -41,17 +41,17 @@ _UNITS = {"rebound": "m"}
 class Instrument(Description):
     """What one drive period of a record resolves, and how far the model itself is trusted."""
 
-    time: float = quantity("s", "standard error of a duration", default=5e-5, gt=0)
-    length: float = quantity("m", "standard error of a height", default=1e-7, gt=0)
-    speed: float = quantity("m/s", "standard error of a speed", default=1e-4, gt=0)
-    count: float = quantity("1", "standard error of a count", default=0.5, gt=0)
-    share: float = quantity(
+    time: Amount = quantity("s", "standard error of a duration", default=5e-5, gt=0)
+    length: Amount = quantity("m", "standard error of a height", default=1e-7, gt=0)
+    speed: Amount = quantity("m/s", "standard error of a speed", default=1e-4, gt=0)
+    count: Amount = quantity("1", "standard error of a count", default=0.5, gt=0)
+    share: Amount = quantity(
         "1",
         "error of calibration and model as a share of any feature, which no repeat averages out",
         default=0.03,
         ge=0,
     )
-    rebound: float = quantity("m", "height that a rebound must clear to be seen", default=1e-7, gt=0)
+    rebound: Amount = quantity("m", "height that a rebound must clear to be seen", default=1e-7, gt=0)
 
     def resolution(self, unit: str) -> float:
         """Standard error of a feature of a unit in one period."""

@@ -50,6 +50,15 @@ def judge_likelihood(
     decides. Correlations are those of the ridges' slopes, ``sqrt(du_k/du_j du_j/du_k)``: exact for a Gaussian
     likelihood.
 
+    Parameters
+    ----------
+    names, values
+        Of the numbers, (np,) where the likelihood is best [SI].
+    likelihood
+        Logarithm of it at values (n, np), as (n,).
+    ties, sizes, limits, level, starts, step
+        As `Profiler` takes them.
+
     Raises
     ------
     InputError

@@ -134,7 +134,7 @@ def range_of_draws(
 
 
 def range_of_repeats(values: ArrayLike, *, level: float = LEVEL) -> Range:
-    """Mean of the estimates (n,) that n independent repeats gave one by one, and its interval.
+    """Mean of the estimates (n,), in their unit, that n independent repeats gave one by one, and its interval.
 
     Positive estimates are averaged as logarithms. From 8 repeats on the interval is the bias-corrected and accelerated
     bootstrap (Efron 1987) at the level that makes up for the narrowness of a resampled variance (Hesterberg 2015);
@@ -178,7 +178,8 @@ def over_repeats(
     Parameters
     ----------
     estimate
-        Numbers (np,) from a list of repeats; a fit that fails raises `InputError`, and its draw is left out.
+        Numbers (np,) [each in a unit of its own] from a list of repeats; a fit that fails raises `InputError`, and its
+        draw is left out.
     repeats
         What was repeated, independently.
     draws

@@ -83,6 +83,7 @@ def rank(
     instrument: Instrument | None = None,
     draws: int = 8,
     step: float = 0.5,
+    seed: int = 0,
     threads: Workers = None,
     accuracy: Accuracy | None = None,
     progress: Progress | None = None,
@@ -115,6 +116,8 @@ def rank(
         Features (see `features_of`).
     draws, step
         Of the belief, see above.
+    seed
+        Of the draws.
     progress
         Called as ``progress(done, total, what)``.
 
@@ -127,11 +130,11 @@ def rank(
     _check(candidates, belief, parameter, budget, scene)
     target = belief.paths.index(parameter)
     tool = instrument or Instrument()
-    told = []
+    told, drawn = [], belief.draws(draws, seed)
     for i, candidate in enumerate(candidates):
         if progress is not None:
             progress(i, len(candidates), candidate.name)
-        told.append(_slopes(candidate, scene, belief, tool, kinds, draws, step, threads, accuracy))
+        told.append(_slopes(candidate, scene, belief, tool, kinds, drawn, step, threads, accuracy))
     prior = np.linalg.inv(belief.covariance)
     before = float(belief.std[target])
 
@@ -184,22 +187,22 @@ class _Told:
 
 
 def _slopes(
-    candidate: Candidate, scene: Scene, belief: Belief, instrument: Instrument, kinds: Sequence[str], draws: int,
+    candidate: Candidate, scene: Scene, belief: Belief, instrument: Instrument, kinds: Sequence[str], drawn: Floats,
     step: float, threads: Workers, accuracy: Accuracy | None,
 ) -> _Told:  # fmt: skip
     count = len(belief.paths)
     changed = candidate.on(scene)
     reach = step * belief.std
     offsets = np.vstack([np.zeros((1, count)), np.diag(reach), -np.diag(reach)])
-    logs = (belief.draws(draws)[:, None, :] + offsets).reshape(-1, count)
+    logs = (drawn[:, None, :] + offsets).reshape(-1, count)
     ends = np.array([field_limits(changed, path) for path in belief.paths])
     points = np.clip(belief.values * np.exp(logs), ends[:, 0], ends[:, 1])
     vary = {path: points[:, j] for j, path in enumerate(belief.paths)}
     found = simulated(changed, vary, candidate.record, kinds, resolution=instrument.rebound, threads=threads,
                       accuracy=accuracy)  # fmt: skip
-    values = found.values.reshape(draws, 2 * count + 1, -1)
+    values = found.values.reshape(len(drawn), 2 * count + 1, -1)
     spread = np.nan_to_num(found.spread.reshape(values.shape))
-    between = np.log(points).reshape(draws, 2 * count + 1, count)
+    between = np.log(points).reshape(len(drawn), 2 * count + 1, count)
     up, down = np.arange(1, count + 1), np.arange(count + 1, 2 * count + 1)
     width = np.stack([between[:, up[j], j] - between[:, down[j], j] for j in range(count)], axis=1)[
         :, :, None

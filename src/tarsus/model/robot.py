@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Description, FrozenDict, Named, quantity
+from tarsus.base.spec import Amount, Amounts, Description, FrozenDict, MaybeAmount, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.amplifier import Amplifier
 from tarsus.model.drive.gait import Layout, Reach
@@ -40,7 +40,7 @@ class ModalLoad(Description):
     """A drive force given by its participation in each coordinate of the structure."""
 
     kind: Literal["modal"] = "modal"
-    participation: tuple[float, ...] = quantity("1", "generalised force in each coordinate per drive force")
+    participation: Amounts = quantity("1", "generalised force in each coordinate per drive force")
 
     def vector(self, structure: Structure) -> Array:
         """Generalised force (n,) per newton of drive force."""
@@ -61,14 +61,14 @@ class Drive(Description):
 
     load: Annotated[PointLoad | ModalLoad, Field(discriminator="kind")]
     law: ForceLaw
-    history: tuple[float, ...] = quantity("V", "volts visited before the start, such as poling", default=())
+    history: Amounts = quantity("V", "volts visited before the start, such as poling", default=())
     amplifier: Amplifier = Field(
         default=Amplifier(), description="between signal and actuator; ideal when absent"
     )
-    capacitance: float | None = quantity(
+    capacitance: MaybeAmount = quantity(
         "F", "capacitance of the actuator, for the energy of a switching, C V^2", default=None, gt=0
     )
-    recovery: float | None = quantity(
+    recovery: MaybeAmount = quantity(
         "1",
         "share of the charge that goes back to the supply at each discharge; none when absent",
         default=None,
@@ -88,7 +88,7 @@ class Foot(Description):
     """
 
     point: str = Field(description="name of a point of the structure")
-    gap: float = quantity("m", "clearance of the foot at rest")
+    gap: Amount = quantity("m", "clearance of the foot at rest")
     normal: int = Field(default=1, description="1 above a ground facing up, -1 below one facing down")
     electrode: str | None = Field(
         default=None, description="drive whose volts attract the foot to the ground"

@@ -19,6 +19,7 @@ from pydantic import (
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import (
+    Amount,
     Description,
     FrozenDict,
     Named,
@@ -124,7 +125,7 @@ class Scene(Description):
     gait: AnyGait | None = Field(default=None, description="pattern of a walker's legs")
     signals: Named[Waveform] = Field(default=FrozenDict(), description="volts of each drive; absent is 0 V")
     initial: Initial = Initial()
-    duration: float = quantity("s", "time to simulate unless another is asked for", gt=0)
+    duration: Amount = quantity("s", "time to simulate unless another is asked for", gt=0)
     provenance: Annotated[dict[str, Provenance], AfterValidator(FrozenDict)] = Field(
         default=FrozenDict(),
         description="by path; '*' stands for any one name, as in robot.structure.legs.*.mass",

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import described, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.waveforms import Constant
@@ -43,6 +43,7 @@ def standing(scene: Scene, *, driven: bool = False) -> Scene:
         For a structure that is no walker, a body that its feet do not hold up, a foot that pulls harder than
         adhesion holds at first, and forces along the way that do not balance.
     """
+    described(scene)
     return _starting_at(scene, equilibrium(scene, driven=driven), driven)
 
 

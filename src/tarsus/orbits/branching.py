@@ -75,8 +75,8 @@ class Branch:
 def branch(
     scene: SceneLike,
     path: str,
-    start: float,
-    end: float,
+    start: float | str,
+    end: float | str,
     *,
     multiple: int | None = None,
     progress: Callable[[float], None] | None = None,
@@ -88,7 +88,7 @@ def branch(
     scene, path
         The scene, or a device's name or a scene file's path; and the path of the number.
     start, end
-        Its values [SI] at which the branch begins and leaves the range.
+        Its values, numbers in SI or texts with a unit, at which the branch begins and leaves the range.
     multiple
         Period of the motion in drive periods; the smallest by default.
     progress
@@ -109,11 +109,10 @@ def branch(
         )
     if path not in known:
         raise InputError([f"{path}: is no number of the scene"])
-    if not (np.isfinite([start, end]).all() and start != end):
-        raise InputError([f"{path}: the range from {start:g} to {end:g} is empty"])
-    for edge in (start, end):
-        with_values(scene, {path: edge})
-    found = list(_followed(scene, path, start, end, multiple, progress))
+    first, last = (get_value(with_values(scene, {path: edge}), path) for edge in (start, end))
+    if first == last:
+        raise InputError([f"{path}: the range from {first:g} to {last:g} is empty"])
+    found = list(_followed(scene, path, first, last, multiple, progress))
     ended = found.pop().note
     return Branch(scene, path, known[path].unit, tuple(found), ended)
 

@@ -41,15 +41,20 @@ def gradient(
     ----------
     objective
         Name of a measure or of a term of the ledger, as `GradientRun.gradient` takes it, or a function of the events
-        with the period marks, smooth in their numbers.
+        (ne,) with the period marks, smooth in their numbers.
     scene
-        The scene.
+        The scene, or a device's name or a scene file's path.
     wrt
         Paths of its numbers.
     duration, accuracy
         As for `simulate`.
     times
         Times [s] (nt,), increasing: the function is one of the events and of the states then (`Sampled`).
+
+    Returns
+    -------
+    Gradient
+        The number [its unit] and its derivative by each path [its unit over that of the path].
 
     Raises
     ------

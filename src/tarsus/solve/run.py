@@ -14,6 +14,7 @@ import numpy.typing as npt
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
+from tarsus.base.units import parse_quantity
 from tarsus.files.ledger import Ledger
 from tarsus.measure import Measures, measures_of
 from tarsus.model.scene import Scene
@@ -35,8 +36,14 @@ SMALL = 0.3
 
 
 def increasing(times: npt.ArrayLike) -> np.ndarray:
-    """Times (nt,) [s] as floats. Raises InputError where they are no row in order, which replaying a run needs."""
-    when = np.asarray(times, dtype=float)
+    """Times (nt,) as seconds, of numbers [s] or texts with a unit.
+
+    Raises InputError where they are no row in order, which replaying a run needs.
+    """
+    given = np.asarray(times)
+    if given.dtype.kind == "U":
+        given = np.reshape([parse_quantity(str(one), "s") for one in given.ravel()], given.shape)
+    when = np.asarray(given, dtype=float)
     if when.ndim != 1:
         raise InputError(f"times: expected a row of times (nt,), got an array of {when.ndim} dimensions")
     if np.any(np.diff(when) < 0.0):
@@ -66,6 +73,12 @@ class Run:
 
     def __repr__(self) -> str:
         return shown.run_line(self)
+
+    def citations(self) -> str:
+        """What to cite for this run, as BibTeX: the library, and the sources of its scene and of its laws."""
+        from tarsus.files.citations import bibtex
+
+        return bibtex(self.scene)
 
     def _repr_html_(self) -> str:
         return shown.run_table(self)
@@ -181,7 +194,8 @@ class Run:
         return ledger(self)
 
     def at(self, times: npt.ArrayLike) -> Series:
-        """Series at the given times [s], increasing: the engine's own solution, not an interpolation.
+        """Series at the given times (nt,) [s] or ``["1 ms", "2 ms"]``, increasing: the engine's own solution, not an
+        interpolation.
 
         Raises InputError where the times are not in order.
         """

@@ -19,7 +19,16 @@ from pydantic import (
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, located_faults, nearest
-from tarsus.base.spec import Description, FloatInfo, FrozenDict, float_paths, get_value, quantity, with_values
+from tarsus.base.spec import (
+    Description,
+    FloatInfo,
+    FrozenDict,
+    MaybeAmount,
+    float_paths,
+    get_value,
+    quantity,
+    with_values,
+)
 from tarsus.base.units import parse_quantity
 from tarsus.measure import no_measure
 from tarsus.model.scene import Scene
@@ -64,7 +73,7 @@ class Sweep(Description):
 
     name: str = Field(min_length=1, description="what the sweep is called")
     scene: Scene
-    duration: float | None = quantity(
+    duration: MaybeAmount = quantity(
         "s", "model time of every run; the scene's own when absent", default=None, gt=0
     )
     vary: Annotated[dict[_AxisName, AnyAxis], AfterValidator(FrozenDict)] = Field(

@@ -12,7 +12,7 @@ from pydantic import field_validator, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Description, quantity
+from tarsus.base.spec import Amount, Description, MaybeAmount, quantity
 from tarsus.base.units import parse_quantity
 from tarsus.model.drive.output import Stage, amplified
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
@@ -32,9 +32,9 @@ class Amplifier(Description):
     command. At t = 0 the amplifier gives the last voltage of the drive's history, 0 V without one.
     """
 
-    slew_rate: float | None = quantity("V/s", "fastest change of the output", default=None, gt=0)
-    bandwidth: float | None = quantity("Hz", "where small signals have fallen by 3 dB", default=None, gt=0)
-    rise_time: float | None = quantity("s", "small step's time from 10 % to 90 %", default=None, gt=0)
+    slew_rate: MaybeAmount = quantity("V/s", "fastest change of the output", default=None, gt=0)
+    bandwidth: MaybeAmount = quantity("Hz", "where small signals have fallen by 3 dB", default=None, gt=0)
+    rise_time: MaybeAmount = quantity("s", "small step's time from 10 % to 90 %", default=None, gt=0)
     clip: tuple[float, float] | None = quantity(
         "V", "lowest and highest output; one voltage stands for both signs", default=None
     )
@@ -93,7 +93,7 @@ class Amplified(Signal):
 
     command: Signal
     amplifier: Amplifier
-    start: float = quantity("V", "output until t = 0", default=0.0)
+    start: Amount = quantity("V", "output until t = 0", default=0.0)
 
     @property
     def period(self) -> float | None:

@@ -19,11 +19,11 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from tarsus.base.messages import PathErrors, nearest
-from tarsus.base.spec import Description, Named, quantity
+from tarsus.base.spec import Amount, Description, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import Square
 
-__all__ = ["Alternating", "AnyGait", "Free", "Gait", "Layout", "Reach", "Ripple", "Tripod", "Wave"]
+__all__ = ["Alternating", "AnyGait", "CustomGait", "Gait", "Layout", "MetachronalGait", "Reach", "Ripple", "Tripod"]
 
 
 @dataclass(frozen=True)
@@ -64,11 +64,11 @@ class Layout:
 class Gait(Description, ABC):
     """Base of the gaits; a subclass gives the phase of every leg."""
 
-    frequency: float = quantity("Hz", "steps of each leg per second", gt=0)
-    low: float = quantity("V", "lower voltage", default=0.0)
-    high: float = quantity("V", "upper voltage")
-    duty: float = quantity("1", "fraction of the period at the upper voltage", default=0.5, gt=0, lt=1)
-    swing_lag: float = quantity(
+    frequency: Amount = quantity("Hz", "steps of each leg per second", gt=0)
+    low: Amount = quantity("V", "lower voltage", default=0.0)
+    high: Amount = quantity("V", "upper voltage")
+    duty: Amount = quantity("1", "fraction of the period at the upper voltage", default=0.5, gt=0, lt=1)
+    swing_lag: Amount = quantity(
         "1", "how late drives that act along the way only follow their legs, in periods", default=0.25
     )
 
@@ -156,7 +156,7 @@ class Tripod(Gait):
         return _each(layout, _checkered)
 
 
-class Wave(Gait):
+class MetachronalGait(Gait):
     """One leg after the other: from back to front on the left, then from back to front on the right.
 
     The sides are half a period apart, and the legs of each share that half period.
@@ -180,7 +180,7 @@ class Ripple(Gait):
         return _each(layout, lambda side, place, count: (0.5 * side + (count - 1 - place) / count) % 1.0)
 
 
-class Free(Gait):
+class CustomGait(Gait):
     """Every leg with a phase of its own, by name."""
 
     kind: Literal["free"] = "free"
@@ -221,5 +221,5 @@ def _alike(one: float, other: float) -> bool:
     return min(away, 1.0 - away) < 1e-9
 
 
-AnyGait = Annotated[Alternating | Tripod | Wave | Ripple | Free, Field(discriminator="kind")]
+AnyGait = Annotated[Alternating | Tripod | MetachronalGait | Ripple | CustomGait, Field(discriminator="kind")]
 """Any gait; `kind` tells which."""

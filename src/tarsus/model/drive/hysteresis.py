@@ -12,7 +12,7 @@ from pydantic import model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, Amounts, quantity
 from tarsus.model.drive.crossings import bracketed_root
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts
@@ -37,12 +37,12 @@ class PrandtlIshlinskii(VoltageLaw):
     """
 
     kind: Literal["prandtl_ishlinskii"] = "prandtl_ishlinskii"
-    constant: float = quantity("N", "force at 0 V with all plays at 0", default=0.0)
-    linear: float = quantity("N/V", "gain on V")
-    quadratic: float = quantity("N/V^2", "gain on V^2", default=0.0)
-    cubic: float = quantity("N/V^3", "gain on V^3", default=0.0)
-    thresholds: tuple[float, ...] = quantity("V", "threshold of each play, half its width", default=(), ge=0)
-    weights: tuple[float, ...] = quantity("N/V", "weight of each play", default=())
+    constant: Amount = quantity("N", "force at 0 V with all plays at 0", default=0.0)
+    linear: Amount = quantity("N/V", "gain on V")
+    quadratic: Amount = quantity("N/V^2", "gain on V^2", default=0.0)
+    cubic: Amount = quantity("N/V^3", "gain on V^3", default=0.0)
+    thresholds: Amounts = quantity("V", "threshold of each play, half its width", default=(), ge=0)
+    weights: Amounts = quantity("N/V", "weight of each play", default=())
 
     @model_validator(mode="after")
     def _check_lengths(self) -> PrandtlIshlinskii:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.base.spec import Description, quantity
+from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.track import Track
 
@@ -40,10 +40,10 @@ class VoltageLaw(Description, ABC):
 class Cubic(Description):
     """A cubic polynomial of the voltage: constant + linear V + quadratic V^2 + cubic V^3."""
 
-    constant: float = quantity("N", "force at 0 V", default=0.0)
-    linear: float = quantity("N/V", "gain on V", default=0.0)
-    quadratic: float = quantity("N/V^2", "gain on V^2", default=0.0)
-    cubic: float = quantity("N/V^3", "gain on V^3", default=0.0)
+    constant: Amount = quantity("N", "force at 0 V", default=0.0)
+    linear: Amount = quantity("N/V", "gain on V", default=0.0)
+    quadratic: Amount = quantity("N/V^2", "gain on V^2", default=0.0)
+    cubic: Amount = quantity("N/V^3", "gain on V^3", default=0.0)
 
     def coefficients(self) -> Floats:
         """(4,), ascending."""

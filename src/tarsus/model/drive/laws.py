@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
@@ -33,8 +33,8 @@ class LinearForce(VoltageLaw):
     """Force = offset + gain V."""
 
     kind: Literal["linear"] = "linear"
-    gain: float = quantity("N/V", "force per volt")
-    offset: float = quantity("N", "force at 0 V", default=0.0)
+    gain: Amount = quantity("N/V", "force per volt")
+    offset: Amount = quantity("N", "force at 0 V", default=0.0)
 
     @property
     def has_memory(self) -> bool:

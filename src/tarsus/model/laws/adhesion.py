@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
-from tarsus.model.laws.base import LatchLaw
+from tarsus.base.spec import Amount, quantity
+from tarsus.model.laws.base import DISSERTATION, AdhesionLaw
 
 __all__ = ["Adhesion"]
 
 
-class Adhesion(LatchLaw):
+class Adhesion(AdhesionLaw):
     r"""Adhesion :math:`f_a(t - t_c) = C_{a0} + C_a (t - t_c)`, equation (2.14).
 
     A foot in contact leaves when the structure's pull on it exceeds :math:`f_a`.
     """
 
     slot = "adhesion"
+    source = DISSERTATION
 
-    initial: float = quantity("N", "adhesion at first contact C_a0", ge=0)
-    rate: float = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
+    initial: Amount = quantity("N", "adhesion at first contact C_a0", ge=0)
+    rate: Amount = quantity("N/s", "growth of adhesion with contact time C_a", ge=0)
 
     @staticmethod
     def strength(age: float, initial: float, rate: float) -> float:

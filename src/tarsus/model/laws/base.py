@@ -3,10 +3,10 @@
 A law is a frozen description (its parameters, with units and bounds) and one plain function of floats.
 The parameters reach the function by position, in the order of the fields.  Four protocols are open to everybody:
 
-* `ResistiveLaw`: a smooth force opposing the motion, given as the momentum it takes out;
+* `DampingLaw`: a smooth force opposing the motion, given as the momentum it takes out;
 * `SmoothLaw`: any other smooth force of gap, gap rate, volts and time;
 * `ImpactLaw`: how fast a foot departs after an impact;
-* `LatchLaw`: how strongly a foot in contact is held.
+* `AdhesionLaw`: how strongly a foot in contact is held.
 
 Forces are positive along the ground normal (they push the foot away), gaps are positive when open, a
 negative gap rate approaches.  The functions are compiled, so they may use arithmetic, ``if``, ``math.*``
@@ -26,7 +26,13 @@ from typing import Any, ClassVar
 
 from tarsus.base.spec import Description
 
-__all__ = ["ImpactLaw", "LatchLaw", "Law", "ResistiveLaw", "SmoothLaw"]
+DISSERTATION = (
+    "Foot Impact and Dynamic Analyses of Piezoelectrically-Actuated Walking Micro-Robots, dissertation, "
+    "University of Michigan"
+)
+"""Where most laws of the library come from."""
+
+__all__ = ["DISSERTATION", "AdhesionLaw", "DampingLaw", "ImpactLaw", "Law", "SmoothLaw"]
 
 
 class Law(Description):
@@ -48,6 +54,8 @@ class Law(Description):
     """Of laws that share a slot, the one that is meant where no ``kind`` is told."""
     title: ClassVar[str] = ""
     """The law in words, for reports: a noun without its article. The name of the class, unless given."""
+    source: ClassVar[str] = ""
+    """What to cite for the law, as ``run.citations()`` does: "Title, what it is, where, year"."""
     small: ClassVar[bool] = False
     """Whether ``ground.small_forces = false`` leaves the law out of its slot."""
     loses: ClassVar[bool] = False
@@ -126,7 +134,7 @@ def _check_arguments(cls: type[Law], function: Callable[..., float]) -> None:
         )
 
 
-class ResistiveLaw(Law):
+class DampingLaw(Law):
     """A force ``-D(gap) * gap_rate`` with ``D >= 0``, given as the total derivative of a momentum.
 
     A subclass defines ``momentum(gap, *parameters)`` [N s]; the force along the normal is
@@ -163,7 +171,7 @@ class ImpactLaw(Law):
     rebound: ClassVar[Callable[..., float]]
 
 
-class LatchLaw(Law):
+class AdhesionLaw(Law):
     """A hold on a foot in contact; a subclass defines ``strength(age, *parameters)`` [N].
 
     ``age`` [s] is the time since the contact began.  A foot is captured when the structure's pull on it at

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from tarsus.base.spec import quantity
-from tarsus.model.laws.base import SmoothLaw
+from tarsus.base.spec import Amount, quantity
+from tarsus.model.laws.base import DISSERTATION, SmoothLaw
 
 __all__ = ["Electrostatic"]
 
@@ -18,12 +18,13 @@ class Electrostatic(SmoothLaw):
 
     slot = "electrostatic"
     title = "electrostatic attraction"
+    source = DISSERTATION
     small = True
     needs_electrode = True
     uses_rate: ClassVar[bool] = False
 
-    coefficient: float = quantity("N m^2/V^2", "electrostatic coefficient C_e", ge=0)
-    offset: float = quantity("m", "effective electrode distance in contact g_e", gt=0)
+    coefficient: Amount = quantity("N m^2/V^2", "electrostatic coefficient C_e", ge=0)
+    offset: Amount = quantity("m", "effective electrode distance in contact g_e", gt=0)
 
     @staticmethod
     def force(

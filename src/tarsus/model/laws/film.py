@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
-from tarsus.model.laws.base import ResistiveLaw
+from tarsus.base.spec import Amount, quantity
+from tarsus.model.laws.base import DISSERTATION, DampingLaw
 
 __all__ = ["Film"]
 
 
-class Film(ResistiveLaw):
+class Film(DampingLaw):
     r"""Squeeze film: :math:`F = -C\,\dot g / (g + g_0)^3`, equations (2.10) and (3.26).
 
     The force is the time derivative of :math:`C / 2 (g + g_0)^2`.  Equation (2.10) is printed with the sign
@@ -18,10 +18,11 @@ class Film(ResistiveLaw):
 
     slot = "film"
     title = "squeeze film"
+    source = DISSERTATION
     small = True
 
-    coefficient: float = quantity("N m^2 s", "film coefficient C", ge=0)
-    thickness: float = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
+    coefficient: Amount = quantity("N m^2 s", "film coefficient C", ge=0)
+    thickness: Amount = quantity("m", "residual film thickness at contact; at zero a foot never lands", gt=0)
 
     @staticmethod
     def momentum(gap: float, coefficient: float, thickness: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import Law
 
 __all__ = ["AdhesiveFriction", "AnyFriction", "Friction"]
@@ -28,7 +28,7 @@ class Friction(Law):
     slot_default = True
 
     kind: Literal["coulomb"] = "coulomb"
-    coefficient: float = quantity("1", "coefficient of friction mu", ge=0)
+    coefficient: Amount = quantity("1", "coefficient of friction mu", ge=0)
 
     @staticmethod
     def bound(margin: float, strength: float, coefficient: float) -> float:
@@ -52,7 +52,7 @@ class AdhesiveFriction(Law):
     needs_strength = True
 
     kind: Literal["adhesive"] = "adhesive"
-    coefficient: float = quantity("1", "friction per adhesion strength mu_a", ge=0)
+    coefficient: Amount = quantity("1", "friction per adhesion strength mu_a", ge=0)
 
     @staticmethod
     def bound(margin: float, strength: float, coefficient: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import Law
 
 __all__ = ["Gravity"]
@@ -16,4 +16,4 @@ class Gravity(Law):
 
     slot = "gravity"
 
-    acceleration: float = quantity("m/s^2", "acceleration of gravity, downward", default=9.81, ge=0)
+    acceleration: Amount = quantity("m/s^2", "acceleration of gravity, downward", default=9.81, ge=0)

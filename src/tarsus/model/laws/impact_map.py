@@ -10,7 +10,7 @@ The matrix ``R = I - (1 + e) d n^T`` is the source's CoR matrix (3.22).  Three m
 
 * `MassWeighted`: ``d = M^-1 n / (n^T M^-1 n)``, an impulse at the foot and nothing else (Newton, Moreau);
 * `DominantMode`: ``d = phi_k / phi_k,c``, the structure moves in one mode only, (3.17)-(3.24);
-* `Given`: ``d`` as measured or printed.
+* `MeasuredImpactMap`: ``d`` as measured or printed.
 
 Only the first can never create kinetic energy: with ``R = M^{1/2} R M^{-1/2}`` (unit mass metric) every other direction
 has ``max eig(R^T R) > 1``.  Each map therefore acts through its *passive projection* unless ``passive`` is
@@ -33,7 +33,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description, FrozenDict, Named, quantity
 
-__all__ = ["AnyImpactMap", "Body", "Directed", "DominantMode", "Given", "ImpactMap", "MassWeighted"]
+__all__ = ["AnyImpactMap", "Body", "Directed", "DominantMode", "ImpactMap", "MassWeighted", "MeasuredImpactMap"]
 
 Array = NDArray[np.float64]
 
@@ -121,7 +121,7 @@ class DominantMode(ImpactMap):
         return np.asarray(shapes[:, chosen] / at_foot, dtype=np.float64)
 
 
-class Given(ImpactMap):
+class MeasuredImpactMap(ImpactMap):
     """A measured or printed map: the first column of the CoR matrix, foot by foot.
 
     ``columns`` holds, for every foot that can be struck, the change of velocity of named points per unit change of
@@ -136,7 +136,7 @@ class Given(ImpactMap):
     )
 
     @model_validator(mode="after")
-    def _some(self) -> Given:
+    def _some(self) -> MeasuredImpactMap:
         if not self.columns:
             raise PathErrors([("columns", "expected the column of at least one foot, got none")])
         return self
@@ -168,7 +168,7 @@ class Given(ImpactMap):
     @classmethod
     def from_matrix(
         cls, matrix: Array, points: list[str], foot_points: dict[str, str], *, passive: bool = True
-    ) -> Given:
+    ) -> MeasuredImpactMap:
         """The map of a CoR matrix R (n, n) over ``points``, (3.22): the identity but for the struck feet's columns.
 
         Parameters
@@ -202,7 +202,7 @@ class Given(ImpactMap):
         return cls(columns=columns, passive=passive)
 
 
-AnyImpactMap = Annotated[MassWeighted | DominantMode | Given, Field(discriminator="kind")]
+AnyImpactMap = Annotated[MassWeighted | DominantMode | MeasuredImpactMap, Field(discriminator="kind")]
 
 
 def _modes(body: Body) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import Law
 
 __all__ = ["AnyLanding", "CaptureUnlessPulled", "Landing", "PullAsPrinted", "RestituteFirst"]
@@ -46,7 +46,7 @@ class RestituteFirst(Landing):
     leading = ("departing",)
     title = "restitution first, held when slow"
     kind: Literal["restitute_first"] = "restitute_first"
-    speed: float = quantity("m/s", "departing speed up to which a foot that lands may be held", ge=0)
+    speed: Amount = quantity("m/s", "departing speed up to which a foot that lands may be held", ge=0)
 
     @staticmethod
     def excess(departing: float, speed: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import SmoothLaw
 
 __all__ = ["LegElectrostatic"]
@@ -32,9 +32,9 @@ class LegElectrostatic(SmoothLaw):
     needs_electrode = True
     uses_rate: ClassVar[bool] = False
 
-    coefficient: float = quantity("N m^2/V^2", "electrostatic coefficient C_e of the whole leg", ge=0)
-    offset: float = quantity("m", "distance between electrode and ground with the leg level on it, g_e", gt=0)
-    rest: float = quantity("m", "gap of the foot at which the leg is level, g_r", ge=0)
+    coefficient: Amount = quantity("N m^2/V^2", "electrostatic coefficient C_e of the whole leg", ge=0)
+    offset: Amount = quantity("m", "distance between electrode and ground with the leg level on it, g_e", gt=0)
+    rest: Amount = quantity("m", "gap of the foot at which the leg is level, g_r", ge=0)
 
     @staticmethod
     def force(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.laws.base import ImpactLaw
 
 __all__ = ["Restitution"]
@@ -16,7 +16,7 @@ class Restitution(ImpactLaw):
 
     slot = "restitution"
 
-    coefficient: float = quantity("1", "coefficient of restitution e", ge=0, le=1)
+    coefficient: Amount = quantity("1", "coefficient of restitution e", ge=0, le=1)
 
     @staticmethod
     def rebound(speed: float, coefficient: float) -> float:

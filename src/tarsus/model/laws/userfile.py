@@ -12,20 +12,20 @@ from pathlib import Path
 from types import ModuleType
 
 from tarsus.base.errors import InputError
-from tarsus.model.laws.base import ImpactLaw, LatchLaw, Law, ResistiveLaw, SmoothLaw
+from tarsus.model.laws.base import AdhesionLaw, DampingLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.translate import translate
 
 __all__ = ["load_laws"]
 
-_PROTOCOLS = (ResistiveLaw, SmoothLaw, ImpactLaw, LatchLaw)
+_PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw)
 _TRIAL = {"gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3}
 
 
 def load_laws(path: str | Path) -> dict[str, type[Law]]:
     """The laws defined in a Python file, by their snake_case names.
 
-    The file is executed.  A law in it is a subclass of `ResistiveLaw`, `SmoothLaw`, `ImpactLaw` or
-    `LatchLaw` with its function; each function is tried once with plausible numbers, and translated into
+    The file is executed.  A law in it is a subclass of `DampingLaw`, `SmoothLaw`, `ImpactLaw` or
+    `AdhesionLaw` with its function; each function is tried once with plausible numbers, and translated into
     the program that the engine carries out.
 
     Parameters

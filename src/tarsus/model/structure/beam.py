@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, Amounts, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 from tarsus.model.structure.cantilever import (
     CantileverModes,
@@ -32,12 +32,12 @@ class Beam(Structure):
 
     kind: Literal["beam"] = "beam"
     frequencies: tuple[float, float] = quantity("Hz", "first two natural frequencies", gt=0)
-    damping_ratios: tuple[float, ...] = quantity("1", "damping ratio of each mode that is kept", ge=0)
-    length: float = quantity("m", "length of the beam up to the tip", gt=0)
-    tip_length: float = quantity("m", "length of the rigid tip, along the beam", gt=0)
-    tip_width: float = quantity("m", "width of the rigid tip", gt=0)
-    tip_thickness: float = quantity("m", "thickness of the rigid tip", gt=0)
-    tip_density: float = quantity("kg/m^3", "density of the rigid tip", gt=0)
+    damping_ratios: Amounts = quantity("1", "damping ratio of each mode that is kept", ge=0)
+    length: Amount = quantity("m", "length of the beam up to the tip", gt=0)
+    tip_length: Amount = quantity("m", "length of the rigid tip, along the beam", gt=0)
+    tip_width: Amount = quantity("m", "width of the rigid tip", gt=0)
+    tip_thickness: Amount = quantity("m", "thickness of the rigid tip", gt=0)
+    tip_density: Amount = quantity("kg/m^3", "density of the rigid tip", gt=0)
 
     @model_validator(mode="after")
     def _check(self) -> Beam:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Description, quantity
+from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg_chain import Chain
 from tarsus.model.structure.lumped import Lumped
@@ -20,9 +20,9 @@ __all__ = ["Joint", "Leg", "Link", "SingleMode"]
 class Link(Description):
     """A rigid, uniform, straight link of a leg."""
 
-    length: float = quantity("m", "length of the link", gt=0)
-    density: float = quantity("kg/m", "mass per length of the link", gt=0)
-    angle: float = quantity("rad", "direction at rest, from the end near the foot, above the horizontal")
+    length: Amount = quantity("m", "length of the link", gt=0)
+    density: Amount = quantity("kg/m", "mass per length of the link", gt=0)
+    angle: Amount = quantity("rad", "direction at rest, from the end near the foot, above the horizontal")
 
     @property
     def mass(self) -> float:
@@ -33,8 +33,8 @@ class Link(Description):
 class Joint(Description):
     """A torsion spring and damper between two links, relaxed in the posture at rest."""
 
-    stiffness: float = quantity("N m/rad", "torsional stiffness", gt=0)
-    damping: float = quantity("N m s/rad", "torsional damping coefficient", ge=0)
+    stiffness: Amount = quantity("N m/rad", "torsional stiffness", gt=0)
+    damping: Amount = quantity("N m s/rad", "torsional damping coefficient", ge=0)
 
 
 class Leg(Description):
@@ -70,9 +70,9 @@ class Leg(Description):
     shin: Link
     hip_joint: Joint
     knee_joint: Joint
-    body_mass: float = quantity("kg", "mass that the leg carries: its share of body and payload", gt=0)
-    torque: float = quantity("N m", "torque of the vertical actuator at the hip, at the rated voltage")
-    rated_volts: float = quantity("V", "voltage that gives the torque", gt=0)
+    body_mass: Amount = quantity("kg", "mass that the leg carries: its share of body and payload", gt=0)
+    torque: Amount = quantity("N m", "torque of the vertical actuator at the hip, at the rated voltage")
+    rated_volts: Amount = quantity("V", "voltage that gives the torque", gt=0)
 
     def model_post_init(self, context: object) -> None:
         """Refuse a posture at rest from which the body's height does not follow."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Named, quantity
+from tarsus.base.spec import Amounts, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 
 __all__ = ["Modal", "modal_damping_matrix"]
@@ -23,9 +23,9 @@ class Modal(Structure):
     """
 
     kind: Literal["modal"] = "modal"
-    frequencies: tuple[float, ...] = quantity("Hz", "undamped natural frequencies; 0 is a rigid body", ge=0)
-    damping_ratios: tuple[float, ...] = quantity("1", "damping ratio of each mode; above 1 overdamped", ge=0)
-    modal_masses: tuple[float, ...] = quantity("kg", "modal mass of each mode", gt=0)
+    frequencies: Amounts = quantity("Hz", "undamped natural frequencies; 0 is a rigid body", ge=0)
+    damping_ratios: Amounts = quantity("1", "damping ratio of each mode; above 1 overdamped", ge=0)
+    modal_masses: Amounts = quantity("kg", "modal mass of each mode", gt=0)
     shapes: Named[tuple[float, ...]] = quantity("1", "shape value of each mode at each named point")
     modal_damping: tuple[float, ...] | None = quantity(
         "N s/m", "damping added to each mode, for modes of zero frequency", default=None, ge=0

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import Description, Named, quantity
+from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
 
 __all__ = ["Walker", "WalkerBody", "WalkerLeg"]
@@ -19,17 +19,17 @@ __all__ = ["Walker", "WalkerBody", "WalkerLeg"]
 class WalkerBody(Description):
     """The rigid body: it surges and heaves, and rolls or pitches where it has that inertia."""
 
-    mass: float = quantity("kg", "mass of the body", gt=0)
-    length: float | None = quantity(
+    mass: Amount = quantity("kg", "mass of the body", gt=0)
+    length: MaybeAmount = quantity(
         "m",
         "length of the body, for speeds in body lengths; absent: from its first hip to its last",
         default=None,
         gt=0,
     )
-    roll_inertia: float | None = quantity(
+    roll_inertia: MaybeAmount = quantity(
         "kg m^2", "moment of inertia about x, forward; absent: the body does not roll", default=None, gt=0
     )
-    pitch_inertia: float | None = quantity(
+    pitch_inertia: MaybeAmount = quantity(
         "kg m^2",
         "moment of inertia about y, to the left; absent: the body does not pitch",
         default=None,
@@ -40,14 +40,14 @@ class WalkerBody(Description):
 class WalkerLeg(Description):
     """One leg: where its hip is in the body, and the mass of its foot on two springs and dampers below it."""
 
-    x: float = quantity("m", "position of the hip before the centre of mass", default=0.0)
-    y: float = quantity("m", "position of the hip to the left of the centre of mass", default=0.0)
-    z: float = quantity("m", "position of the hip above the centre of mass", default=0.0)
-    mass: float = quantity("kg", "mass of the foot, what of the leg moves with it", gt=0)
-    stiffness_v: float = quantity("N/m", "stiffness between hip and foot, upward", ge=0)
-    damping_v: float = quantity("N s/m", "damping between hip and foot, upward", ge=0)
-    stiffness_l: float = quantity("N/m", "stiffness between hip and foot, along the way", ge=0)
-    damping_l: float = quantity("N s/m", "damping between hip and foot, along the way", ge=0)
+    x: Amount = quantity("m", "position of the hip before the centre of mass", default=0.0)
+    y: Amount = quantity("m", "position of the hip to the left of the centre of mass", default=0.0)
+    z: Amount = quantity("m", "position of the hip above the centre of mass", default=0.0)
+    mass: Amount = quantity("kg", "mass of the foot, what of the leg moves with it", gt=0)
+    stiffness_v: Amount = quantity("N/m", "stiffness between hip and foot, upward", ge=0)
+    damping_v: Amount = quantity("N s/m", "damping between hip and foot, upward", ge=0)
+    stiffness_l: Amount = quantity("N/m", "stiffness between hip and foot, along the way", ge=0)
+    damping_l: Amount = quantity("N s/m", "damping between hip and foot, along the way", ge=0)
 
 
 class Walker(Structure):

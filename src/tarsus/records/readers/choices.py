@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from tarsus.base.spec import Description, FrozenDict, quantity
+from tarsus.base.spec import Description, FrozenDict, MaybeAmount, quantity
 
 __all__ = ["ChannelChoice", "Choices"]
 
@@ -51,8 +51,8 @@ class Choices(Description):
     )
     axis: str | None = Field(default=None, min_length=1, description="series of the times or frequencies")
     axis_unit: str | None = Field(default=None, min_length=1, description="unit of the axis")
-    step: float | None = quantity("s", "time between samples", default=None, gt=0)
-    frequency_step: float | None = quantity(
+    step: MaybeAmount = quantity("s", "time between samples", default=None, gt=0)
+    frequency_step: MaybeAmount = quantity(
         "Hz", "distance of the lines of a response that begins at 0 Hz", default=None, gt=0
     )
     drive: str | None = Field(default=None, min_length=1, description="channel that recorded the drive")

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, constant_track
 
@@ -20,7 +20,7 @@ class Constant(Signal):
     """One voltage for ever."""
 
     kind: Literal["constant"] = "constant"
-    level: float = quantity("V", "the voltage")
+    level: Amount = quantity("V", "the voltage")
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""

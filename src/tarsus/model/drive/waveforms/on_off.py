@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from tarsus.base.messages import PathErrors
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amounts, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, linear_track
 
@@ -22,8 +22,8 @@ class OnOff(Signal):
     """A sequence of constant voltages, each for its duration; repeated for ever, or the last one held."""
 
     kind: Literal["on_off"] = "on_off"
-    levels: tuple[float, ...] = quantity("V", "voltages in order")
-    durations: tuple[float, ...] = quantity("s", "time each voltage lasts", gt=0)
+    levels: Amounts = quantity("V", "voltages in order")
+    durations: Amounts = quantity("s", "time each voltage lasts", gt=0)
     repeat: bool = False
 
     @model_validator(mode="after")

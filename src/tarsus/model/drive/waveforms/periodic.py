@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 
 __all__ = ["Periodic"]
@@ -19,10 +19,10 @@ Floats = NDArray[np.float64]
 class Periodic(Signal):
     """Base of the periodic waveforms."""
 
-    amplitude: float = quantity("V", "half of the peak-to-peak voltage", ge=0)
-    frequency: float = quantity("Hz", "frequency of repetition", gt=0)
-    phase: float = quantity("rad", "phase at t = 0", default=0.0)
-    offset: float = quantity("V", "voltage added", default=0.0)
+    amplitude: Amount = quantity("V", "half of the peak-to-peak voltage", ge=0)
+    frequency: Amount = quantity("Hz", "frequency of repetition", gt=0)
+    phase: Amount = quantity("rad", "phase at t = 0", default=0.0)
+    offset: Amount = quantity("V", "voltage added", default=0.0)
 
     @property
     def period(self) -> float:

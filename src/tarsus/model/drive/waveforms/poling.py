@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, linear_track
 
@@ -20,9 +20,9 @@ class Poling(Signal):
     """A voltage held to pole the film, a straight fall to 0 V, then 0 V (2.3.2: 10 V held, then released)."""
 
     kind: Literal["poling"] = "poling"
-    level: float = quantity("V", "poling voltage")
-    hold: float = quantity("s", "time the poling voltage is held", gt=0)
-    fall: float = quantity("s", "time of the fall to 0 V; 0 is a step", default=0.0, ge=0)
+    level: Amount = quantity("V", "poling voltage")
+    hold: Amount = quantity("s", "time the poling voltage is held", gt=0)
+    fall: Amount = quantity("s", "time of the fall to 0 V; 0 is a step", default=0.0, ge=0)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, linear_track
 
@@ -20,9 +20,9 @@ class Ramp(Signal):
     """A straight ramp from `start` to `stop`, then `stop` held."""
 
     kind: Literal["ramp"] = "ramp"
-    start: float = quantity("V", "voltage at t = 0", default=0.0)
-    stop: float = quantity("V", "voltage at the end of the ramp, held afterwards")
-    duration: float = quantity("s", "time the ramp takes", gt=0)
+    start: Amount = quantity("V", "voltage at t = 0", default=0.0)
+    stop: Amount = quantity("V", "voltage at the end of the ramp, held afterwards")
+    duration: Amount = quantity("s", "time the ramp takes", gt=0)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""

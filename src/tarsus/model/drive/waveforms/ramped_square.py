@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.track import Track, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
@@ -30,7 +30,7 @@ class RampedSquare(Periodic):
     """
 
     kind: Literal["ramped_square"] = "ramped_square"
-    duty: float = quantity("1", "lambda: fraction of half a period that each ramp takes", ge=0, le=1)
+    duty: Amount = quantity("1", "lambda: fraction of half a period that each ramp takes", ge=0, le=1)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.track import Track, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
@@ -21,7 +21,7 @@ class Square(Periodic):
     """Square wave: offset + amplitude for the fraction `duty` of each period, then offset - amplitude."""
 
     kind: Literal["square"] = "square"
-    duty: float = quantity("1", "fraction of the period at the upper level", default=0.5, ge=0, le=1)
+    duty: Amount = quantity("1", "fraction of the period at the upper level", default=0.5, ge=0, le=1)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape; on an edge the value after it."""

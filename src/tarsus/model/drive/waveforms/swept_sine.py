@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.spec import quantity
+from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import Track, swept_track
 
@@ -24,11 +24,11 @@ class SweptSine(Signal):
     """
 
     kind: Literal["swept_sine"] = "swept_sine"
-    amplitude: float = quantity("V", "half of the peak-to-peak voltage", ge=0)
-    start_frequency: float = quantity("Hz", "frequency at t = 0", gt=0)
-    stop_frequency: float = quantity("Hz", "frequency at the end", gt=0)
-    duration: float = quantity("s", "time the sweep takes", gt=0)
-    offset: float = quantity("V", "voltage added", default=0.0)
+    amplitude: Amount = quantity("V", "half of the peak-to-peak voltage", ge=0)
+    start_frequency: Amount = quantity("Hz", "frequency at t = 0", gt=0)
+    stop_frequency: Amount = quantity("Hz", "frequency at the end", gt=0)
+    duration: Amount = quantity("s", "time the sweep takes", gt=0)
+    offset: Amount = quantity("V", "voltage added", default=0.0)
 
     def volts(self, time: Floats) -> Floats:
         """Voltage [V] at `time` [s], any shape."""

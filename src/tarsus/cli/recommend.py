@@ -1,4 +1,4 @@
-"""`tarsus next`: which drive signals to record next, for one parameter and a budget of time."""
+"""`tarsus recommend`: which drive signals to record next, for one parameter and a budget of time."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
+
+from tarsus.cli.options import HERE, UNCHANGED, Changes, Json, Many, Seed, Work
 
 if TYPE_CHECKING:
     from tarsus.identify.ranking import Ranking
@@ -15,7 +17,7 @@ SHOWN = 12
 """Signals that the table names; --json gives all."""
 
 
-def next(
+def recommend(
     device: str,
     /,
     *,
@@ -25,12 +27,12 @@ def next(
     volts: str | None = None,
     ramp: str | None = None,
     gap: str | None = None,
-    unknown: Annotated[list[str] | None, Parameter(negative=())] = None,
+    unknown: Many = None,
     spread: str = "30 %",
-    set_: Annotated[list[str] | None, Parameter(name="--set", negative=())] = None,
-    law: Annotated[list[Path] | None, Parameter(negative=())] = None,
-    dask: str | None = None,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    seed: Seed = 0,
+    changes: Changes = UNCHANGED,
+    work: Work = HERE,
+    json: Json = False,
 ) -> int:
     """Rank drive signals by what a record of each would tell about one parameter, and choose some for a budget.
 
@@ -54,22 +56,14 @@ def next(
         path of a further number that is not known exactly; those of the laws of the ground are. May be repeated.
     spread
         standard deviation of what has no interval, as a share of it.
-    set_
-        path=value, as for tarsus simulate; may be repeated.
-    law
-        a Python file with laws that the scene uses; may be repeated.
-    dask
-        make the runs on the workers of a Dask cluster: address of its scheduler, its scheduler file, or `local`.
-    json
-        print one JSON object instead of the table.
     """
     from tarsus.base.errors import InputError
-    from tarsus.cli import console, requests
+    from tarsus.cli import console
     from tarsus.identify.belief import Belief, read_draws, unknown_paths
     from tarsus.identify.candidates import grid_about
     from tarsus.identify.ranking import rank
 
-    scene = requests.scene_for(device, requests.settings(set_ or ()), law or ())
+    scene = changes.scene(device)
     problems: list[str] = []
     lists = {
         name: _numbers(f"--{name}", text, unit, problems)
@@ -89,8 +83,8 @@ def next(
     draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
     belief = Belief.of_scene(scene, paths, share, draws)
     grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
-    with console.progress_bar("signals", time_left=True) as progress, requests.workers_for(dask) as workers:
-        found = rank(scene, grid, belief, parameter, seconds, threads=workers, progress=progress)
+    with console.progress_bar("signals", time_left=True) as progress, work.workers() as workers:
+        found = rank(scene, grid, belief, parameter, seconds, seed=seed, threads=workers, progress=progress)
     if json:
         console.print_json(_object(found, paths))
     else:

@@ -1,4 +1,4 @@
-"""`tarsus next`: signals ranked for one parameter within a budget."""
+"""`tarsus recommend`: signals ranked for one parameter within a budget."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def plain(tmp_path_factory) -> str:
 
 
 def test_a_table_and_a_plan(tarsus, _quick, plain):
-    result = tarsus("next", plain, "--parameter", RATE, "--budget", "0.7 s", *SMALL)
+    result = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.7 s", *SMALL)
     assert result.code == 0 and result.sentences == []
     lines = result.out.splitlines()
     assert lines[0] == f"{RATE} = 3.4 uN/s, known within a factor of 1.8 (95 %)"
@@ -49,7 +49,7 @@ def test_a_table_and_a_plan(tarsus, _quick, plain):
 
 def test_one_json_object(tarsus, _quick, plain):
     words = ("--gap", "70 um, 90 um", "--unknown", "robot.feet.tip.gap", "--spread", "0.1", "--json")
-    found = tarsus("next", plain, "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
+    found = tarsus("recommend", plain, "--parameter", RATE, "--budget", "0.1 s", *SMALL, *words).json()
     assert found["std"] == pytest.approx(0.1) and "robot.feet.tip.gap" in found["unknown"]
     assert {(one["signal"]["frequency"], one["gap_m"]) for one in found["signals"]} == {
         (15.0, 70e-6), (15.0, 90e-6), (100.0, 70e-6), (100.0, 90e-6)
@@ -70,7 +70,7 @@ def test_draws_beside_an_identified_device_are_used(tarsus, _quick, tmp_path):
     samples = np.exp(logs) * [15.43e-9, 3.4e-6]
     paths = np.array(["ground.adhesion.initial", RATE])
     np.savez(tmp_path / "draws.npz", paths=paths, values=samples[0], samples=samples)
-    words = ("next", device, "--parameter", RATE, "--budget", "0.1 s", *SMALL, "--json")
+    words = ("recommend", device, "--parameter", RATE, "--budget", "0.1 s", *SMALL, "--json")
     assert tarsus(*words).json()["std"] == pytest.approx(0.1, rel=0.1)
     (tmp_path / "draws.npz").write_text("nothing")
     result = tarsus(*words)
@@ -80,7 +80,7 @@ def test_draws_beside_an_identified_device_are_used(tarsus, _quick, tmp_path):
 def test_nothing_worth_taking_is_said(tarsus, _quick):
     words = ("--hz", "100", "--volts", "0.3", "--ramp", "0.25")
     result = tarsus(
-        "next", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
+        "recommend", "cantilever", "--parameter", "ground.restitution.coefficient", "--budget", "1", *words
     )
     assert result.code == 0
     assert "No record within 1 s tells enough about ground.restitution.coefficient" in result.out
@@ -97,7 +97,7 @@ def test_nothing_worth_taking_is_said(tarsus, _quick):
     ],
 )
 def test_bad_words_end_in_sentences(tarsus, words, said):
-    result = tarsus("next", "cantilever", *words)
+    result = tarsus("recommend", "cantilever", *words)
     assert result.code == 2 and result.out == ""
     assert len(result.sentences) == len(said)
     assert all(part in sentence for part, sentence in zip(said, result.sentences, strict=True))

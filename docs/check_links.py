@@ -1,0 +1,72 @@
+"""Links of the built pages: what they point to is there, and nothing is loaded from elsewhere.
+
+python docs/check_links.py docs/_build/html
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+LOADED = {"script": "src", "img": "src", "link": "href", "source": "src", "iframe": "src"}
+"""Tags whose targets a browser fetches by itself, which must not need the network."""
+
+
+class Page(HTMLParser):
+    """Targets of a page, those that are fetched by themselves, and places in it that can be pointed to."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.loaded: list[str] = []
+        self.places: set[str] = set()
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.places |= {one for one in (given.get("id"), given.get("name")) if one}
+        if tag == "a" and given.get("href"):
+            self.links.append(str(given["href"]))
+        target = given.get(LOADED.get(tag, ""))
+        if target and given.get("rel") not in ("canonical", "next", "prev"):
+            self.loaded.append(target)
+
+
+def broken(folder: Path) -> list[str]:
+    """What is wrong, one sentence each."""
+    page = cache(Page)
+    found = []
+    for file in sorted(folder.rglob("*.html")):
+        if "_static" in file.parts:
+            continue
+        name = file.relative_to(folder)
+        found += [
+            f"{name} loads {one} from the network"
+            for one in page(file).loaded
+            if urlsplit(one).scheme not in ("", "data")
+        ]
+        for link in {*page(file).links, *page(file).loaded}:
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            target = (file.parent / unquote(parts.path)).resolve() if parts.path else file.resolve()
+            if target.is_dir():
+                target /= "index.html"
+            if not target.exists():
+                found.append(f"{name} points to {link}, which is not there")
+            elif (
+                parts.fragment
+                and target.suffix == ".html"
+                and unquote(parts.fragment) not in page(target).places
+            ):
+                found.append(f"{name} points to {link}, a place that is not there")
+    return found
+
+
+if __name__ == "__main__":
+    wrong = broken(Path(sys.argv[1]))
+    print("\n".join(wrong) or "all links lead somewhere")
+    sys.exit(bool(wrong))

@@ -1,0 +1,210 @@
+"""Figures of what is on disk: series of a run, measures of a batch or a sweep, by names of a NetCDF file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from tarsus.base.errors import InputError
+from tarsus.base.messages import nearest
+from tarsus.report.plot import MOST_LINES
+from tarsus.report.style import CYCLE, Scale, scale_of
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["FORMATS", "blank", "figure_of", "offered", "write_figure"]
+
+FORMATS = (".png", ".svg", ".pdf")
+"""Endings of files that a figure is written as."""
+
+DPI = 150
+"""Of a PNG: lines of 1 pt are two pixels wide, and the figure is as wide as a page's column on a screen."""
+
+DECADES = 50.0
+"""Largest over smallest value from which an axis is logarithmic: a linear one would give the lower half of the decades
+a seventh of its length."""
+
+_NOT_MEASURES = ("code", "_spread", "_per_foot")
+"""Names, or their endings, beside the measures of a sweep."""
+
+
+def offered(data: xarray.Dataset) -> list[str]:
+    """Names in a file of series or measures that a figure can be made of."""
+    return [str(name) for name in data.data_vars if not str(name).endswith(_NOT_MEASURES)]
+
+
+def blank() -> Axes:
+    """Axes of a figure of its own, which no window shows."""
+    return Figure(figsize=(7.0, 3.4), layout="constrained").subplots()
+
+
+def figure_of(
+    data: xarray.Dataset, name: str, *, over: str | None = None, only: Sequence[str] | None = None
+) -> Axes:
+    """A series over time, or a measure over one number that varies, as a map over two where they are a grid.
+
+    Parameters
+    ----------
+    data
+        Series of a run, or measures of a batch or a sweep, as Tarsus writes them.
+    name
+        What to draw, one of `offered`.
+    over
+        Path of the number on the horizontal axis; the first that varies when left out. Of a grid of more numbers each
+        line is one combination of the others.
+    only
+        Of series: feet, points or drives by name; the first six when left out.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        Of a figure of its own.
+
+    Raises
+    ------
+    InputError
+        For names that the file does not have, and for a grid of more combinations than there are colours.
+    """
+    known = offered(data)
+    if name not in known:
+        raise InputError(f"the file has no '{name}'{nearest(name, known)}")
+    axes, one = blank(), data[name]
+    axes.set_title(str(data.attrs.get("title", "")))
+    if "time" in one.dims:
+        if over is not None:
+            raise InputError(f"'{name}' is a series over time: over is for measures of a batch or a sweep")
+        _series(axes, one, only)
+        return axes
+    if only is not None:
+        raise InputError(f"'{name}' is a measure: only is for series of a run")
+    paths = [str(path) for path in one.coords if one[path].dims]
+    if not paths:
+        raise InputError(f"'{name}' is one number: there is nothing to draw it over")
+    if over is not None and over not in paths:
+        raise InputError(f"nothing varies at '{over}'{nearest(over, paths)}")
+    if set(one.dims) <= set(paths) and len(one.dims) == 2 and over is None:
+        _map(axes, one)
+    else:
+        _lines(axes, one, over or paths[0])
+    return axes
+
+
+def write_figure(axes: Axes, file: str | Path) -> Path:
+    """Write the figure of some axes as PNG, SVG or PDF, by the file's ending.
+
+    Raises
+    ------
+    InputError
+        For another ending, and for a place that cannot be written.
+    """
+    path = Path(file)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"'{file}': a figure is a file that ends in {', '.join(FORMATS)}")
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=DPI)
+    except OSError as error:
+        raise InputError(f"cannot write '{file}': {(error.strerror or str(error)).lower()}") from error
+    return path
+
+
+def _series(axes: Axes, one: xarray.DataArray, only: Sequence[str] | None) -> None:
+    rest = [dim for dim in one.dims if dim != "time"]
+    time = one["time"].values
+    clock, size = scale_of("s", time), _scale(one, one.values)
+    if not rest:
+        if only is not None:
+            raise InputError(f"'{one.name}' is of the whole: it has no names to choose from")
+        axes.plot(time / clock.step, one.values / size.step, lw=1.1, color=CYCLE[0])
+    else:
+        names = [str(label) for label in one[rest[0]].values]
+        if unknown := [label for label in only or () if label not in names]:
+            raise InputError(f"'{one.name}' has no '{label}'{nearest(label, names)}" for label in unknown)
+        shown = list(dict.fromkeys(only)) if only is not None else names[:MOST_LINES]
+        rows = one.transpose(rest[0], "time").values
+        for number, label in enumerate(shown):
+            style = ("-", "--", ":", "-.")[number // len(CYCLE) % 4]
+            axes.plot(
+                time / clock.step, rows[names.index(label)] / size.step, lw=1.1, ls=style,
+                color=CYCLE[number % len(CYCLE)], label=label,
+            )  # fmt: skip
+        axes.legend(frameon=False)
+    axes.set(xlabel=f"time ({clock.label})", ylabel=f"{_words(one)} ({size.label})")
+
+
+def _lines(axes: Axes, one: xarray.DataArray, over: str) -> None:
+    """Points over a number that varies; a line for each combination of the other numbers of a grid."""
+    size = _scale(one, one.values)
+    along = one[over].values
+    step = _scale(one[over], along)
+    order = np.argsort(along)
+    if one.dims == one[over].dims and over not in one.dims:  # scattered: every run has a value of each
+        axes.plot(along / step.step, one.values / size.step, ".", color=CYCLE[0])
+    else:
+        others = [str(dim) for dim in one.dims if dim != over]
+        stacked = one.transpose(*others, over).values.reshape(-1, len(along))
+        if len(stacked) > len(CYCLE):
+            raise InputError(
+                f"the grid has {len(stacked)} combinations of {', '.join(others)}, and {len(CYCLE)} lines can be told "
+                "apart"
+            )
+        values = np.meshgrid(*(one[other].values for other in others), indexing="ij") if others else []
+        for number, row in enumerate(stacked):
+            label = ", ".join(
+                f"{other.rsplit('.', 1)[-1]} {grid.ravel()[number] / (unit := _scale(one[other], grid)).step:.4g} "
+                f"{unit.label}"
+                for other, grid in zip(others, values, strict=True)
+            )
+            axes.plot(
+                along[order] / step.step,
+                row[order] / size.step,
+                ".-",
+                lw=0.9,
+                color=CYCLE[number],
+                label=label or None,
+            )
+        if others:
+            axes.legend(frameon=False)
+    axes.set_xscale(_spread(along))
+    axes.set(xlabel=f"{over} ({step.label})", ylabel=f"{_words(one)} ({size.label})")
+
+
+def _map(axes: Axes, one: xarray.DataArray) -> None:
+    rows, columns = (str(dim) for dim in one.dims)
+    ups, alongs = one[rows].values, one[columns].values
+    up, along, size = _scale(one[rows], ups), _scale(one[columns], alongs), _scale(one, one.values)
+    order = np.ix_(np.argsort(ups), np.argsort(alongs))
+    shown = axes.pcolormesh(
+        np.sort(alongs) / along.step, np.sort(ups) / up.step, one.values[order] / size.step, shading="nearest"
+    )
+    axes.figure.colorbar(shown, ax=axes, label=f"{_words(one)} ({size.label})")
+    axes.set_xscale(_spread(alongs))
+    axes.set_yscale(_spread(ups))
+    axes.set(xlabel=f"{columns} ({along.label})", ylabel=f"{rows} ({up.label})")
+
+
+def _spread(values: np.ndarray) -> str:
+    """A logarithmic axis for values that were spread over decades."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return "log" if low > 0.0 and high >= DECADES * low else "linear"
+
+
+def _words(one: xarray.DataArray) -> str:
+    return str(one.name).replace("_", " ")
+
+
+def _scale(one: xarray.DataArray, values: np.ndarray) -> Scale:
+    """A prefix for the unit of a series or measure that bears one; counts and shares stay as they are."""
+    unit = str(one.attrs.get("units", "1"))
+    finite = values[np.isfinite(values)] if values.size else values
+    if unit == "1" or unit.startswith("kg") or not len(finite):
+        return Scale(1.0, unit)
+    return scale_of(unit, finite)

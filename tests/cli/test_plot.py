@@ -1,0 +1,99 @@
+"""Figures of what was saved: the file is what its ending says, and holds what was asked for."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import xarray
+
+from tarsus.report.saved import figure_of, offered
+
+
+@pytest.fixture
+def run(tarsus, tmp_path):
+    folder = tmp_path / "run"
+    assert tarsus("simulate", "cantilever", "--duration", "5 ms", "--no-report", "-o", folder).code == 0
+    return folder
+
+
+@pytest.fixture
+def sweep(tarsus, tmp_path):
+    study = tmp_path / "grid.toml"
+    study.write_text(
+        'scene = "cantilever"\nduration = "20 ms"\nmeasures = ["bounces", "impact_speed"]\n[vary]\n'
+        'robot.feet.tip.gap = ["50 um", "60 um", "70 um"]\n'
+        'ground.film.coefficient = ["1e-22 N m^2 s", "1e-20 N m^2 s"]\n'
+    )
+    assert tarsus("sweep", study, "-o", tmp_path / "sweep").code == 0
+    return tmp_path / "sweep"
+
+
+@pytest.mark.parametrize(
+    ("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF"), ("A.PNG", b"\x89PNG")]
+)
+def test_a_run_becomes_the_file_that_its_ending_says(tarsus, run, tmp_path, name, begin):
+    found = tarsus("plot", run, "-o", tmp_path / name, "--json").json()
+    assert found["name"] == "motion" and (tmp_path / name).read_bytes().startswith(begin)
+
+
+@pytest.mark.parametrize("name", ["impacts", "ledger", "gap", "kinetic_energy"])
+def test_a_run_has_several_figures(tarsus, run, tmp_path, name):
+    file = tmp_path / "a.svg"
+    assert tarsus("plot", run, name, "-o", file).code == 0
+    assert len(re.findall("<path", file.read_text())) > 3
+
+
+def test_a_file_stays_unless_it_may_be_replaced(tarsus, run, tmp_path):
+    file = tmp_path / "a.svg"
+    file.write_text("mine")
+    said = tarsus("plot", run, "-o", file)
+    assert said.code == 2 and "is there already" in said.sentences[0] and file.read_text() == "mine"
+    assert tarsus("plot", run, "-o", file, "--overwrite").code == 0 and file.read_text() != "mine"
+
+
+def test_series_are_drawn_as_they_are_stored(run):
+    with xarray.open_dataset(run / "series.nc") as data:
+        (line,) = figure_of(data, "gap").get_lines()
+        time, gap = line.get_data()
+        assert np.allclose(1e-3 * np.asarray(time), data["time"]) and line.get_label() == "tip"
+        assert np.ptp(gap) == pytest.approx(1e6 * np.ptp(data["gap"].values))
+        assert len(figure_of(data, "displacement", only=["center"]).get_lines()) == 1
+
+
+def test_a_grid_of_two_is_a_map_or_lines_over_one(tarsus, sweep, tmp_path):
+    with xarray.open_dataset(sweep / "sweep.nc") as data:
+        assert offered(data) == ["bounces", "impact_speed"]
+        (drawn,) = figure_of(data, "impact_speed").collections
+        shown, stored = np.asarray(drawn.get_array()).ravel(), data["impact_speed"].values.ravel()
+        assert np.sort(shown) / shown.max() == pytest.approx(np.sort(stored) / stored.max())
+        lines = figure_of(data, "impact_speed", over="ground.film.coefficient").get_lines()
+        assert [line.get_label() for line in lines] == ["gap 50 µm", "gap 60 µm", "gap 70 µm"]
+    file = tmp_path / "a.png"
+    assert tarsus("plot", sweep, "bounces", "-o", file).code == 0 and file.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("nowhere",), "there is no 'nowhere'"),
+        (("run", "gapp"), "did you mean 'gap'?"),
+        (("run", "gap", "--only", "tipp"), "did you mean 'tip'?"),
+        (("run", "ledger", "--only", "tip"), "--only names points"),
+        (("run", "--over", "robot.feet.tip.gap"), "--over is for batches and sweeps"),
+        (("run", "kinetic_energy", "--only", "tip"), "no names to choose from"),
+        (("run/scene.toml",), "is no NetCDF file of tarsus"),
+        ((".",), "holds no run and no finished sweep"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said(tarsus, run, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    result = tarsus("plot", *words, "-o", "a.png")
+    assert result.code == 2 and len(result.sentences) == 1 and said in result.sentences[0]
+    assert not (tmp_path / "a.png").exists()
+
+
+def test_only_figures_are_written(tarsus, run, tmp_path):
+    said = tarsus("plot", run, "-o", tmp_path / "a.jpg")
+    assert said.code == 2 and ".png, .svg, .pdf" in said.sentences[0]

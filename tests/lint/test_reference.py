@@ -1,0 +1,103 @@
+"""The reference lists what is public, and what is public says what it is."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import tarsus
+
+PAGE = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+LISTED = re.findall(r"^   (tarsus\S*)$", PAGE, re.MULTILINE)
+PACKAGES = ("solve", "measure", "fit", "orbits", "design", "identify", "experiment", "report", "plot")
+"""Packages of `tarsus` whose names are public."""
+
+ARRAYS = re.compile(r"ArrayLike|NDArray|Floats|ndarray")
+SHAPE = re.compile(
+    r"\((\.\.\., ?)?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*(, ?[a-z0-9_]+( ?[+*-] ?[a-z0-9_]+)*)*,?\)"
+)
+UNIT = re.compile(r"\[[^\]]+\]|\bunit|\bSI\b|\bshares?\b|\bdimensionless\b|\bsame\b")
+
+
+@cache
+def found(full: str) -> Any:
+    """The object of a full name."""
+    parts = full.split(".")
+    for j in range(len(parts), 0, -1):
+        try:
+            one = importlib.import_module(".".join(parts[:j]))
+        except ImportError:
+            continue
+        for part in parts[j:]:
+            one = getattr(one, part)
+        return one
+    raise AssertionError(full)
+
+
+def public() -> dict[str, Any]:
+    """Every public name and what it is; modules are the packages themselves."""
+    names = {f"tarsus.{name}": found(f"tarsus.{name}") for name in tarsus.__all__}
+    for package in PACKAGES:
+        module = found(f"tarsus.{package}")
+        names |= {f"tarsus.{package}.{name}": getattr(module, name) for name in module.__all__}
+    names["tarsus.calibrate"] = found("tarsus.calibrate.calibrating.calibrate")
+    return {name: one for name, one in names.items() if not inspect.ismodule(one)}
+
+
+def test_every_name_on_the_page_exists_once():
+    assert len(LISTED) == len(set(LISTED)) > 150
+    assert [name for name in LISTED if found(name) is None] == []
+
+
+def test_the_page_lists_every_public_name():
+    shown = [found(name) for name in LISTED]
+    ids = {id(one) for one in shown}
+    assert [name for name, one in public().items() if id(one) not in ids] == []
+
+
+def test_all_that_is_offered_is_there():
+    for name in tarsus.__all__:
+        getattr(tarsus, name)
+    assert set(tarsus.__all__) <= set(dir(tarsus))
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_what_is_listed_says_what_it_is(name):
+    one = found(name)
+    if isinstance(one, (int, float, str, tuple)) or not callable(one):
+        return
+    own = one.__doc__ or ""
+    assert len(own) > 20 and not own.startswith(f"{name.rsplit('.', 1)[-1]}("), name
+    if not inspect.isfunction(one):
+        return
+    taken = " ".join(str(said) for said in one.__annotations__.values())
+    if ARRAYS.search(taken):
+        assert SHAPE.search(own), f"{name} takes or gives arrays, and says no shape"
+        assert UNIT.search(own), f"{name} takes or gives arrays, and says no unit"
+    if "raise InputError" in inspect.getsource(one):
+        assert "InputError" in own, f"{name} refuses input, and does not say so"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Free", "CustomGait"), ("Wave", "MetachronalGait"), ("Given", "MeasuredImpactMap"),
+        ("ResistiveLaw", "DampingLaw"), ("LatchLaw", "AdhesionLaw"),
+    ],
+)  # fmt: skip
+def test_former_names_work_and_warn(old, new):
+    with pytest.warns(DeprecationWarning, match=f"tarsus.{old} is now tarsus.{new}"):
+        assert getattr(tarsus, old) is getattr(tarsus, new)
+    assert old not in tarsus.__all__
+
+
+def test_a_verb_that_is_a_package_too_can_be_called():
+    importlib.import_module("tarsus.calibrate.mixture")
+    with pytest.raises(tarsus.InputError, match="no study is called 'nope'"):
+        tarsus.calibrate("nope")
