@@ -51,7 +51,7 @@ def test_a_foot_far_away_or_a_thick_film_loosens_no_account(seed: int) -> None:
 
 
 def test_a_stiff_dashpot_beside_a_loose_chain_leaves_its_events_in_place() -> None:
-    """It stalled where its foot was let go: the slow plane's block was 2e4 times its rates, its gap as much rounding."""
+    """It stalled where its foot is let go: a slow block was 2e4 times its rates, its gap rounding."""
     found = look_at(scene_of(1340))
     assert found["code"] == "DONE"
     assert found["events"] == 3
