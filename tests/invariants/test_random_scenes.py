@@ -66,7 +66,7 @@ def test_a_film_of_ones_own_in_which_feet_hardly_move_needs_no_tiny_steps() -> N
 
 
 def test_a_held_foot_carries_what_presses_feet_that_cannot_move() -> None:
-    """Two feet on one coordinate under voltage: with one held the other follows no leading foot, yet loads the held one."""
+    """Two feet on one coordinate under voltage: with one held the other follows no leading foot, yet loads it."""
     found = look_at(scene_of(151))
     assert found["code"] == "DONE"
     assert found["events"] == 41
