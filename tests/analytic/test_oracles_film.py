@@ -54,7 +54,7 @@ def test_with_a_residual_thickness_a_fast_foot_touches():
 
 @pytest.mark.parametrize("own", [False, True], ids=["built in", "of one's own"])
 def test_a_thick_film_stops_a_foot_within_little_of_itself(own):
-    """Within 1e-7 of a film of 0.1 mm: its momentum is 5e6 times the foot's, of whose way 1e-6 is known all the same."""
+    """Within 1e-7 of a film of 0.1 mm: its momentum is 5e6 times the foot's, whose way is known to 1e-6."""
     thickness, coefficient, gap = 1e-4, 5e-12, 1e-7
     law = OWN["own_film"] if own else ts.Film
     film = law(coefficient=coefficient, thickness=thickness)

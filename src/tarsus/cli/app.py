@@ -216,7 +216,7 @@ def _sentence(error: Any, argv: list[str]) -> str:
 
     error.verbose = False
     if isinstance(error, UnusedCliTokensError):
-        return f"unexpected: {' '.join(error.unused_tokens)}."
+        return f"unexpected: {' '.join(error.unused_tokens or ())}."
     if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
         given = [name for name in error.argument.names if name in argv]
         return f"{given[0]} takes a value." if given else f"{error.argument.names[0]} is missing."

@@ -283,8 +283,8 @@ def pack(channels: Sequence[Pieces]) -> _native.Signals:
 SMALLEST = 1e-12
 """[m] Below the size of an atom a clearance is zero and no scale."""
 NEAREST = 1e-3
-"""Smallest part of a plan's largest length that tolerances may refer to: 1e-10 of it is 1e-13 of a far foot's gap then, whose
-rounding is 1e-16 of that."""
+"""Smallest part of a plan's largest length that tolerances may refer to: 1e-10 of it is 1e-13 of a far foot's gap then,
+whose rounding is 1e-16 of that."""
 
 
 def scales(
@@ -297,8 +297,8 @@ def scales(
 ) -> tuple[Floats, Floats]:
     """Length [m] and force [N] of nr runs (nr,) that tolerances refer to.
 
-    The length is the least rest gap that is any, and not below `NEAREST` of the largest length: a foot a millimetre away,
-    or a film as thick, tells nothing of how exactly one must be known that works within a micrometre.
+    The length is the least rest gap that is any, and not below `NEAREST` of the largest length: a foot a millimetre
+    away, or a film as thick, tells nothing of how exactly one must be known that works within a micrometre.
 
     spans (nr, nd) [N] of the drives' forces; parameters (nr, m, np), initial (nr, 2n), sources (nr, m + 1) as in
     `tarsus.plan.slots.Rows`.

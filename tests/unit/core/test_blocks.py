@@ -81,8 +81,8 @@ def test_nothing_to_move():
 
 
 def test_two_slow_rates_beside_a_fast_dashpot_keep_a_block_of_their_own_size():
-    """Masses on springs that a weak dashpot alone holds to the ground: rates 0 and -0.2 beside one of -3e7. By the fast rate their
-    vectors hardly differ, and a block of the plane they span was 2e4 times their size: events stalled."""
+    """Masses on springs that a weak dashpot alone holds to the ground: rates 0 and -0.3 beside one of -3e7. By the fast
+    rate their vectors hardly differ, and a block of the plane they span was 2e4 times their size: events stalled."""
     mass = np.diag([1.1e-6, 1.8e-6, 1.2e-6, 0.9e-6])
     ties = np.eye(4) - np.eye(4, k=-1)
     stiffness = ties.T @ np.diag([0.0, 11.0, 1.3, 9.0]) @ ties

@@ -114,4 +114,5 @@ def test_feet_beyond_the_coordinates_follow_those_that_lead():
         np.testing.assert_allclose(shares @ mode.outputs[mode.leading], moves, rtol=0, atol=1e-13)
         np.testing.assert_allclose(shares @ mode.beta[mode.leading], mode.beta[free], rtol=0, atol=1e-12)
         assert np.abs(shares).max(initial=0.0) < 10.0
-    assert list(contact_mode(SYSTEM, 0).leading) == list(range(len(SYSTEM.rest_gap)))  # none follows where all move by themselves
+    # none follows where all move by themselves
+    assert list(contact_mode(SYSTEM, 0).leading) == list(range(len(SYSTEM.rest_gap)))
