@@ -18,6 +18,8 @@ import tarsus as ts
 from scene_files import SCENES
 from tarsus.base.spec import validate
 from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.drive.laws import Cubic, LinearForce, TwoBranch
+from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 
 OWN = ts.load_laws(SCENES / "squeeze.py")
@@ -107,6 +109,26 @@ def plain_scene(seed: int, legged: bool) -> Scene:
     """The scene of a seed within what another simulator can follow."""
     dice = Dice([seed, int(legged)], PLAIN)
     return (_legged if legged else _modal)(dice, f"{'legged' if legged else 'modal'} {seed}")
+
+
+def branched_scene(seed: int, legged: bool) -> Scene:
+    """The plain scene of a seed with laws of two branches, that need not meet, and repeating plateaus on its drives."""
+    scene = plain_scene(seed, legged)
+    dice = Dice([seed, int(legged), 7], PLAIN)
+    signals = dict(scene.signals)
+    changes: dict[str, Any] = {"signals": signals}
+    for name, drive in scene.robot.drives.items():
+        if dice.chance(0.6):
+            gain = drive.law.gain if isinstance(drive.law, LinearForce) else drive.law.linear
+            rising = Cubic(constant=dice.between(-0.5, 0.5) * gain, linear=gain, quadratic=0.02 * gain)
+            falling = Cubic(linear=0.8 * gain, quadratic=-0.01 * gain, cubic=0.002 * gain)
+            changes[f"robot.drives.{name}.law"] = TwoBranch(rising=rising, falling=falling)
+        if name in signals and dice.chance(0.6):
+            shares = dice.rng.dirichlet(np.full(4, 2.0))
+            turn = scene.duration * dice.between(0.15, 0.45)
+            levels = dice.rng.uniform(-8.0, 8.0, 4).tolist()
+            signals[name] = OnOff(levels=levels, durations=(turn * shares).tolist(), repeat=True)
+    return ts.with_values(scene, changes)
 
 
 def _scale(dice: Dice) -> Scale:

@@ -11,7 +11,7 @@ def test_one_line_makes_a_header_a_signal_and_a_page(tarsus, tmp_path):
     folder = tmp_path / "landing"
     done = tarsus(
         *LANDING, "--levels", "free=-8V:8V", "--over", "robot.feet.tip.gap=69um:71um", "--effort", "0.012",
-        "--risk", "mean", "-o", folder, "--json",
+        "--pairs", "1", "--risk", "mean", "-o", folder, "--json",
     )  # fmt: skip
     assert done.code == 0, done.err
     table = done.json()

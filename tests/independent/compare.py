@@ -41,12 +41,12 @@ def nudged(scene: Scene, by: float) -> Scene:
     return ts.with_values(scene, changes) if changes else scene
 
 
-def compare(scene: Scene) -> Comparison:
-    """Simulate a scene three times, and say what differs within the horizon."""
-    run = ts.simulate(scene)
+def compare(scene: Scene, accuracy: ts.Accuracy | None = None, least: float = LEAST) -> Comparison:
+    """Simulate a scene three times, and say what differs within the horizon by more than ``least`` and the nudge."""
+    run = ts.simulate(scene, accuracy=accuracy)
     assert run.ok, run.code
     length, rate = run.plan.length, run.plan.rate
-    moved = ts.simulate(nudged(scene, NUDGE * length))
+    moved = ts.simulate(nudged(scene, NUDGE * length), accuracy=accuracy)
     found = simulate(scene, length)
     events, others = run.events, moved.events
     known = len(found.events)
@@ -68,7 +68,7 @@ def compare(scene: Scene) -> Comparison:
                 f"event {i} at {event['time']}: {event['foot'], event['kind']} is {foot, kind}",
             )
         wrong = abs(time - event["time"]) * rate
-        if wrong > LEAST + TIMES * off:
+        if wrong > least + TIMES * off:
             return Comparison(
                 len(events), i, f"event {i} is off by {wrong:.1e} rad, where the nudge moves it {off:.1e}"
             )

@@ -108,10 +108,11 @@ def command(wave: Any, end: float) -> Signal:
             pieces.append(line(wave.hold, wave.hold + wave.fall, wave.level, 0.0))
         pieces.append(line(wave.hold + wave.fall, math.inf, 0.0, 0.0))
     elif kind == "on_off":
-        edges = [0.0, *np.cumsum(wave.durations).tolist()]
-        edges[-1] = math.inf
-        assert not wave.repeat
-        pieces = [line(a, b, v, v) for a, b, v in zip(edges, edges[1:], wave.levels, strict=False)]
+        turn, times = sum(wave.durations), [0.0, *itertools.accumulate(wave.durations)]
+        count = math.ceil(end / turn) + 1 if wave.repeat else 1
+        edges = [n * turn + time for n in range(count) for time in times[:-1]]
+        levels = list(wave.levels) * count
+        pieces = [line(a, b, v, v) for a, b, v in zip(edges, [*edges[1:], math.inf], levels, strict=True)]
     elif kind == "swept_sine":
         pieces = chirp(wave)
     elif kind == "sampled":
@@ -269,13 +270,16 @@ def without_lag(
 
 
 def force(signal: Signal, law: Any, history: Sequence[float], end: float) -> Signal:
-    """Force [N] of a drive: a line, or a cubic with plays, each max(V - r, min(V + r, what it was))."""
+    """Force [N] of a drive: a line, a cubic for each sense of the voltage's last change, or a cubic with plays, each
+    max(V - r, min(V + r, what it was))."""
     if law.kind == "linear":
         return Signal(
             [Piece(p.start, p.end, lambda t, p=p: law.offset + law.gain * p.value(t),
                    lambda t, p=p: law.gain * p.slope(t))
              for p in signal.pieces], end,
         )  # fmt: skip
+    if law.kind == "two_branch":
+        return Signal(branches(signal, law, history, end), end)
     assert law.kind == "prandtl_ishlinskii"
     widths, weights = np.array(law.thresholds), np.array(law.weights)
     plays = np.zeros(len(widths))
@@ -288,6 +292,36 @@ def force(signal: Signal, law: Any, history: Sequence[float], end: float) -> Sig
             out.append(on_plays(p, a, b, law, plays, widths, weights))
         plays = moved(plays, widths, p.value(p.end))
     return Signal(out, end)
+
+
+def branches(signal: Signal, law: Any, history: Sequence[float], end: float) -> list[Piece]:
+    """A drive is born at 0 V on the falling branch; a change by rounding is none."""
+    out: list[Piece] = []
+    volts, up = 0.0, False
+
+    def change(to: float) -> None:
+        nonlocal volts, up
+        if abs(to - volts) > 1e-12 * (abs(to) + abs(volts)):
+            up = to > volts
+        volts = to
+
+    for one in history:
+        change(one)
+    for p in monotone(signal, end):
+        change(p.value(p.start))
+        change(p.value(p.end))
+        c = law.rising if up else law.falling
+
+        def value(t: float, p: Piece = p, c: Any = c) -> float:
+            v = p.value(t)
+            return c.constant + v * (c.linear + v * (c.quadratic + v * c.cubic))
+
+        def slope(t: float, p: Piece = p, c: Any = c) -> float:
+            v = p.value(t)
+            return p.slope(t) * (c.linear + v * (2.0 * c.quadratic + 3.0 * v * c.cubic))
+
+        out.append(Piece(p.start, p.end, value, slope))
+    return out
 
 
 def moved(plays: np.ndarray, widths: np.ndarray, volts: float) -> np.ndarray:

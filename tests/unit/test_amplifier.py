@@ -18,7 +18,7 @@ from tarsus.model.drive.hysteresis import fit_branches
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.waveforms import Constant, Ramp, RampedSquare, Sine, Square, SweptSine
+from tarsus.model.drive.waveforms import Constant, OnOff, Ramp, RampedSquare, Sine, Square, SweptSine
 from tarsus.model.robot import Drive
 from unit.drive_cases import FALLING, RISING, WAVEFORMS
 from unit.test_drive_lower import check_shape
@@ -324,3 +324,16 @@ def test_a_run_shows_command_and_output_and_closes_its_ledger() -> None:
     batch = ts.simulate_batch(scene, {path + "slew_rate": [1e4, 1e5]}, 0.06)
     np.testing.assert_allclose(batch.events(0)["time"], run.events["time"], rtol=0, atol=1e-12)
     assert len(batch.events(1)) != len(batch.events(0))
+
+
+def test_an_output_that_has_settled_keeps_its_branch() -> None:
+    """After 31 lags it ends on its command within rounding, from either side, which is no change of the voltage."""
+    lag = 3.1420875e-06
+    square = OnOff(
+        levels=(7.957256413493036, -6.6461928594664155), durations=(2.9468803e-4, 3.4747338e-4), repeat=True
+    )
+    law = ts.TwoBranch(rising=RISING, falling=FALLING)
+    output = Amplifier(rise_time=lag * math.log(9.0)).output(square)
+    t = np.linspace(0.0, 2.9e-4, 20001)[1:]
+    np.testing.assert_allclose(evaluate(lower(output, law)[0], t), RISING(output.volts(t)), rtol=1e-9)
+    np.testing.assert_allclose(law.force(output.volts(t)), RISING(output.volts(t)), rtol=1e-9)

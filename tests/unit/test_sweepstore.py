@@ -79,7 +79,7 @@ import numpy as np
 from tarsus.files.sweepstore import SweepStore
 from pathlib import Path
 store = SweepStore.open(Path(sys.argv[1]), "d", 20, {"study.toml": "a = 1\\n"}, resume=True)
-for again in range(15):
+for again in range(4):
     for unit in range(20):
         store.write(unit, {"code": np.full(200, unit, np.int8)})
         assert (store.read(unit)["code"] == unit).all()

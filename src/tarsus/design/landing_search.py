@@ -186,7 +186,8 @@ class Searcher:
     def _on_fixed_grounds(self, pairs: int, grounds: Grounds) -> Candidate:
         choices, archive = self.archives[pairs]
         cost = self._cost(choices, grounds, self.request.risk)
-        self.archives[pairs] = choices, self._descended(archive, cost, self.budget(pairs, 0.5), 24)
+        count = max(int(24 * min(self.request.options.effort, 1.0)), 2)
+        self.archives[pairs] = choices, self._descended(archive, cost, self.budget(pairs, 0.5), count)
         self._polish(pairs, grounds, self.request.risk)
         return self._best(pairs)
 
@@ -214,7 +215,9 @@ class Searcher:
             state["round"] += 1
             choices, archive = self.archives[pairs]
             cost = self._cost(choices, active, Worst())
-            again = self._descended(archive, cost, self.budget(pairs, 0.8 if first else 0.4), 32 if first else 8)
+            share = min(self.request.options.effort, 1.0)
+            count = max(int((32 if first else 8) * share), 2)
+            again = self._descended(archive, cost, self.budget(pairs, 0.8 if first else 0.4), count)
             self.archives[pairs] = choices, again
             self._polish(pairs, active, Worst())
             rows = again.best(3)

@@ -14,12 +14,10 @@ from tarsus.base.workers import Workers
 from tarsus.design.over import Grounds
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
 from tarsus.solve.codes import EventColumns
-from tarsus.solve.engines import Shared
 from tarsus.solve.gradients import GradientBatch, GradientRun
 from tarsus.solve.results import Batch, Part
-from tarsus.solve.simulate import simulate
+from tarsus.solve.session import Session
 
 __all__ = ["Landings", "Trials", "landings_of"]
 
@@ -70,7 +68,7 @@ class Trials:
     runs: int = 0
 
     def __post_init__(self) -> None:
-        self._shared = Shared()
+        self._sessions: dict[int, Session] = {}
 
     def __call__(
         self, levels: Floats, durations: Floats, grounds: Grounds, *, every: bool = False
@@ -88,23 +86,21 @@ class Trials:
     def batch(self, levels: Floats, durations: Floats, values: Mapping[str, Floats]) -> Batch:
         """Runs (nr,) of signals (nr, S) with other numbers (nr,) by path."""
         self.runs += len(levels)
-        scene = self.with_signal(OnOff(levels=tuple(levels[0]), durations=tuple(durations[0]), repeat=True))
-        paths = self.paths(levels.shape[1])
-        columns = [*durations.T, *(column if np.ptp(column) > 0.0 else None for column in levels.T)]
-        vary = {path: own for path, own in zip(paths, columns, strict=True) if own is not None}
-        return simulate_batch(
-            scene, vary | dict(values), self.periods * self.period, threads=self.threads, shared=self._shared
-        )
+        vary = dict(zip(self.paths(levels.shape[1]), [*durations.T, *levels.T], strict=True))
+        session = self._session(levels.shape[1])
+        return session.batch(vary | dict(values), self.periods * self.period, threads=self.threads)
 
     def sloped(
         self, levels: Floats, durations: Floats, values: Mapping[str, Floats], moving: Sequence[int]
     ) -> tuple[GradientRun, ...]:
         """Runs (nr,) of one signal (S,) on grounds of other numbers (nr,) by path, with derivatives by those of
         ``moving`` among `paths`."""
-        scene = self.with_signal(OnOff(levels=tuple(levels), durations=tuple(durations), repeat=True))
         every = self.paths(len(levels))
-        found = simulate_batch(
-            scene, values, self.periods * self.period, threads=self.threads, shared=self._shared,
+        own = zip(every, [*durations, *levels], strict=True)
+        count = len(next(iter(values.values()))) if values else 1
+        vary = {path: np.full(count, value) for path, value in own}
+        found = self._session(len(levels)).batch(
+            vary | dict(values), self.periods * self.period, threads=self.threads,
             gradients=[every[i] for i in moving],
         )  # fmt: skip
         assert isinstance(found, GradientBatch)
@@ -115,12 +111,14 @@ class Trials:
         """An instant [s] of the last period counted, ``until`` or just before the foot first touches where that comes
         first, and the structure's displacements and velocities (2n,) then."""
         self.runs += 1
-        scene = self.with_signal(OnOff(levels=tuple(levels), durations=tuple(durations), repeat=True))
+        own = zip(self.paths(len(levels)), [*durations.tolist(), *levels.tolist()], strict=True)
+        session = self._session(len(levels))
         since = (self.periods - self.counted) * self.period
-        run = simulate(scene, since + until)
+        run = session.run(dict(own), self.periods * self.period)
         events = run.events
-        own = events["foot"] == list(scene.robot.feet).index(self.foot)
-        hits = events["time"][own & np.isin(events["kind"], IMPACTS) & (events["time"] > since)]
+        mine = events["foot"] == list(self.scene.robot.feet).index(self.foot)
+        within = (events["time"] > since) & (events["time"] <= since + until)
+        hits = events["time"][mine & within & np.isin(events["kind"], IMPACTS)]
         time = float(hits[0]) * (1.0 - 1e-12) if len(hits) else since + until
         found = run.states(np.array([time]))
         return time - since, np.concatenate([found.x[:, 0], found.v[:, 0]])
@@ -129,9 +127,13 @@ class Trials:
         """Of the durations, then of the levels, of a signal's plateaus."""
         return [f"signals.{self.drive}.{name}.{i}" for name in ("durations", "levels") for i in range(plateaus)]
 
-    def with_signal(self, signal: OnOff) -> Scene:
-        """The scene with this signal."""
-        return with_values(self.scene, {"signals": {**self.scene.signals, self.drive: signal}})
+    def _session(self, plateaus: int) -> Session:
+        """The scene with an on-off signal of so many plateaus, whose plan stays."""
+        if plateaus not in self._sessions:
+            even = OnOff(levels=(0.0,) * plateaus, durations=(self.period / plateaus,) * plateaus, repeat=True)
+            changed = with_values(self.scene, {"signals": {**self.scene.signals, self.drive: even}})
+            self._sessions[plateaus] = Session(changed)
+        return self._sessions[plateaus]
 
 
 def landings_of(batch: Batch, foot: str, period: float, periods: int, counted: int) -> Landings:

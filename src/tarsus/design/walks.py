@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,7 @@ from tarsus.design.walk_objectives import WalkObjective
 from tarsus.measure.switching import charging_energy
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Scene
-from tarsus.solve.batch import simulate_batch
-from tarsus.solve.engines import Shared
+from tarsus.solve.session import Session
 
 __all__ = ["Walks", "without_legs"]
 
@@ -44,7 +43,9 @@ class Walks:
     duration: float
     threads: Workers = None
     runs: int = 0
-    _shared: Shared = field(default_factory=Shared)
+
+    def __post_init__(self) -> None:
+        self._session = Session(self.scene)
 
     def __call__(self, points: Floats, grounds: Grounds) -> Floats:
         """Costs (n, ng, no) of gaits at points (n, nu) of the unit cube on all grounds, infinite where a run did not
@@ -82,7 +83,7 @@ class Walks:
         if measures:
             self.runs += len(points)
             vary = {**self.unknowns.values(points), **grounds}
-            batch = simulate_batch(self.scene, vary, self.duration, threads=self.threads, shared=self._shared)
+            batch = self._session.batch(vary, self.duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
             seen["energy"] = self.energy(points)

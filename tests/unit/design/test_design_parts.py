@@ -197,7 +197,7 @@ def test_polishing_by_a_mean_over_grounds_is_not_that_by_the_worst():
         return np.array([0.9 * one[:4].max() + 0.1 * one[4] for one in pieces])
 
     point, least, _ = polish(cost, _kinked, np.array([0.9, 0.2]), 40, 1.0, weights)
-    xs = np.linspace(0.0, 1.0, 401)
+    xs = np.linspace(0.0, 1.0, 101)
     grid = np.array([[x, y] for x in xs for y in xs])
     assert least <= cost(grid).min() + 1e-6 and cost(point[None])[0] == least
 

@@ -153,7 +153,7 @@ def test_settling_is_measured_and_said(scene):
 def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, sensor):
     design = ts.design.landing(
         scene, "tip", pairs=1, levels="free=-8V:8V", over={GAP: ("67 um", "73 um")}, risk="nominal", learn=12,
-        sensor=sensor, effort=0.03, seed=1,
+        sensor=sensor, effort=0.01, seed=1,
     )  # fmt: skip
     found = design.learning
     assert found.speeds.shape == (40, 13) and found.regret.shape == (40, 12)

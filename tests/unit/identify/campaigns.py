@@ -67,7 +67,7 @@ def modes_as_found(patch: pytest.MonkeyPatch) -> None:
 
 
 def copied(target: Path, *purposes: str) -> Path:
-    """A copy of the folder that may be damaged; of the sets of some purposes alone, where they are given."""
+    """A copy of the folder that may be damaged; of the sets of some purposes or names alone, where they are given."""
     shutil.copytree(folder(), target)
     if purposes:
         only(target, *purposes)
@@ -75,8 +75,9 @@ def copied(target: Path, *purposes: str) -> Path:
 
 
 def only(folder: Path, *purposes: str) -> None:
-    """Keep the sets of some purposes."""
+    """Keep the sets of some purposes, or of some names."""
     text = (folder / "campaign.toml").read_text(encoding="utf-8")
     head, *sets = re.split(r"(?m)^(?=\[records\.[^.\]]+\]$)", text)
-    kept = [one for one in sets if re.search(rf'purpose = "({"|".join(purposes)})"', one)]
+    wanted = "|".join(purposes)
+    kept = [one for one in sets if re.search(rf'purpose = "({wanted})"|^\[records\.({wanted})\]', one)]
     (folder / "campaign.toml").write_text(head + "".join(kept), encoding="utf-8")

@@ -87,7 +87,7 @@ def drawn_out(samples: int) -> Callable[[np.ndarray], np.ndarray]:
     ],
 )
 def test_a_damaged_record_is_left_out_with_its_reason(tmp_path, change, words):
-    folder = copied(tmp_path / "campaign", "ramps")
+    folder = copied(tmp_path / "campaign", "ramps-20hz-50")
     changed(folder, change)
     told = said(folder)
     assert len(told) == 1 and told[0].startswith(MAT), told

@@ -67,17 +67,19 @@ class TwoBranch(VoltageLaw):
         """Force (N,) [N] along a sequence of voltages (N,) [V], on the branch by which each was reached."""
         past = visited(history)
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
-        branch = last_directions(np.diff(np.concatenate([past, v])), -1.0)[len(past) - 1 :]
+        way = np.concatenate([past, v])
+        branch = last_directions(np.diff(way), -1.0, np.abs(way).max())[len(past) - 1 :]
         return np.where(branch > 0.0, self.rising(v), self.falling(v))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch, on the branch of its direction."""
         past = visited(history)
-        before = last_directions(np.diff(past), -1.0)[-1] if len(past) > 1 else -1.0
+        largest = max(float(np.abs(one).max(initial=0.0)) for one in (past, track.first, track.last))
+        before = last_directions(np.diff(past), -1.0, largest)[-1] if len(past) > 1 else -1.0
         moves = np.empty(2 * track.count)
         moves[0::2] = track.first - np.append(past[-1], track.last[:-1])
         moves[1::2] = track.last - track.first
-        branch = last_directions(moves, float(before))[1::2]
+        branch = last_directions(moves, float(before), largest)[1::2]
         law = np.where((branch > 0.0)[:, None], self.rising.coefficients(), self.falling.coefficients())
         kink = track.kink.copy()
         kink[1:] |= branch[1:] != branch[:-1]

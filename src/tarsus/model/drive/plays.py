@@ -30,9 +30,15 @@ def play_states(volts: Floats, thresholds: Floats, initial: Floats) -> Floats:
     return np.minimum(np.maximum(initial, low), high)
 
 
-def last_directions(moves: Floats, initial: float) -> Floats:
-    """(K,) sign of the last nonzero of `moves` (K,) up to each index, `initial` where there is none."""
-    signs = np.sign(moves)
+ROUNDING = 1e-12
+"""A voltage that changes by less of its largest value has not changed: an amplifier's output is followed to that, and
+settles on its command from either side."""
+
+
+def last_directions(moves: Floats, initial: float, largest: float) -> Floats:
+    """(K,) sign of the last of `moves` (K,) [V] up to each index that is more than rounding of the `largest` voltage
+    [V], `initial` where there is none."""
+    signs = np.where(np.abs(moves) > ROUNDING * largest, np.sign(moves), 0.0)
     index = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(signs)), -1))
     return np.where(index >= 0, signs[index], initial)
 
