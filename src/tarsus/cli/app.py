@@ -106,7 +106,7 @@ def _version() -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one command line; failures are `told`. `-q` anywhere in it leaves results and errors alone, `-v` says more."""
+    """Run one command line; failures are `told`. `-q` in it leaves results and errors alone, `-v` says more."""
     voice, words = _voice_of(argv)
     if voice is None:
         console.complain(["-q says less and -v says more: give one of them"])
