@@ -30,11 +30,12 @@ WITHIN = 1e-7
 """Largest error of a derivative, relative to the largest of its kind up to its event."""
 KNOWN = 2e-8
 """A difference counts where it is known that well."""
-FLOOR = 1e-5
+FLOOR = 3e-5
 """What would change the largest number of its kind by less than this, were the number of the scene twice as large, is
-nothing: a part of 1e-7 of it is the rounding of a run."""
-ROUNDING = 2e-13
-"""Part of a number that tight runs scatter by."""
+nothing: a part of 1e-7 of it is the rounding of a run, and of the derivatives of lowered arrays."""
+ROUNDING = 1e-12
+"""Part of a number that tight runs scatter by, their tolerance, at least; motion that is sensitive scatters more, which
+the differences over the smallest steps tell. Differences that agree better than that allows do so by chance."""
 SLOW = 1e-4
 """Impacts slower than this part of the hardest are not compared: they end an accumulation and multiply what a run
 errs by."""
@@ -75,7 +76,10 @@ def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:
         table = np.array([[one[name][:count] for name in FIELDS] for one in used])
         width = 2.0 * sizes[first:, None, None]
         scatter = ROUNDING * np.abs(table).max(axis=0) / width
-        found, error = extrapolated((table[:n] - table[n:]) / width, scatter)
+        slopes = (table[:n] - table[n:]) / width
+        rough, _ = extrapolated(slopes, scatter)
+        noise = (np.abs(slopes - rough) * width)[-3:].max(axis=0)
+        found, error = extrapolated(slopes, np.maximum(scatter, noise / width))
         kept = best[0].shape[1]
         best = (
             np.concatenate([best[0], found[:, kept:]], axis=1), np.concatenate([best[1], error[:, kept:]], axis=1)

@@ -204,7 +204,8 @@ def _check_ends(where: str, of: Signal | Drive, varied: Mapping[str, Floats]) ->
 def _refused(of: Signal | Drive, parts: Sequence[Mapping[str, Floats]]) -> InputError | None:
     """What is wrong with the lowest or the highest values of some numbers, each part by itself."""
     for part in parts:
-        for edge in {tuple(float(one.min()) for one in part.values()), tuple(float(one.max()) for one in part.values())}:
+        lowest, highest = (tuple(float(end(one)) for one in part.values()) for end in (np.min, np.max))
+        for edge in {lowest, highest}:
             try:
                 one = with_values(of, dict(zip(part, edge, strict=True)))
                 _ = one.period if isinstance(one, Signal) else None

@@ -238,7 +238,7 @@ def _event_places(log: Log, events: NDArray[np.void], order: Rows, given: Rows, 
         rooms = [LARGEST * when, MOVED * abs(when - round(when / log.period) * log.period)]
         beside = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
         rooms += [MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]]
-        step = min((room for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end)
+        step = min((float(room) for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end)
         row = int(given[order[group[-1]]])
         out.append(_Place(((time, group, np.ones(len(group))),), step, to, (row, E_TIME)))
     return out

@@ -34,8 +34,8 @@ def gradient(
     *,
     times: ArrayLike | None = None,
 ) -> Gradient:
-    """Exact first derivatives of one number of a run by numbers of its scene, backwards over the run where that can be:
-    at the cost of about two runs more, however many they are.
+    """Exact first derivatives of one number of a run by numbers of its scene, backwards over the run where that can be,
+    which hardly costs more for many of them than for few.
 
     Parameters
     ----------
