@@ -1,4 +1,4 @@
-"""Walkers of one or two legs march as a whole; the march of each leg by itself, which shares no step, finds the same."""
+"""Walkers of one or two legs march as a whole; the march of each leg by itself, which shares no step, agrees."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ class SweepStore:
             plan = json.loads((self.folder / PLAN_FILE).read_text(encoding="utf-8"))
             layout, digest, units = int(plan["format"]), str(plan["plan"]), int(plan["units"])
             chunk, by = int(plan.get("chunk", 0)), dict(plan.get("made", {}))
-            if not (1 <= units <= MOST_UNITS and chunk >= 0):
+            if not (0 <= units <= MOST_UNITS and chunk >= 0):
                 raise ValueError(f"{units} units of {chunk} runs")
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"'{self.folder}' holds no whole plan of a {self.what}: {error}") from None

@@ -21,6 +21,11 @@ class WholeAccount {
       }
     }
     turning_ += s.whole->state(s.state).system.sway;
+    for (int i = 0; i < s.legs(); i++) {
+      const Row& film = s.rows[i].film;
+      const bool filmed = !s.feet[i].held(UP) && s.feet[i].filmed();
+      thin_[i] = filmed && !(s.nodes.truncation(film) <= UNSEEN * highest(magnitude(film - film[N - 1])));
+    }
   }
 
   // Add the energies from the start of the step to scaled time ``fraction``.
@@ -39,6 +44,7 @@ class WholeAccount {
   Series& series_;
   const double h_;
   double turning_ = 0.0;
+  bool thin_[FEW_LEGS];  // the nodes do not see how the film changes over the step
 
   void split(double low, double high) {
     const int pieces = std::max(1, int(std::ceil(turning_ * h_ * (high - low) / PIECE)));
@@ -46,12 +52,30 @@ class WholeAccount {
   }
 
   void add_piece(double low, double high) {
+    Row rates[FEW_LEGS], films[FEW_LEGS];
     for (int j = 0; j < N; j++) {
       const double at = low + (high - low) * s_.nodes.tau[j], weight = s_.between.weights[j] * (high - low) * h_;
       Row state[WHOLE_ROWS];
       series_.state_at(at, state);
-      add_moment(reinterpret_cast<const double*>(state), at, weight);
+      const double* y = reinterpret_cast<const double*>(state);
+      add_moment(y, at, weight);
+      for (int i = 0; i < s_.legs(); i++) {
+        if (!thin_[i]) continue;
+        rates[i].set(j, y[s_.layout.w(i, UP)]);
+        films[i].set(j, s_.film(i, y[s_.layout.u(i, UP)] + s_.body.legs[i].gap));
+      }
     }
+    for (int i = 0; i < s_.legs(); i++) {
+      if (thin_[i]) s_.energy.film -= by_parts(rates[i], films[i], s_.body.legs[i].mass);
+    }
+  }
+
+  // Integral of rate dP over a piece, of a rate w without the momentum P at its nodes, as Account::by_film has it.
+  double by_parts(const Row& w, const Row& film, double mass) const {
+    const double first = film[0] - film[N - 1];
+    const Row change = combine(&s_.between.slope[0][0], w);
+    return first * (0.5 * first / mass - w[0] - film[0] / mass) -
+           total((film - film[N - 1]) * change * load(s_.between.weights));
   }
 
   double drive(int c, double at) const { return s_.level[c] ? s_.channels[c][0] : s_.polynomial_at(s_.channels[c], at); }
@@ -87,7 +111,7 @@ class WholeAccount {
     double load = d == UP ? -leg.weight : 0.0;
     for (int n = leg.first; n < leg.last; n++) load += s_.body.gain[2 * n + d] * drive(s_.body.drive[n], at);
     energy.work += weight * load * rate;
-    if (filmed) energy.film -= weight * rate * slope_of(r.film, at);
+    if (filmed && !thin_[i]) energy.film -= weight * rate * slope_of(r.film, at);
     if (d == UP && s_.acts[of.slot(i, 1)]) energy.smooth += weight * rate * s_.polynomial_at(r.smooth, at);
     if (d == ALONG && foot.contact == SLIPPING) energy.friction += weight * rate * foot.sense * s_.polynomial_at(r.bound, at);
     if (d == UP && foot.contact == AIR && leg.foot >= 0 && !s_.shares.empty()) add_shares(i, rate, at, weight);

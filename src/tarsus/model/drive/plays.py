@@ -30,9 +30,9 @@ def play_states(volts: Floats, thresholds: Floats, initial: Floats) -> Floats:
     return np.minimum(np.maximum(initial, low), high)
 
 
-ROUNDING = 1e-12
-"""A voltage that changes by less of its largest value has not changed: an amplifier's output is followed to that, and
-settles on its command from either side."""
+ROUNDING = 2e-13
+"""A voltage that changes by less of its largest value has not changed: an amplifier's output is followed to half of
+that, and settles on its command from either side."""
 
 
 def last_directions(moves: Floats, initial: float, largest: float) -> Floats:
