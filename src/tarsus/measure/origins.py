@@ -53,7 +53,7 @@ class _Told:
 
 def event_slopes(judgement: Judgement, name: str) -> dict[str, Floats] | None:
     """Derivatives of a measure of one run by fields of its events, each (ne,), period marks included; None where that
-    is not known of it. The drive period stands still.
+    is not known of it; in SI units, of the measure by those of the field. The drive period stands still.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
     height) stays selected.
