@@ -171,9 +171,9 @@ def _entries_p2(names: Sequence[str], members: int | None) -> list[Entry]:
         entries.append(
             Entry(
                 OWN,
-                lambda: _own_pairs(own, reference),
+                lambda r=reference: _own_pairs(own, r),
                 checker(reference),
-                lambda s: len(reference) / s,
+                lambda s, r=reference: len(r) / s,
                 [],
             )
         )
