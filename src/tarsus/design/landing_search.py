@@ -75,6 +75,10 @@ class Searcher:
             max(int(4000 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
         )
 
+    def _shortened(self, count: int) -> int:
+        """As many of something as a search of this effort has, two at least; no more where the effort is above 1."""
+        return max(int(count * min(self.request.options.effort, 1.0)), 2)
+
     def score(self, one: Candidate, grounds: Grounds, risk: Risk) -> float:
         return float(risk(self.target.scores(self.trials(*one.rows, grounds)), grounds.weights)[0])
 
@@ -120,7 +124,7 @@ class Searcher:
         choices, archive = self.archives[pairs]
         effort, step = self.request.options.effort, self.request.step
         cost = self._cost(choices, grounds, risk)
-        rounds = max(int(POLISHING * min(effort, 1.0)), 2)
+        rounds = self._shortened(POLISHING)
         for row in archive.best(max(int(POLISHED * effort), 1), near=0.03):
             number = archive.numbers[row : row + 1]
             point, least, _ = polish(
@@ -186,7 +190,7 @@ class Searcher:
     def _on_fixed_grounds(self, pairs: int, grounds: Grounds) -> Candidate:
         choices, archive = self.archives[pairs]
         cost = self._cost(choices, grounds, self.request.risk)
-        count = max(int(24 * min(self.request.options.effort, 1.0)), 2)
+        count = self._shortened(24)
         self.archives[pairs] = choices, self._descended(archive, cost, self.budget(pairs, 0.5), count)
         self._polish(pairs, grounds, self.request.risk)
         return self._best(pairs)
@@ -215,8 +219,7 @@ class Searcher:
             state["round"] += 1
             choices, archive = self.archives[pairs]
             cost = self._cost(choices, active, Worst())
-            share = min(self.request.options.effort, 1.0)
-            count = max(int((32 if first else 8) * share), 2)
+            count = self._shortened(32 if first else 8)
             again = self._descended(archive, cost, self.budget(pairs, 0.8 if first else 0.4), count)
             self.archives[pairs] = choices, again
             self._polish(pairs, active, Worst())

@@ -23,27 +23,21 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const
   const Sizes& sizes = book.sizes;
   const size_t m = size_t(laws.feet);
   const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
-  const auto [at, held, leaving, since] = nb::cast<std::tuple<double, Flags, Flags, Doubles>>(start);
-  const auto trace = nb::cast<Doubles>(recorded.attr("trace")), events = nb::cast<Doubles>(recorded.attr("events"));
-  const auto notes = nb::cast<Doubles>(recorded.attr("notes"));
+  const WindowRecord window(start, recorded, sizes, m);
   const auto [by_events, times, by_samples] = nb::cast<std::tuple<Doubles, Doubles, Doubles>>(seeds);
-  const size_t count = events.size() / EVENT_WIDTH, width = sample_width(sizes) - m;
-  if (held.size() != m || leaving.size() != m || since.size() != m || notes.size() != 2 * count ||
-      trace.size() % recorded_width(sizes) != 0 || by_events.size() != events.size() || by_samples.size() != times.size() * width ||
+  const size_t width = sample_width(sizes) - m;
+  if (by_events.size() != window.events.size() || by_samples.size() != times.size() * width ||
       groups.size() != m * laws.columns || degrees.size() != signals.start.size()) {
-    throw std::invalid_argument("the sizes of a plan, of its recorded run and of what is asked of it differ");
+    throw std::invalid_argument("the sizes of a recorded run and of what is asked of it differ");
   }
   const Halves halves = halves_of(module);
-  const RunRecord record{trace.data(), trace.size() / recorded_width(sizes), reinterpret_cast<const Event*>(events.data()),
-                         reinterpret_cast<const Note*>(notes.data()), count};
-  const Beginning begun{at, held.data(), leaving.data(), since.data()};
   const Objective objective{by_events.data(), times.data(), by_samples.data(), times.size()};
   AdjointResult found;
   {
     nb::gil_scoped_release released;
-    found = adjoint(book, nodes, halves, signals, laws, settings, given.batch.of(0), begun,
+    found = adjoint(book, nodes, halves, signals, laws, settings, given.batch.of(0), window.begun(),
                     DataTangents::none(size_t(sizes.coordinates), laws, signals, given.batch.channels), given.batch.channels,
-                    copied(groups), copied(degrees), record, objective);
+                    copied(groups), copied(degrees), window.record(), objective);
   }
   DataAdjoint& by = found.data;
   return nb::make_tuple(

@@ -77,14 +77,7 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
   const Sizes& sizes = book.sizes;
   const size_t m = size_t(laws.feet);
   const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
-  const auto [at, held, leaving, since] = nb::cast<std::tuple<double, Flags, Flags, Doubles>>(start);
-  const auto trace = nb::cast<Doubles>(recorded.attr("trace")), events = nb::cast<Doubles>(recorded.attr("events"));
-  const auto notes = nb::cast<Doubles>(recorded.attr("notes"));
-  const size_t count = events.size() / EVENT_WIDTH;
-  if (held.size() != m || leaving.size() != m || since.size() != m || notes.size() != 2 * count ||
-      trace.size() % recorded_width(sizes) != 0) {
-    throw std::invalid_argument("the sizes of a plan and of its recorded run differ");
-  }
+  const WindowRecord window(start, recorded, sizes, m);
   const DataTangents tangents = data_tangents(data, size_t(sizes.coordinates), laws, signals, given.batch.channels);
   std::vector<Beside> others;
   for (nb::handle item : beside) {
@@ -95,14 +88,11 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
     others.push_back({other, copied(sources), weight, lane});
   }
   const Halves halves = halves_of(module);
-  const RunRecord record{trace.data(), trace.size() / recorded_width(sizes), reinterpret_cast<const Event*>(events.data()),
-                         reinterpret_cast<const Note*>(notes.data()), count};
-  const Beginning begun{at, held.data(), leaving.data(), since.data()};
   TangentResult result;
   {
     nb::gil_scoped_release released;
-    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), begun, tangents, given.batch.channels, others);
-    result = march.run(record, times.data(), times.size(), keep);
+    ModalTangent march(book, nodes, halves, signals, laws, settings, given.batch.of(0), window.begun(), tangents, given.batch.channels, others);
+    result = march.run(window.record(), times.data(), times.size(), keep);
   }
   return nb::make_tuple(returned_rows(std::move(result.events)), returned_rows(std::move(result.samples)),
                         returned_rows(std::move(result.steps)), returned_rows(std::move(result.flags)));

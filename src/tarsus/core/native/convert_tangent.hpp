@@ -2,7 +2,7 @@
 #pragma once
 #include "convert.hpp"
 #include "modal_replay.hpp"
-#include "tangent.hpp"
+#include "tangent_step.hpp"
 
 namespace tarsus {
 
@@ -14,6 +14,31 @@ inline modal::Halves halves_of(nb::handle module) {
   copy_to(&out.right[0][0], N * N, module, "RIGHT");
   return out;
 }
+
+// A recorded window of a modal system as Python has it, and where it began: arrays that are kept for as long as this.
+struct WindowRecord {
+  double at;
+  Flags held, leaving;
+  Doubles since, trace, events, notes;
+  size_t steps, count;
+
+  WindowRecord(nb::handle start, nb::handle recorded, const modal::Sizes& sizes, size_t feet) {
+    std::tie(at, held, leaving, since) = nb::cast<std::tuple<double, Flags, Flags, Doubles>>(start);
+    trace = nb::cast<Doubles>(recorded.attr("trace"));
+    events = nb::cast<Doubles>(recorded.attr("events"));
+    notes = nb::cast<Doubles>(recorded.attr("notes"));
+    steps = trace.size() / modal::recorded_width(sizes);
+    count = events.size() / EVENT_WIDTH;
+    if (held.size() != feet || leaving.size() != feet || since.size() != feet || notes.size() != 2 * count ||
+        trace.size() % modal::recorded_width(sizes) != 0) {
+      throw std::invalid_argument("the sizes of a plan and of its recorded run differ");
+    }
+  }
+  modal::RunRecord record() const {
+    return {trace.data(), steps, reinterpret_cast<const Event*>(events.data()), reinterpret_cast<const Note*>(notes.data()), count};
+  }
+  Beginning begun() const { return {at, held.data(), leaving.data(), since.data()}; }
+};
 
 // Rows of eight lanes from an array (..., 8).
 inline std::vector<Row> lanes(nb::handle group, const char* name, size_t count) {

@@ -7,6 +7,15 @@ namespace tarsus::legged {
 constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which closes to 1e-8, may pass over
 constexpr double UNSEEN_SHARE = 1e-3;  // and the share of one of several films, whose sum is as exact as ever
 
+// Integral of rate dP over a stretch of scaled time whose nodes do not see how a film P changes, from its values ``low`` to
+// ``high`` at the ends; w: the rate without it at the nodes. By parts, with p = P - high: p^2/2m - rate p at the start, and
+// - int p dw, for w hardly changes in so short a time.
+inline double film_by_parts(const Between& between, const Row& w, const Row& film, double mass, double low, double high) {
+  const double first = low - high;
+  return first * (0.5 * first / mass - w[0] - low / mass) -
+         total((film - high) * combine(&between.slope[0][0], w) * load(between.weights));
+}
+
 // A stretch of the step, in scaled time: rows on it from rows on the step.
 struct Stretch {
   double start, width;
@@ -55,15 +64,13 @@ struct Account {
 
   // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
   //
-  // A film much thinner than the way of the foot changes P where the nodes do not see it. Then by parts, with
-  // p = P - high: p^2/2m - rate p at the start, and - int p dw, for w hardly changes in so short a time.
+  // A film much thinner than the way of the foot changes P where the nodes do not see it: then by parts.
   double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high,
                  double unseen = UNSEEN) const {
     const double* slope = &s.between.slope[0][0];
     const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
     if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film) * rate);
-    const double first = low - high;
-    return first * (0.5 * first / mass - w[0] - low / mass) - integral((film - high) * combine(slope, w));
+    return film_by_parts(s.between, w, film, mass, low, high);
   }
 
   // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the

@@ -66,16 +66,10 @@ class WholeAccount {
       }
     }
     for (int i = 0; i < s_.legs(); i++) {
-      if (thin_[i]) s_.energy.film -= by_parts(rates[i], films[i], s_.body.legs[i].mass);
+      if (!thin_[i]) continue;
+      const double mass = s_.body.legs[i].mass, low = films[i][0], high = films[i][N - 1];
+      s_.energy.film -= film_by_parts(s_.between, rates[i], films[i], mass, low, high);
     }
-  }
-
-  // Integral of rate dP over a piece, of a rate w without the momentum P at its nodes, as Account::by_film has it.
-  double by_parts(const Row& w, const Row& film, double mass) const {
-    const double first = film[0] - film[N - 1];
-    const Row change = combine(&s_.between.slope[0][0], w);
-    return first * (0.5 * first / mass - w[0] - film[0] / mass) -
-           total((film - film[N - 1]) * change * load(s_.between.weights));
   }
 
   double drive(int c, double at) const { return s_.level[c] ? s_.channels[c][0] : s_.polynomial_at(s_.channels[c], at); }
