@@ -122,8 +122,9 @@ def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
             "readings": design.posterior.readings, "costs": design.posterior.costs,
             "deviations": design.posterior.deviations,
         },
-        "regret": design.regret, "regret_interval": list(design.regret_interval), "fixed_regret": design.fixed_regret, "choice_regret": design.choice_regret,
-        "hidden": len(design.known), "repeats": design.repeats, "runs": design.runs, "version": package_version(),
+        "regret": design.regret, "regret_interval": list(design.regret_interval), "fixed_regret": design.fixed_regret,
+        "choice_regret": design.choice_regret, "hidden": len(design.known), "repeats": design.repeats,
+        "runs": design.runs, "version": package_version(),
     }  # fmt: skip
 
 

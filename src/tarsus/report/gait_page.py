@@ -225,14 +225,15 @@ def adapt_html(design: AdaptiveGait) -> str:
     one = design.request.objectives[0]
     words = " and ".join(sense.value for sense in design.sense)
     count = len(design.probes)
-    told = f"{count} probe{'s' * (count > 1)}, {design.probe_steps} steps each" if count else "no probe is worth its steps"
+    told = f"probes: {count}, {design.probe_steps} steps each" if count else "no probe is worth its steps"
     lede = (
         f"{one.name} of {design.request.scene.name}; sensed: {words}; {told}; "
         f"judged on {len(design.known)} hidden grounds over {', '.join(design.grounds)}."
     )
     low, high = design.regret_interval
     lost = [
-        ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"], ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
+        ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"],
+        ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
         ["always the best of these gaits", f"{100 * design.choice_regret:.2g} %"],
     ]  # fmt: skip
     gaits = [[str(i) + (" (probe)" if i in design.probes else ""), values_in_words(own, units) or MISSING]
