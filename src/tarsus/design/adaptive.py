@@ -82,9 +82,9 @@ class AdaptiveGait:
     what each probe tells; posterior: from what all probes tell to the number of a gait. costs (nh, k): of the gaits on
     the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
     posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
-    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait that knows the
-    ground is judged by other walks than those that it was found by, so that chance is nobody's merit, and losses may be
-    below 0.
+    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait
+    that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's merit,
+    and losses may be below 0.
     """
 
     request: GaitRequest
