@@ -83,6 +83,7 @@ def test_version(tarsus):
         ),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
         (["reproduce", "octopod"], "quadruped"),
+        (["reproduce", "--seeds"], "See `tarsus reproduce --help`"),
         (["devices", "everything"], "everything"),
     ],
 )

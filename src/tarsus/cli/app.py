@@ -241,4 +241,7 @@ def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
     if argv[:1] == ["design"] and len(argv) > 1 and argv[1] in ("landing", "gait", "adapt"):
         return f"design {argv[1]} "
-    return f"{argv[0]} " if argv and argv[0] in VERBS else ""
+    from importlib.metadata import entry_points
+
+    known = (*VERBS, *(entry.name for entry in entry_points(group=COMMANDS)))
+    return f"{argv[0]} " if argv and argv[0] in known else ""
