@@ -94,11 +94,6 @@ def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Fl
             rows[:, body] += sign * part * moved[:, body]
             sides.append(_energies(beside, ModeBook(beside, book.lengths, shared=book), rows))
         out += (sides[0] - sides[1]) / (2.0 * part)
-    for other in given.beside:
-        if other.path == p:
-            out += other.weight * _energies(
-                other.system, other.book.book, _recast(run, other.book.book, trace)
-            )
     return out
 
 
@@ -113,26 +108,6 @@ def _as_recorded(run: GradientRun, steps: Floats) -> Floats:
         rows, nb = np.flatnonzero(trace[:, T_MODE] == q), len(mode.blocks)
         out[rows, TRACE_HEAD : TRACE_HEAD + nb] = steps[rows, 1 : 1 + nb]
         out[rows, TRACE_HEAD + nb : TRACE_HEAD + 2 * nb] = steps[rows, 1 + stride : 1 + stride + nb]
-    return out
-
-
-def _recast(run: GradientRun, other: ModeBook, trace: Floats) -> Floats:
-    """Recorded steps as the structure beside the run's takes them, from the same places under the same inputs."""
-    out, m = trace.copy(), run.plan.feet
-    for q, mode in enumerate(run.raw.book.book.modes):
-        rows = np.flatnonzero(trace[:, T_MODE] == q)
-        if not len(rows):
-            continue
-        number = other.require(mode.mask)
-        there = other.modes[number]
-        nb, mb = len(mode.blocks), len(there.blocks)
-        inputs = trace[rows, trace.shape[1] - mode.feed.shape[1] * N :].reshape(len(rows), -1, N)
-        first = inputs[:, :m, 0]
-        y = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * nb] + first @ mode.beta
-        place = y @ mode.to_physical.T + mode.offset
-        state = (place - there.offset) @ there.from_physical.T - first @ there.beta
-        out[rows, T_MODE] = number
-        out[rows, TRACE_HEAD : TRACE_HEAD + 2 * mb] = state
     return out
 
 
@@ -172,11 +147,8 @@ def _stored(run: GradientRun, given: Entering, found: Tangents | WalkTangents) -
     starts, ends = given.data.initial, found.samples[0, : 2 * n]
     kinetic = last[n:] @ system.mass @ ends[n:] - first[n:] @ system.mass @ starts[n:]
     elastic = last[:n] @ system.stiffness @ ends[:n] - first[:n] @ system.stiffness @ starts[:n]
-    for other in given.beside:
-        for energy, matrix, part in (
-            (kinetic, other.system.mass, slice(n, None)),
-            (elastic, other.system.stiffness, slice(n)),
-        ):
-            ends_of = [0.5 * z[part] @ matrix @ z[part] for z in (last, first)]
-            energy[other.path] += other.weight * (ends_of[0] - ends_of[1])
+    for p, change in given.structure.items():
+        for sign, z in ((0.5, last), (-0.5, first)):
+            kinetic[p] += sign * z[n:] @ change.mass @ z[n:]
+            elastic[p] += sign * z[:n] @ change.stiffness @ z[:n]
     return kinetic, elastic
