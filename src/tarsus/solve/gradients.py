@@ -102,6 +102,10 @@ class GradientRun(Run):
         recorded = Recorded(self.raw, self.notes)
         return tangents(self.plan, self.raw.book, self.entered, recorded, settings, times=times, steps=steps)
 
+    def sampled(self, times: Floats) -> Floats:
+        """Derivatives of samples at times [s], in order, as `Tangents` has them."""
+        return self._tangents(times).samples
+
     @cached_property
     def _derived(self) -> Tangents | WalkTangents:
         return self._tangents()
