@@ -24,10 +24,11 @@ __all__ = ["Sloped", "SlopedDrive", "sloped_drives"]
 
 Floats = NDArray[np.float64]
 
+
 @dataclass(frozen=True)
 class Sloped:
-    """A channel and its derivatives by P numbers: of its Q pieces, with that of a held last value, coef (Q, terms, P) at
-    fixed numbers in them, begin, end (Q, P) [s]; of its period, loop (P,) [s]."""
+    """A channel and its derivatives by P numbers: of its Q pieces, with that of a held last value, coef (Q, terms, P)
+    at fixed numbers in them, begin, end (Q, P) [s]; of its period, loop (P,) [s]."""
 
     pieces: Pieces
     coef: Floats
@@ -38,7 +39,8 @@ class Sloped:
 
 @dataclass(frozen=True)
 class SlopedDrive:
-    """Force of a drive, and its volts where they are asked for; period [s] of its signal, None without one, and its derivatives (P,)."""
+    """Force of a drive, and its volts where they are asked for; period [s] of its signal, None without one, and its
+    derivatives (P,)."""
 
     force: Sloped
     volts: Sloped | None
@@ -74,7 +76,9 @@ def sloped_drives(
                 taken.append((p, path, name))
             else:
                 lost.add(name)
-    found = {name: _sloped(scene, name, one, name in charged) for name, one in moves.items() if name not in lost}
+    found = {
+        name: _sloped(scene, name, one, name in charged) for name, one in moves.items() if name not in lost
+    }
     drives = {name: one for name, one in found.items() if one is not None}
     rest = [dict(one) for one in directions]
     for p, path, name in taken:
@@ -129,13 +133,18 @@ def _channel(track: Track, slopes: TrackSlopes, parts: Parts, remembered: Floats
     of, l1, l2, l3 = parts.stretch, *parts.law.T[1:]
     middle, half = 0.5 * (parts.low + parts.high), 0.5 * (parts.high - parts.low)
     level, rise = track.inner[of, 0] + middle * track.inner[of, 1], half * track.inner[of, 1]
-    steep = np.stack([l1 + (2.0 * l2 + 3.0 * l3 * level) * level, (2.0 * l2 + 6.0 * l3 * level) * rise, 3.0 * l3 * rise**2])
+    steep = np.stack(
+        [l1 + (2.0 * l2 + 3.0 * l3 * level) * level, (2.0 * l2 + 6.0 * l3 * level) * rise, 3.0 * l3 * rise**2]
+    )
     first, last = slopes.first[of], slopes.last[of]
     level_by, rise_by = 0.5 * (last + first), 0.5 * (last - first)
     if (half != 1.0).any():
         level_by, rise_by = level_by + middle[:, None] * rise_by, half[:, None] * rise_by
     terms = 2 + int(np.flatnonzero(steep.any(axis=1)).max(initial=0))
-    count, held = len(of), int(not track.periodic)  # a piece for the value after the last one, unless it repeats
+    count, held = (
+        len(of),
+        int(not track.periodic),
+    )  # a piece for the value after the last one, unless it repeats
     coef = np.zeros((count + held, terms, first.shape[1]))
     for k in range(terms - 1):
         coef[:count, k] += steep[k][:, None] * level_by

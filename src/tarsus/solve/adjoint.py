@@ -72,9 +72,7 @@ def swept(
         (by_groups, moves), (initial, data.initial), (sources, data.sources), (coef, data.coef), (first, data.begin),
         (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period]), data.period),
     )  # fmt: skip
-    values = sum(
-        (np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count)
-    )
+    values = sum((np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count))
     told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
         moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns - data.changes[c, 2]

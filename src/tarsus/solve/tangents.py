@@ -131,8 +131,9 @@ _STENCILS = (
 class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
-    coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P) [s]; changes
-    (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
+    coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
+    [s]; changes (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the
+    marks.
     """
 
     parameters: Floats
@@ -231,7 +232,9 @@ def entering(
         steps, rows = _stepped(scene, plan, stepped, duration, drives=True)
     row = _driven_by(_one_row(rows), scene, plan, lines)
     used = np.asarray(rows.signals.coef).any(axis=0)
-    terms = max([1 + int(np.flatnonzero(used).max(initial=0)), *(one.force.coef.shape[1] for one in lines.values())])
+    terms = max(
+        [1 + int(np.flatnonzero(used).max(initial=0)), *(one.force.coef.shape[1] for one in lines.values())]
+    )
     data = DataTangents.none(row, len(found), terms)
     if own:
         by_data = _differences(rows, row, steps, [list(found)[p] for p in own], terms)
@@ -255,7 +258,8 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
         return row
     pool, channels, changes = list(row.pool), row.channels.copy(), row.changes.copy()
     for name, one in lines.items():
-        for c, channel in zip(_channels_of(plan, list(scene.robot.drives).index(name)), (one.force, one.volts), strict=False):
+        drive = list(scene.robot.drives).index(name)
+        for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
             assert channel is not None
             channels[0, c], changes[0, c] = len(pool), (1.0, 0.0, 0.0)
             pool.append(channel.pieces)
@@ -269,7 +273,11 @@ def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: Sloped
         channel = row.channels[0, c]
         first = int(np.asarray(row.signals.first)[channel])
         place = slice(first, first + len(one.begin))
-        data.coef[place, : one.coef.shape[1]], data.begin[place], data.end[place] = one.coef, one.begin, one.end
+        data.coef[place, : one.coef.shape[1]], data.begin[place], data.end[place] = (
+            one.coef,
+            one.begin,
+            one.end,
+        )
         data.loops[channel] = one.loop
 
 
