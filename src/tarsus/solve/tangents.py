@@ -291,7 +291,7 @@ def _stepped(
     for k, one in enumerate(steps):
         for path, w in one.direction.items():
             columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
-    return steps, rows_for(scene, plan, columns, duration)
+    return steps, rows_for(scene, plan, columns, duration, scaled=False)
 
 
 def beside(given: Entering, scene: Scene, plan: Plan, duration: float, longest: float) -> Entering:
