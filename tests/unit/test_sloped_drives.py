@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -54,14 +56,16 @@ def beside(scene: ts.Scene, path: str, step: float, when: np.ndarray, channel: i
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("wave", WAVES)
 def test_a_drive_at_fixed_times(law, wave):
-    """Away from where it jumps the drive's derivative is that of its lowered pieces, to what differences are good for."""
+    """Away from jumps a drive's derivative is that of its lowered pieces, to what differences are good for."""
     scene = driven(LAWS[law], WAVES[wave])
     paths = paths_of(scene)
     found, rest = sloped_drives(scene, [{path: 1.0} for path in paths], ["pull"])
     assert not any(rest)
     for channel, one in enumerate((found["pull"].force, found["pull"].volts)):
         starts = one.pieces.start
-        when = np.concatenate([a + (b - a) * np.array([0.1, 0.45, 0.9]) for a, b in zip(starts, starts[1:], strict=False)])
+        when = np.concatenate(
+            [a + (b - a) * np.array([0.1, 0.45, 0.9]) for a, b in pairwise(starts)]
+        )
         when = when[when < 0.11]
         piece = np.searchsorted(starts, when, side="right") - 1
         a, b = starts[piece], starts[piece + 1]
@@ -80,17 +84,25 @@ def test_a_drive_at_fixed_times(law, wave):
 
 
 def test_edges_move_by_what_lies_before_them():
-    found, _ = sloped_drives(driven(LAWS["plays"], WAVES["repeated"]), [{"signals.pull.durations.1": 1.0}], [])
+    found, _ = sloped_drives(
+        driven(LAWS["plays"], WAVES["repeated"]), [{"signals.pull.durations.1": 1.0}], []
+    )
     one = found["pull"]
     assert one.force.begin[:8, 0] == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
-    assert one.force.begin[8:, 0] == pytest.approx([2.0] * 4)  # the first period comes once, and the second repeats
+    assert one.force.begin[8:, 0] == pytest.approx(
+        [2.0] * 4
+    )  # the first period comes once, and the second repeats
     assert one.force.loop[0] == one.by_period[0] == 1.0 and one.volts is None
 
 
 def test_numbers_without_a_closed_form_are_left():
     sine = with_values(scene_of("p1_n2"), {"signals": {"pull": ts.Sine(amplitude=8.0, frequency=50.0)}})
-    spline = driven(LAWS["linear"], ts.Sampled(times=(0.0, 0.1, 0.2), levels=(0.0, 8.0, 0.0), interpolation="cubic"))
-    slow = with_values(driven(LAWS["linear"], WAVES["once"]), {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}})
+    spline = driven(
+        LAWS["linear"], ts.Sampled(times=(0.0, 0.1, 0.2), levels=(0.0, 8.0, 0.0), interpolation="cubic")
+    )
+    slow = with_values(
+        driven(LAWS["linear"], WAVES["once"]), {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}}
+    )
     lost = "robot.drives.pull.law.constant"
     for scene, path in (
         (sine, "signals.pull.amplitude"), (spline, "signals.pull.levels.1"), (slow, "signals.pull.levels.1"),
@@ -115,9 +127,12 @@ def test_many_levels_cost_no_lowering(monkeypatch):
 
 
 def test_samples_in_one_line_can_be_moved():
-    """A sample between two on a straight line with it has a derivative as any other: there is a kink as soon as it moves."""
+    """A sample on a straight line with its neighbours has a derivative as any other: it may make a kink."""
     wave = ts.Sampled(times=(0.0, 0.01, 0.02, 0.03, 0.04), levels=(0.0, 0.0, 0.0, -7.0, 8.0))
-    scene, path = with_values(driven(LAWS["linear"], wave), {"robot.feet.tip.gap": 1e-5}), "signals.pull.levels.1"
+    scene, path = (
+        with_values(driven(LAWS["linear"], wave), {"robot.feet.tip.gap": 1e-5}),
+        "signals.pull.levels.1",
+    )
     tight = ts.Accuracy(gap=1e-12, drive=1e-12)
     run = ts.simulate(scene, 0.06, tight, gradients=[path])
     steps = 0.02 * np.array([-2.0, -1.0, 1.0, 2.0])
