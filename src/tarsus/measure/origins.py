@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.measure.history import PERIOD_MARK, EventHistories
-from tarsus.measure.measure import Scope
+from tarsus.measure.measure import Moments, Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
 from tarsus.measure.table import Judgement
-from tarsus.measure.walking import measured
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.measure.windows import Seen
 
@@ -106,11 +105,12 @@ def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
     rule = _OF_WINDOWS.get(name) or _OF_RUNS.get(name)
     if len(table) != 1 or rule is None:
         return None
-    found = measured(judgement, [name])[name]
-    assert found.per_foot is not None
-    means = found.per_foot[0]
-    met = np.isfinite(means)
-    if found.about.scope is Scope.WORST:
+    by_window = name in _OF_WINDOWS
+    own = seen.windows.own if by_window else np.arange(len(table.feet))
+    values = PER_WINDOW[name].of(seen) if by_window else WHOLE_RUN[name].of(seen.histories, seen.counting)
+    moments = Moments.of(values, own, len(table.feet))
+    means, met = moments.mean, moments.count > 0
+    if (PER_WINDOW[name] if by_window else WHOLE_RUN[name]).scope is Scope.WORST:
         worst = np.where(met, means, -np.inf)
         share = np.arange(len(means)) == np.argmax(worst)
         if ((worst >= worst.max() * (1.0 - TOGETHER)) & met & ~share).any():
@@ -122,12 +122,7 @@ def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
     told = _Told(seen, by, judgement.height, float(judgement.spans[0]))
-    weights = share.astype(float)
-    if name in _OF_WINDOWS:
-        values, own = PER_WINDOW[name].of(seen), seen.windows.own
-        known = np.isfinite(values)
-        count = np.bincount(own[known], minlength=len(means))
-        weights = np.where(known, share[own] / np.maximum(count[own], 1), 0.0)
+    weights = np.where(np.isfinite(values), share[own] / np.maximum(moments.count[own], 1), 0.0)
     try:
         rule(told, weights)
     except _Kink:
@@ -135,9 +130,9 @@ def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
     marks = np.asarray(events["kind"]) == PERIOD_MARK
     by_time = told.slopes.get("time", np.zeros(len(marks)))
     by_time[marks] = 0.0
-    power = _POWERS.get(name, 0.0)
-    period = (power * float(found.value[0]) - float(by_time @ events["time"])) / told.span
-    return EventSlopes(told.slopes, period if name in _OF_WINDOWS and np.isfinite(period) else 0.0)
+    value = float(np.where(share, share * np.nan_to_num(means), 0.0).sum())
+    period = (_POWERS.get(name, 0.0) * value - float(by_time @ events["time"])) / told.span
+    return EventSlopes(told.slopes, period if by_window else 0.0)
 
 
 def _contact(told: _Told, weights: Floats) -> None:

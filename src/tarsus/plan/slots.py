@@ -150,7 +150,9 @@ def check_bounds(scene: Scene, path: str, values: Floats) -> None:
             raise InputError([f"{'.'.join(keys[:depth])}.{text}" for text in error.problems]) from None
 
 
-def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: float) -> Rows:
+def rows_for(
+    scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: float, *, scaled: bool = True
+) -> Rows:
     """Runs of a plan of a scene that differ in slots.
 
     Parameters
@@ -161,6 +163,8 @@ def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: f
         Values (nr,) by path, each of a slot and within its bounds.
     duration
         Of every run [s]: periods longer than that are none.
+    scaled
+        Whether tolerances refer to the lengths and forces of every run, not to those of the plan.
 
     Raises
     ------
@@ -187,6 +191,8 @@ def rows_for(scene: Scene, plan: Plan, values: Mapping[str, Floats], duration: f
     if by_kind[Kind.INITIAL] or (by_kind[Kind.GAP] and scene.initial.displacement is not None):
         _check_starts(scene, plan, base)
     rows = _driven(scene, plan, by_kind, base, duration)
+    if not scaled:
+        return rows
     spans = np.asarray(rows.signals.span)[rows.channels] * np.abs(rows.changes[:, :, 0])
     length, force = scales(
         plan.laws, plan.system, spans[:, : plan.drives], rows.parameters, rows.initial, rows.sources

@@ -88,16 +88,26 @@ class Log:
 
 def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
-    known = None if log.by_period.any() and jumps(log) else row_slopes(log, feet, name)
-    if known is not None:
-        rows, period = known
-        used = np.nonzero(rows)
-        return rows[used] @ log.slopes[used] + period * log.by_period, np.zeros(
-            len(log.by_period), dtype=bool
+
+    def differences(log: Log) -> tuple[Floats, NDArray[np.bool_]]:
+        return directional_slopes(
+            log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
         )
-    return directional_slopes(
-        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
+
+    known = row_slopes(log, feet, name)
+    if known is None:
+        return differences(log)
+    rows, period = known
+    used = np.nonzero(rows)
+    slopes, kinked = (
+        rows[used] @ log.slopes[used] + period * log.by_period,
+        np.zeros(len(log.by_period), dtype=bool),
     )
+    moved = np.flatnonzero(log.by_period)
+    if len(moved) and jumps(log):
+        part = replace(log, slopes=log.slopes[..., moved], by_period=log.by_period[moved], ways=None)
+        slopes[moved], kinked[moved] = differences(part)
+    return slopes, kinked
 
 
 def row_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, float] | None:

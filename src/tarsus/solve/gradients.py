@@ -15,7 +15,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.core.arrays import E_FOOT, E_KIND, E_TIME
 from tarsus.core.replay import Sampled
-from tarsus.measure import RunTable, no_measure
+from tarsus.measure import PER_WINDOW, WHOLE_RUN, RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
@@ -189,7 +189,7 @@ class GradientRun(Run):
                     f"{name}: the ledger has no such term, or laws that act together do that work; there are {known}"
                 )
             return self._gradient(self._energies[term], np.zeros(len(self.paths), dtype=bool), energy=True)
-        if name not in self.measures:
+        if name not in PER_WINDOW and name not in WHOLE_RUN and name not in self.measures:
             raise InputError(no_measure(name, self.measures))
         return self._gradient(*measure_slopes(self._log, self.foot_names, name))
 

@@ -300,7 +300,7 @@ def _stepped(
     for k, one in enumerate(steps):
         for path, w in one.direction.items():
             columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
-    return steps, rows_for(scene, plan, columns, duration)
+    return steps, rows_for(scene, plan, columns, duration, scaled=False)
 
 
 def _apart(scene: Scene, direction: Direction) -> tuple[Direction, Direction]:

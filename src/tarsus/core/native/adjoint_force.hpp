@@ -280,7 +280,7 @@ class StepAdjoint : public Lens {
         store(&series_[k], load(&series_[k]) + load(&next_term_[k]));
       }
       const double size = highest(largest);
-      if (count == 0) least = 1e-18 * std::max(size, highest_of(right_by_));
+      if (count == 0) least = 1e-17 * std::max(size, highest_of(right_by_));
       if (!(size <= FALLING * last) || !std::isfinite(size)) return false;
       if (size <= least) {
         right_by_.swap(series_);

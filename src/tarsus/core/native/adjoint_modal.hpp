@@ -113,6 +113,7 @@ class ModalAdjoint : StepAdjoint {
         const bool shared = at_shared();
         map.steps = steps;
         map.blocks.resize(1 + others_.size());
+        for (auto& one : map.blocks) one.reserve(2 * TOLD + 1 + sizes_.feet + sizes_.state());
         passed_.instants.push_back(std::move(map));
         for (auto& one : others_) one->begin(*this, event, steps, shared);
         begin(*this, event, steps, shared);

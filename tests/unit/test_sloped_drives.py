@@ -1,0 +1,143 @@
+"""Closed forms of drives of straight lines against differences of lowered drives and of runs."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import tarsus as ts
+from scene_files import scene as scene_of
+from tarsus.base.spec import get_value, with_values
+from tarsus.model.drive.law import Cubic
+from tarsus.model.drive.laws import LinearForce, TwoBranch
+from tarsus.model.drive.lower import lower
+from tarsus.model.drive.pieces import evaluate
+from tarsus.plan.sloped import sloped_drives
+from tarsus.solve import tangents
+
+LEVELS = (6.0, -3.5, 7.5, 2.0, -7.0, -1.5)
+TIMES = (0.011, 0.007, 0.013, 0.009, 0.006, 0.012)
+LAWS = {
+    "linear": LinearForce(gain=-1e-4, offset=2e-5),
+    "plays": ts.PrandtlIshlinskii(
+        linear=-1e-4, quadratic=2e-6, cubic=1e-7, thresholds=(0.5, 1.5, 3.0, 5.0), weights=(-1e-4, -2e-4, -1e-4, -5e-5)
+    ),
+    "branches": TwoBranch(
+        rising=Cubic(constant=1e-5, linear=-8e-4, quadratic=2e-6, cubic=1e-7),
+        falling=Cubic(constant=-1e-5, linear=-9e-4, quadratic=-2e-6, cubic=2e-7),
+    ),
+}  # fmt: skip
+WAVES = {
+    "once": ts.OnOff(levels=LEVELS, durations=TIMES),
+    "repeated": ts.OnOff(levels=LEVELS, durations=TIMES, repeat=True),
+    "sampled": ts.Sampled(times=tuple(np.cumsum(TIMES)), levels=LEVELS),
+}
+
+
+def driven(law: object, wave: object) -> ts.Scene:
+    return with_values(scene_of("p1_n2"), {"robot.drives.pull.law": law, "signals": {"pull": wave}})
+
+
+def paths_of(scene: ts.Scene) -> list[str]:
+    wave = scene.signals["pull"]
+    last = "durations" if isinstance(wave, ts.OnOff) else "times"
+    return [f"signals.pull.{field}.{k}" for field in ("levels", last) for k in range(len(wave.levels))]
+
+
+def beside(scene: ts.Scene, path: str, step: float, when: np.ndarray, channel: int) -> np.ndarray:
+    """A drive's force or volts at times with a number moved."""
+    moved = with_values(scene, {path: float(get_value(scene, path)) + step})
+    drive = moved.robot.drives["pull"]
+    return evaluate(lower(moved.signals["pull"], drive.law, drive.history)[channel], when)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("wave", WAVES)
+def test_a_drive_at_fixed_times(law, wave):
+    """Away from jumps a drive's derivative is that of its lowered pieces, to what differences are good for."""
+    scene = driven(LAWS[law], WAVES[wave])
+    paths = paths_of(scene)
+    found, rest = sloped_drives(scene, [{path: 1.0} for path in paths], ["pull"])
+    assert not any(rest)
+    for channel, one in enumerate((found["pull"].force, found["pull"].volts)):
+        starts = one.pieces.start
+        when = np.concatenate(
+            [a + (b - a) * np.array([0.1, 0.45, 0.9]) for a, b in pairwise(starts)]
+        )
+        when = when[when < 0.11]
+        piece = np.searchsorted(starts, when, side="right") - 1
+        a, b = starts[piece], starts[piece + 1]
+        x = 2.0 * (when - a) / (b - a) - 1.0
+        powers = x[:, None] ** np.arange(12)
+        rate = (one.pieces.coef[piece, 1:] * powers[:, :-1] * np.arange(1, 12)).sum(axis=1)
+        for p, path in enumerate(paths):
+            da, db = one.begin[piece, p], one.end[piece, p]
+            got = (one.coef[piece, :, p] * powers[:, : one.coef.shape[1]]).sum(axis=1)
+            got += rate * -2.0 / (b - a) * (da + 0.5 * (x + 1.0) * (db - da))
+            step = 1e-5 * abs(float(get_value(scene, path)))
+            sides = [beside(scene, path, k * step, when, channel) for k in (-2.0, -1.0, 1.0, 2.0)]
+            wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ sides / (12.0 * step)
+            scale = np.abs(one.pieces.coef).max() / abs(float(get_value(scene, path)))
+            np.testing.assert_allclose(got, wanted, rtol=0.0, atol=1e-8 * scale, err_msg=path)
+
+
+def test_edges_move_by_what_lies_before_them():
+    found, _ = sloped_drives(
+        driven(LAWS["plays"], WAVES["repeated"]), [{"signals.pull.durations.1": 1.0}], []
+    )
+    one = found["pull"]
+    assert one.force.begin[:8, 0] == pytest.approx([0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    assert one.force.begin[8:, 0] == pytest.approx(
+        [2.0] * 4
+    )  # the first period comes once, and the second repeats
+    assert one.force.loop[0] == one.by_period[0] == 1.0 and one.volts is None
+
+
+def test_numbers_without_a_closed_form_are_left():
+    sine = with_values(scene_of("p1_n2"), {"signals": {"pull": ts.Sine(amplitude=8.0, frequency=50.0)}})
+    spline = driven(
+        LAWS["linear"], ts.Sampled(times=(0.0, 0.1, 0.2), levels=(0.0, 8.0, 0.0), interpolation="cubic")
+    )
+    slow = with_values(
+        driven(LAWS["linear"], WAVES["once"]), {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}}
+    )
+    lost = "robot.drives.pull.law.constant"
+    for scene, path in (
+        (sine, "signals.pull.amplitude"), (spline, "signals.pull.levels.1"), (slow, "signals.pull.levels.1"),
+        (driven(LAWS["plays"], WAVES["once"]), lost), (driven(LAWS["linear"], WAVES["once"]), "signals.pull.levels.9"),
+    ):  # fmt: skip
+        assert sloped_drives(scene, [{path: 1.0}], []) == ({}, [{path: 1.0}])
+
+
+def test_many_levels_cost_no_lowering(monkeypatch):
+    def none(*_, **__):
+        raise AssertionError("lowered beside the run's")
+
+    monkeypatch.setattr(tangents.Stencil, "of", none)
+    levels = tuple(np.where(np.arange(40) % 2, -8.0, 7.0) * (1.0 + 0.01 * np.arange(40)))
+    scene = driven(LAWS["linear"], ts.OnOff(levels=levels, durations=(0.01,) * 40))
+    paths = [*paths_of(scene), "robot.drives.pull.law.gain", "robot.drives.pull.law.offset"]
+    found = ts.gradient("impact_speed", scene, paths, 0.4)
+    assert not found.flags and all(np.isfinite(found[path]) for path in paths)
+    # the gain times the levels is the force
+    levelled = sum(found[f"signals.pull.levels.{k}"] * level for k, level in enumerate(levels))
+    assert found[paths[-2]] * scene.robot.drives["pull"].law.gain == pytest.approx(levelled, rel=1e-9)
+
+
+def test_samples_in_one_line_can_be_moved():
+    """A sample on a straight line with its neighbours has a derivative as any other: it may make a kink."""
+    wave = ts.Sampled(times=(0.0, 0.01, 0.02, 0.03, 0.04), levels=(0.0, 0.0, 0.0, -7.0, 8.0))
+    scene, path = (
+        with_values(driven(LAWS["linear"], wave), {"robot.feet.tip.gap": 1e-5}),
+        "signals.pull.levels.1",
+    )
+    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
+    run = ts.simulate(scene, 0.06, tight, gradients=[path])
+    steps = 0.02 * np.array([-2.0, -1.0, 1.0, 2.0])
+    times = [ts.simulate(with_values(scene, {path: float(s)}), 0.06, tight).events["time"][0] for s in steps]
+    wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ times / (12.0 * 0.02)
+    assert run.event_gradients[path]["time"][0] == pytest.approx(wanted, rel=1e-6)
+    backwards = ts.gradient(lambda events: events["time"][0], scene, [path], 0.06, tight)
+    assert backwards[path] == pytest.approx(wanted, rel=1e-6)
