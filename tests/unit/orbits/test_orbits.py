@@ -43,7 +43,7 @@ def test_its_multipliers_have_the_determinant_of_damping_and_restitution(oscilla
 
 
 def test_its_multipliers_are_those_of_flow_and_saltation(oscillator):
-    """x'' = cos t - 0.1 x' - x: the flow over a period, and at the stop x = 1 d(x, v) after an impact from before it."""
+    """x'' = cos t - 0.1 x' - x: the flow over a period, and at the stop x = 1 d(x, v) after an impact by before."""
     phase, before, e = 0.0759521649, 1.6957329376, 0.8
     flow = expm(TURN * np.array([[0.0, 1.0], [-1.0, -0.1]]))
     push = math.cos(phase) - 1.0
