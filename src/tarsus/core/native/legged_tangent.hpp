@@ -3,13 +3,13 @@
 // At an event the state is taken along with its moment, which moves by dt = -dg / g': Dz = dz + z' dt before it, what the event
 // does, and dz = Dz - z' dt after it. Feet know of each other only through the body, so that each event has a moment of its own.
 #pragma once
-#include "legged_lanes.hpp"
+#include "legged_told.hpp"
 
 namespace tarsus::legged {
 
-class LeggedTangent : public LeggedLanes {
+class LeggedTangent : public LeggedTold {
  public:
-  using LeggedLanes::LeggedLanes;
+  using LeggedTold::LeggedTold;
 
   Code step() {
     step_class = std::max(step_class, resolving());
