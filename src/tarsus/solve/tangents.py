@@ -19,9 +19,11 @@ from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem, derived_mode
+from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
+from tarsus.plan.sloped import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
@@ -140,8 +142,9 @@ _STENCILS = {order: _differences_of(order) for order in (4, 8)}
 class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
-    coef (pieces, 12, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P) [s]; changes
-    (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
+    coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
+    [s]; changes (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the
+    marks.
     """
 
     parameters: Floats
@@ -156,12 +159,12 @@ class DataTangents:
     period: Floats
 
     @classmethod
-    def none(cls, rows: Rows, count: int) -> DataTangents:
-        """Of so many numbers that nothing depends on."""
+    def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
+        """Of so many numbers that nothing depends on; terms: of pieces that may have derivatives."""
         signals = rows.signals
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
-            rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, 12), (pieces,),
+            rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
             (pieces,), (len(np.asarray(signals.loop)),), rows.changes.shape[1:], (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
@@ -172,6 +175,8 @@ class DataTangents:
         def cut(array: Floats) -> Floats:
             part = array[..., first : first + LANES]
             pad = [(0, 0)] * (part.ndim - 1) + [(0, LANES - part.shape[-1])]
+            if array is self.coef:
+                pad[1] = (0, TERMS - part.shape[1])
             return np.ascontiguousarray(np.pad(part, pad))
 
         return DataTangents(*(cut(getattr(self, name)) for name in self.__dataclass_fields__))
@@ -204,6 +209,8 @@ class Entering:
 
     def some(self, numbers: Sequence[int]) -> Entering:
         """Along some of the directions alone."""
+        if list(numbers) == list(range(len(self.paths))):
+            return self
         parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
         kept = {k: self.structure[p] for k, p in enumerate(numbers) if p in self.structure}
         beside = {k: self.beside[p] for k, p in enumerate(numbers) if p in self.beside}
@@ -219,21 +226,31 @@ def entering(
     pieces.
     """
     found = directions_of(gradients)
-    parts = {name: _apart(scene, one) for name, one in found.items()}
-    structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts.values()) if one}
-    own = [p for p, (data, _) in enumerate(parts.values()) if data]
-    moved = [data for data, _ in parts.values() if data]
+    names = list(scene.robot.drives)
+    lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
+    parts = [_apart(scene, one) for one in rest]
+    structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
+    own = [p for p, (moved, _) in enumerate(parts) if moved]
+    stepped = [parts[p][0] for p in own]
     try:  # what drives refuse is found where they are lowered; then some step to one side alone
-        steps, rows = _stepped(scene, plan, moved, duration, drives=False)
+        steps, rows = _stepped(scene, plan, stepped, duration, drives=False)
     except InputError:
-        steps, rows = _stepped(scene, plan, moved, duration, drives=True)
-    row = _one_row(rows)
-    data = DataTangents.none(row, len(found))
+        steps, rows = _stepped(scene, plan, stepped, duration, drives=True)
+    row = _driven_by(_one_row(rows), scene, plan, lines)
+    used = np.asarray(rows.signals.coef).any(axis=0)
+    terms = max(
+        [1 + int(np.flatnonzero(used).max(initial=0)), *(one.force.coef.shape[1] for one in lines.values())]
+    )
+    data = DataTangents.none(row, len(found), terms)
     if own:
-        by_data = _differences(rows, row, steps, [list(found)[p] for p in own])
+        by_data = _differences(rows, row, steps, [list(found)[p] for p in own], terms)
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
-    changed = {p: one for p, (_, one) in enumerate(parts.values()) if one and plan.legs is not None}
+    for name, one in lines.items():
+        _add_drive(data, row, plan, names.index(name), one)
+        if one.period == float(rows.periods[0]):
+            data.period[0] += one.by_period
+    changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
     beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, beside)
 
@@ -254,6 +271,40 @@ def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) ->
     return tuple(
         (one, float(weight)) for one, weight in zip([plan, *plans], stencil.weights, strict=True) if weight != 0.0
     )
+
+
+def _channels_of(plan: Plan, drive: int) -> list[int]:
+    """Number of the channel of a drive's force, and of that of its volts where laws see them."""
+    return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
+
+
+def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
+    """A run with drives of lines in place of its own."""
+    if not lines:
+        return row
+    pool, channels, changes = list(row.pool), row.channels.copy(), row.changes.copy()
+    for name, one in lines.items():
+        drive = list(scene.robot.drives).index(name)
+        for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
+            assert channel is not None
+            channels[0, c], changes[0, c] = len(pool), (1.0, 0.0, 0.0)
+            pool.append(channel.pieces)
+    return _one_row(replace(row, pool=tuple(pool), channels=channels, changes=changes))
+
+
+def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
+    """Add the derivatives of a drive of lines."""
+    for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
+        assert one is not None
+        channel = row.channels[0, c]
+        first = int(np.asarray(row.signals.first)[channel])
+        place = slice(first, first + len(one.begin))
+        data.coef[place, : one.coef.shape[1]], data.begin[place], data.end[place] = (
+            one.coef,
+            one.begin,
+            one.end,
+        )
+        data.loops[channel] = one.loop
 
 
 def _stepped(
@@ -326,19 +377,20 @@ def _arrays(system: LinearSystem) -> dict[str, Floats]:
     return {name: array for name, array in given.items() if array is not None}
 
 
-def _differences(rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) -> DataTangents:
+def _differences(
+    rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str], terms: int
+) -> DataTangents:
     """Derivatives of a row, the first of the rows, from the four beside it for every path."""
+    weights = np.array([one.weights[1:] for one in stencils])
 
     def slopes(values: Floats) -> Floats:
-        """Of values (1 + 4 P, ...), as (..., P)."""
-        by_path = [
-            one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)
-        ]
-        return np.stack(by_path, axis=-1)
+        """Of values (1 + 4 P, ...), as (..., P): exactly zero of those that stay as they are."""
+        beside = (values[1:] - values[0]).reshape(*weights.shape, *values.shape[1:])
+        return np.einsum("pk,pk...->...p", weights, beside)
 
-    out = DataTangents.none(row, len(stencils))
+    out = DataTangents.none(row, len(stencils), terms)
     signals, first, here = rows.signals, np.asarray(rows.signals.first), np.asarray(row.signals.first)
-    parts = np.asarray(signals.coef), np.asarray(signals.start), np.asarray(signals.end)
+    parts = np.asarray(signals.coef)[:, :terms], np.asarray(signals.start), np.asarray(signals.end)
     for c in range(rows.channels.shape[1]):
         own = rows.channels[:, c]
         if np.all(own == own[0]):
