@@ -9,7 +9,7 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.spec import get_value, with_values
-from tarsus.model.scene import Foot, Initial, Robot
+from tarsus.model.scene import Foot, Initial, Robot, Standing
 from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
 from walking_scenes import GRAVITY, block, moving, sticky, trotter
 
@@ -153,6 +153,31 @@ def test_a_trotter_differs_as_its_derivatives_say():
     assert_as_differences(trotter(3), paths, 0.0071, (1e-4, 1e-3), 1e-7)
 
 
+def test_a_trotter_differs_as_its_derivatives_by_structure_say():
+    numbers = ("body.mass", "legs.leg0.x", "legs.leg1.stiffness_v", "legs.leg2.mass")
+    paths = [f"robot.structure.{one}" for one in numbers]
+    assert_as_differences(trotter(3), paths, 0.0071, (1e-4, 1e-3), 1e-7)
+
+
+def test_a_standing_robot_sinks_by_its_mass():
+    mass, stiff = 1e-6, 2.0
+    leg = WalkerLeg(mass=1e-9, stiffness_v=stiff, damping_v=1e-4, stiffness_l=1.0, damping_l=0.0)
+    scene = ts.Scene(
+        name="standing",
+        robot=Robot(
+            structure=Walker(body=WalkerBody(mass=mass), legs={"leg": leg}), drives={},
+            feet={"leg": Foot(point="leg", gap=0.0)},
+        ),
+        ground=sticky(adhesion=None), initial=Initial(standing=Standing()), duration=0.05,
+    )  # fmt: skip
+    by_mass, by_stiffness = "robot.structure.body.mass", "robot.structure.legs.leg.stiffness_v"
+    run = ts.simulate(scene, gradients=[by_mass, by_stiffness])
+    found = run.state_gradients(np.linspace(0.001, 0.049, 7))
+    np.testing.assert_allclose(found[by_mass].x[1], -GRAVITY / stiff, rtol=1e-10)
+    np.testing.assert_allclose(found[by_stiffness].x[1], mass * GRAVITY / stiff**2, rtol=1e-10)
+    np.testing.assert_allclose(found[by_mass].pull[0], -GRAVITY, rtol=1e-10)
+
+
 @pytest.mark.slow
 def test_a_trotter_with_every_law_differs_as_its_derivatives_say():
     ground = sticky(
@@ -161,7 +186,7 @@ def test_a_trotter_with_every_law_differs_as_its_derivatives_say():
     )
     paths = (
         "ground.film.coefficient", "ground.film.thickness", "ground.electrostatic.coefficient", MU,
-        "signals.leg1.phase", "robot.feet.leg1.gap",
+        "signals.leg1.phase", "robot.feet.leg1.gap", "robot.structure.legs.leg0.mass",
     )  # fmt: skip
     assert_as_differences(trotter(3, ground=ground), paths, 0.01, (1e-5, 1e-4, 1e-3), 2e-7)
 
@@ -181,7 +206,8 @@ def test_the_packaged_walker_differs_as_its_derivatives_say():
 
 def test_measures_and_energies_of_a_walk_as_differences():
     scene, path, duration = trotter(3), MU, 0.0121
-    run = ts.simulate(scene, duration, TIGHT, gradients=[path, "robot.feet.leg1.gap"])
+    paths = [path, "robot.feet.leg1.gap", "robot.structure.body.mass", "robot.structure.legs.leg1.damping_v"]
+    run = ts.simulate(scene, duration, TIGHT, gradients=paths)
     terms = ("work_in", "damping", "friction", "kinetic", "elastic", "impacts", "adhesion")
     measures = ("mean_speed", "stride", "foot_slip")
     names = (*(f"ledger.{one}" for one in terms), *measures)
@@ -223,8 +249,6 @@ def test_where_a_walker_has_no_derivative_a_sentence_says_so():
     )
     grazing = ts.simulate(scene, 0.01, gradients=["initial.displacement.3"])
     assert len(grazing.events) and "grazes" in grazing.flags["initial.displacement.3"][0]
-    with pytest.raises(ts.InputError, match="not by structure"):
-        ts.simulate(trotter(), gradients=["robot.structure.legs.leg0.mass"])
 
 
 @pytest.mark.parametrize("name", ["max_heave", "vertical_amplitude"])

@@ -12,7 +12,6 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.files.library import SceneLike, as_scene
 from tarsus.model.scene import Scene
-from tarsus.model.structure.walker import Walker
 from tarsus.orbits.follow import Follower, Point
 from tarsus.orbits.orbit import Orbit, periodic
 from tarsus.orbits.special import specials, why_lost
@@ -103,10 +102,6 @@ def branch(
     scene = as_scene(scene)
     known = float_paths(scene)
     get_value(scene, path)
-    if isinstance(scene.robot.structure, Walker):
-        raise InputError(
-            [f"{scene.name}: branches of a walker's gaits are not followed yet; `periodic` finds single ones"]
-        )
     if path not in known:
         raise InputError([f"{path}: is no number of the scene"])
     first, last = (get_value(with_values(scene, {path: edge}), path) for edge in (start, end))

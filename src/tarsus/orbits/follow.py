@@ -17,10 +17,10 @@ from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.model.scene import Scene
 from tarsus.orbits.orbit import CLOSED, Orbit
-from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight, return_map
+from tarsus.orbits.returns import Returned, ReturnMap, middle_of_flight
+from tarsus.orbits.walking import WalkMap
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engines import Shared
-from tarsus.solve.window import Contacts
 
 __all__ = ["Follower", "Point", "sequence"]
 
@@ -53,14 +53,15 @@ class Point:
 class Follower:
     """Finds points of a branch of a scene along a path.
 
-    phase: the section, in drive periods; span: range of the parameter [SI]; scale (2n,): sizes of the state's entries.
+    phase: the section, in drive periods; first: the map there at some value, with what the feet do; span: range of the
+    parameter [SI]; scale (2n,): sizes of the state's entries.
     """
 
     scene: Scene
     path: str
     multiple: int
     phase: float
-    contacts: Contacts
+    first: ReturnMap
     span: float
     scale: Floats
     shared: Shared = field(default_factory=Shared, compare=False, repr=False)
@@ -70,12 +71,12 @@ class Follower:
         """From an orbit, with its section."""
         phase = orbit.start / orbit.map.period
         return Follower(
-            orbit.scene, path, orbit.multiple, phase, orbit.map.contacts, span, orbit.map.scales(orbit.state)
+            orbit.scene, path, orbit.multiple, phase, orbit.map, span, orbit.map.scales(orbit.state)
         )
 
     def map(self, at: float) -> ReturnMap:
         """The return map at a value of the parameter [SI]."""
-        return return_map(self.scene, self.phase, self.contacts, {self.path: at}, self.shared)
+        return self.first.beside(self.scene, self.phase, {self.path: at}, self.shared)
 
     def place(self, at: float, state: Floats, returns: ReturnMap) -> Floats:
         """Scaled unknowns (r + 1,) of a state and a parameter."""
@@ -96,7 +97,7 @@ class Follower:
             free = returns.free
             state = (free @ u[:-1]) * self.scale
             back = returns(state, self.multiple)
-            if back.code is not ResultCode.DONE or list(back.contacts.held) != list(self.contacts.held):
+            if back.code is not ResultCode.DONE or list(back.contacts.held) != list(self.first.contacts.held):
                 return None
             miss = free.T @ ((back.state - state) / self.scale)
             size = float(np.abs(miss).max(initial=0.0))
@@ -130,7 +131,7 @@ class Follower:
 
     def crowded(self, point: Point) -> bool:
         """Whether an event of the orbit has come close to the section."""
-        if self.contacts.held:
+        if self.first.contacts.held and not isinstance(self.first, WalkMap):
             return False
         times = point.orbit.events["time"]
         if not len(times):
@@ -139,14 +140,18 @@ class Follower:
         return min(before, after) < MARGIN * (before + after)
 
     def moved(self, point: Point) -> tuple[Follower, Point]:
-        """The same with its section in the middle of the longest time in which no foot is on the ground."""
+        """The same with its section in the middle of the longest time in which no foot is on the ground, of a gait of
+        that without an event."""
         orbit = point.orbit
-        held = dict.fromkeys(orbit.map.contacts.held, 0.0)
-        later = middle_of_flight(held, orbit.events, 0.0, orbit.period) or 0.0
-        shift = later / orbit.map.period
-        found = orbit.map.window(orbit.state, [orbit.start + later]).states
-        state = np.concatenate([found.x[:, 0], found.v[:, 0]])
-        follower = replace(self, phase=(self.phase + shift), scale=orbit.map.scales(state))
+        if isinstance(orbit.map, WalkMap):
+            first, state = orbit.map.later(orbit.state, orbit.events, orbit.multiple)
+        else:
+            later = middle_of_flight({}, orbit.events, 0.0, orbit.period) or 0.0
+            first = replace(orbit.map, start=orbit.start + later)
+            found = orbit.map.window(orbit.state, [first.start]).states
+            state = np.concatenate([found.x[:, 0], found.v[:, 0]])
+        phase = self.phase + (first.start - orbit.start) / orbit.map.period
+        follower = replace(self, phase=phase, first=first, scale=first.scales(state))
         place = follower.place(point.at, state, follower.map(point.at))
         upward = np.zeros_like(place)
         upward[-1] = np.sign(point.tangent[-1]) or 1.0

@@ -37,6 +37,7 @@ __all__ = [
     "middle_of_flight",
     "return_map",
     "returned_contacts",
+    "varied",
 ]
 
 Floats = NDArray[np.float64]
@@ -167,6 +168,15 @@ class ReturnMap:
         )
         return found.samples[0, :size] @ self.free
 
+    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> ReturnMap:
+        """The map with the same feet on the ground at a phase in drive periods, of a scene with values in place of some
+        of its own. Raises InputError as `lower_scene` does."""
+        return return_map(scene, phase, self.contacts, values, shared)
+
+    def speed(self, state: Floats) -> float:
+        """Size [m/s] of velocities that others are compared with."""
+        return float(self.scales(state)[2 * len(self.plan.system.mass) - 1])
+
     def scales(self, state: Floats) -> Floats:
         """Sizes (2n,) of displacements [m] and velocities [m/s] that mismatches are compared with."""
         n = len(self.plan.system.mass)
@@ -187,19 +197,24 @@ def return_map(
     start: when the section is, in drive periods; shared: what maps of the same structure share. Raises InputError as
     `lower_scene` does.
     """
-    values = values or {}
+    shared = shared or Shared()
+    plan, rows, period, horizon = varied(scene, values or {}, shared)
+    book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
+    return ReturnMap(plan, book, rows, period, start * period, contacts)
+
+
+def varied(scene: Scene, values: Mapping[str, float], shared: Shared) -> tuple[Plan, Rows, float, float]:
+    """Plan and row of a scene with values in place of some of its own, its drives' period [s], and how long tables are
+    made for [s]."""
     changed = with_values(scene, dict(values)) if values else scene
-    period, shared = drive_period(changed), shared or Shared()
     data = all(slot(scene, path) is not None for path in values)
     base = scene if data else changed
     plan = shared.get(("plan", base), lambda: lower_scene(base))
-    horizon = HORIZON * drive_period(base)
-    book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     if data and values:
         rows = rows_for(scene, plan, {path: np.array([value]) for path, value in values.items()}, np.inf)
     else:
         rows = rows_of(plan)
-    return ReturnMap(plan, book, rows, period, start * period, contacts)
+    return plan, rows, drive_period(changed), HORIZON * drive_period(base)
 
 
 def returned_contacts(first: Contacts, start: float, window: Window) -> Contacts:

@@ -143,7 +143,7 @@ def _slowest(point: Point) -> float:
     """Least approach speed of an impact, as part of the motion's speed; infinite without one."""
     orbit = point.orbit
     speeds = orbit.events["speed_before"][np.isin(orbit.events["kind"], IMPACTS)]
-    return float(speeds.min(initial=np.inf)) / float(orbit.map.scales(orbit.state)[-1])
+    return float(speeds.min(initial=np.inf)) / orbit.map.speed(orbit.state)
 
 
 def _clearance(point: Point) -> float:

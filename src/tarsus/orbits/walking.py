@@ -9,7 +9,8 @@ its contact remembers, when it began, is part of the state.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -26,9 +27,11 @@ from tarsus.orbits.returns import (
     drive_period,
     follow_contact,
     returned_contacts,
+    varied,
 )
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
+from tarsus.solve.engines import Shared
 from tarsus.solve.march import tables_of
 from tarsus.solve.run import Run
 from tarsus.solve.tangents import DataTangents, Entering
@@ -50,6 +53,43 @@ class WalkMap(ReturnMap):
 
     stuck: tuple[int, ...] = ()
     aging: tuple[int, ...] = ()
+
+    def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
+        """The map with the same feet on the ground, of a scene with values in place of some of its own."""
+        plan, rows, period, horizon = varied(scene, values, shared)
+        tables: Any = shared.get(("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon))
+        start = phase * period
+        since = [start + (one - self.start) for one in self.contacts.since or ()]
+        contacts = Contacts(self.contacts.held, since)
+        return replace(self, plan=plan, book=tables, rows=rows, period=period, start=start, contacts=contacts)
+
+    def later(self, state: Floats, events: NDArray[np.void], multiple: int) -> tuple[WalkMap, Floats]:
+        """The map with its section in the middle of the longest time without an event of a gait, and the state there.
+        events: of its period, from the section on."""
+        span = multiple * self.period
+        start = self.start + _quiet(events, 0.0, span)
+        at = self._at(state)
+        held = dict(zip(at.held, at.since or (), strict=True))
+        told = events.copy()
+        told["time"] += self.start
+        for event in told[told["time"] <= start]:
+            follow_contact(held, event)
+        found = self.window(state, [start]).states
+        anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())
+        return self.at_section(start, held, np.concatenate([found.x[:, 0], found.v[:, 0]]), anew, bool(self.aging))
+
+    def at_section(
+        self, start: float, held: dict[int, float], place: Floats, anew: set[int], aging: bool
+    ) -> tuple[WalkMap, Floats]:
+        """The map with another section [s], and its state: displacements and velocities (2n,) there less the surge, and
+        ages. held: since when feet are on the ground [s]; anew: feet whose contact begins anew in every period; aging:
+        whether contacts know since when they are."""
+        contacts, along = contacts_of(held), _along(self.plan, place)
+        stuck = tuple(i for i in contacts.held if along[i] == 0.0)
+        old = tuple(i for i in contacts.held if i in anew) if aging else ()
+        ages = np.array([held[i] for i in old]) - start
+        found = replace(self, start=start, contacts=contacts, stuck=stuck, aging=old)
+        return found, np.concatenate([place - place[0] * self.shift, ages])
 
     @property
     def shift(self) -> Floats:
@@ -144,22 +184,17 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
     after ``count`` of them, and the state there in a run."""
     plan, period = lower_scene(scene), drive_period(scene)
-    start = _quiet(run, count * period, (count + 1) * period)
+    start = _quiet(run.events, count * period, (count + 1) * period)
     held: dict[int, float] = {}
     for event in run.events[run.events["time"] <= start]:
         follow_contact(held, event)
-    contacts = contacts_of(held)
     at = run.states(np.array([start]))
-    state = np.concatenate([at.x[:, 0], at.v[:, 0]])
-    along = _along(plan, state)
-    stuck = tuple(i for i in contacts.held if along[i] == 0.0)
     renewed = (run.events["kind"] == EventKind.RELEASE) & (run.events["time"] > start)
     anew = set(run.events["foot"][renewed].tolist())
-    aging = tuple(i for i in contacts.held if i in anew) if run.scene.ground.acting_on("strength") else ()
     tables: Any = tables_of(plan, HORIZON * period)
-    found = WalkMap(plan, tables, rows_of(plan), period, start, contacts, stuck=stuck, aging=aging)
-    ages = np.array([held[i] for i in aging]) - start
-    return found, np.concatenate([state - state[0] * found.shift, ages])
+    first = WalkMap(plan, tables, rows_of(plan), period, start, Contacts())
+    place = np.concatenate([at.x[:, 0], at.v[:, 0]])
+    return first.at_section(start, held, place, anew, bool(run.scene.ground.acting_on("strength")))
 
 
 def _along(plan: Plan, state: Floats) -> Floats:
@@ -169,9 +204,9 @@ def _along(plan: Plan, state: Floats) -> Floats:
     return state[n + nb :: 2][plan.legs.body.leg]
 
 
-def _quiet(run: Run, begin: float, end: float) -> float:
+def _quiet(events: NDArray[np.void], begin: float, end: float) -> float:
     """Middle [s] of the longest time without an event between two times."""
-    times = run.events["time"]
+    times = events["time"]
     edges = np.concatenate([[begin], times[(times > begin) & (times < end)], [end]])
     longest = int(np.argmax(np.diff(edges)))
     return float(0.5 * (edges[longest] + edges[longest + 1]))

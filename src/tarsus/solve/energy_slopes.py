@@ -99,8 +99,7 @@ def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Fl
 
 
 POINTS, TURN = 12, 4.0
-"""Gauss points of a part of a step in which no mode turns or decays by more than `TURN`: of a product of two 1e-13 is
-left."""
+"""Gauss points of a part of a step in which no mode turns or decays by more than `TURN`: of products 1e-13 are left."""
 AT_ONCE = 20_000
 """Samples at a time, of some kilobytes each."""
 

@@ -21,9 +21,11 @@ from tarsus.core.book import NODES
 from tarsus.core.modes import LinearSystem, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
+from tarsus.model.standing import equilibrium
 from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
 from tarsus.plan.sloped import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
+from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
 
@@ -184,13 +186,15 @@ class DataTangents:
 class Entering:
     """What enters a run: its row of data, and derivatives of that along the directions ``paths``.
 
-    structure: derivatives of the structure's arrays, by the number of a direction that changes it.
+    structure: derivatives of the structure's arrays, by the number of a direction that changes it; beside: of a walker
+    the plans beside its own along such a direction, each with its weight in the difference.
     """
 
     paths: tuple[str, ...]
     row: Rows
     data: DataTangents
     structure: Mapping[int, LinearSystem] = field(default_factory=dict)
+    beside: Mapping[int, tuple[tuple[Plan, float], ...]] = field(default_factory=dict)
     made: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -209,7 +213,8 @@ class Entering:
             return self
         parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
         kept = {k: self.structure[p] for k, p in enumerate(numbers) if p in self.structure}
-        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept)
+        beside = {k: self.beside[p] for k, p in enumerate(numbers) if p in self.beside}
+        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept, beside)
 
 
 def entering(
@@ -224,14 +229,6 @@ def entering(
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
-    problems = [
-        f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by structure"
-        for _, structure in parts
-        for path in structure
-        if plan.legs is not None
-    ]
-    if problems:
-        raise InputError(problems)
     structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
     own = [p for p, (moved, _) in enumerate(parts) if moved]
     stepped = [parts[p][0] for p in own]
@@ -253,7 +250,27 @@ def entering(
         _add_drive(data, row, plan, names.index(name), one)
         if one.period == float(rows.periods[0]):
             data.period[0] += one.by_period
-    return Entering(tuple(found), row, data, structure)
+    changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
+    beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
+    return Entering(tuple(found), row, data, structure, beside)
+
+
+def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) -> tuple[tuple[Plan, float], ...]:
+    """The plans of a walker beside its own along a direction that changes its structure, with their weights; where it
+    begins standing, the derivative of its initial state (2n,) takes in that it stands otherwise."""
+    stencil = Stencil.of(scene, direction, STEP)
+    changed = [stencil.scene(scene, float(place)) for place in stencil.places]
+    if scene.initial.standing is not None:
+        driven, n = scene.initial.standing.driven, len(initial) // 2
+        initial[:n] += stencil.slope(plan.initial[:n], [equilibrium(one, driven=driven) for one in changed])
+    systems = [lower_system(one) for one in changed]
+    plans = [
+        replace(plan, system=system, legs=lower_legs(one.robot, system))
+        for one, system in zip(changed, systems, strict=True)
+    ]
+    return tuple(
+        (one, float(weight)) for one, weight in zip([plan, *plans], stencil.weights, strict=True) if weight != 0.0
+    )
 
 
 def _channels_of(plan: Plan, drive: int) -> list[int]:

@@ -72,10 +72,18 @@ def walk_tangents(
     nb, n, m = len(plan.legs.body.body_mass), len(plan.system.mass), plan.feet
     sizes = (12, 3 + nb + 2 * m, 2 * n + 5 * m, 1, 1)
     parts, flags = [], []
+    others = [
+        (one.legs.native, tables_of(one, duration), weight, p)
+        for p, plans in given.beside.items()
+        for one, weight in plans
+        if one.legs is not None
+    ]
     for first in range(0, max(len(given.paths), 1), LANES):
+        beside = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
         *found, flag = _native.tangents_legged(
             plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, by_programs(plan.laws), given.row,
             settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
+            beside,
         )  # fmt: skip
         parts.append(
             [np.asarray(one).reshape(-1, size, LANES) for one, size in zip(found, sizes, strict=True)]

@@ -61,9 +61,17 @@ def test_a_deviation_decays_by_the_largest_multiplier(gait):
     assert (sizes[7] / sizes[1]) ** (1.0 / 6.0) == pytest.approx(largest, rel=0.5)
 
 
-def test_branches_of_walkers_are_not_followed():
-    scene = ts.load_scene("millipede")
-    with pytest.raises(ts.InputError, match="walker"):
-        ts.branch(scene, "gait.high", 300.0, 310.0)
+def test_a_gait_is_followed_along_its_voltage(gait):
+    found = ts.branch(gait.scene, "gait.high", 14.0, 14.2)
+    assert found.ended == "it leaves the range"
+    first, last = found.points[0], found.points[-1]
+    assert first.orbit.travel == pytest.approx(gait.travel, rel=1e-8) and last.at == 14.2
+    alone = ts.periodic(gait.scene, values={"gait.high": 14.2})
+    assert last.orbit.kind == alone.kind
+    assert last.orbit.travel == pytest.approx(alone.travel, rel=1e-8)
+    assert np.abs(last.orbit.multipliers[0]) == pytest.approx(np.abs(alone.multipliers[0]), rel=1e-5)
+
+
+def test_without_a_gait_there_is_no_period():
     with pytest.raises(ts.InputError, match="no drive is periodic"):
-        ts.periodic(with_values(scene, {"gait": None}))
+        ts.periodic(with_values(ts.load_scene("millipede"), {"gait": None}))

@@ -164,17 +164,26 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
 }
 
 // Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
-// ``data``: derivatives of what enters; the rest as for run_legged.
+// ``data``: derivatives of what enters; beside: bodies and tables of other structures, each with its weight in the difference of
+// a lane; the rest as for run_legged.
 //
 // Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
 // energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
 nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
                           const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
-                          nb::object start, nb::handle data, int count) {
+                          nb::object start, nb::handle data, int count, nb::list beside) {
   const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
   const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
   const Start begin(start, m);
   const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.channels);
+  std::vector<BesideBody> others;
+  for (nb::handle item : beside) {
+    const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);
+    if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= count) {
+      throw std::invalid_argument("walkers beside each other have the same legs and steps");
+    }
+    others.push_back({other, legs, weight, lane});
+  }
   LeggedSlopes found;
   Notes notes;
   Log log;
@@ -183,7 +192,7 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
     nb::gil_scoped_release released;
     const Between between(nodes);
     LeggedTangent system(body, tables, nodes, between, signals, laws, programs, settings, log, notes, account, rows.batch.channels,
-                         rows.batch.of(0), tangents, count);
+                         rows.batch.of(0), tangents, count, others);
     notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
     system.begin(rows.batch.of(0));
     if (begin.given) begin_at(system, begin.begun());
@@ -212,7 +221,7 @@ void bind_legged(nb::module_& m) {
         nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
   m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
         nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
-        nb::arg("start").none(), nb::arg("data"), nb::arg("count"));
+        nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("beside"));
 }
 
 }  // namespace tarsus

@@ -1,7 +1,7 @@
 // One moment of a legged robot with derivatives: what acts on its feet then, how fast everything changes, and what an impact does.
 #pragma once
+#include "legged_beside.hpp"
 #include "legged_ground.hpp"
-#include "tangent.hpp"
 
 namespace tarsus::legged {
 
@@ -33,9 +33,21 @@ inline bool is_close(const Jet& a, const Jet& b) {
 // What acts at a moment, by laws and drives with derivatives, or with none of their own.
 class Acting {
  public:
+  // beside: walkers of other structures; none where derivatives are not asked for.
   Acting(const Legged& s, const Body& unit, LawTangents& laws, const DriveTangents& drives, const DataTangents& data,
-         const Player& player)
-      : s_(s), unit_(unit), laws_(laws), drives_(drives), data_(data), player_(player) {}
+         const Player& player, const std::vector<BesideWalker>* beside)
+      : s_(s), unit_(unit), laws_(laws), drives_(drives), data_(data), player_(player), beside_(beside) {}
+
+  // A number of the structure, with what it has by the structures beside.
+  template <class F>
+  Jet of_body(F&& value) const {
+    Jet out(value(s_.body));
+    add_own(out, value);
+    return out;
+  }
+  Jet mass(int i) const {
+    return of_body([&](const Body& b) { return b.legs[i].mass; });
+  }
 
   Jet gap(int i) const {
     const int f = s_.body.legs[i].foot;
@@ -54,9 +66,13 @@ class Acting {
     const int64_t c = laws_.laws.volts[f];
     return c < 0 ? Jet(0.0) : drive(int(c), time);
   }
-  static Jet hip(const Hip& of, const std::vector<Jet>& body) {
+  Jet hip(int i, int d, const std::vector<Jet>& body) const {
+    const Hip& of = s_.body.legs[i].hip[d];
     Jet out(0.0);
     for (int n = 0; n < of.count; n++) out = out + body[of.at[n]] * of.by[n];
+    double plain[MOST_COORDINATES];
+    for (size_t b = 0; b < body.size(); b++) plain[b] = body[b].value;
+    add_own(out, [&](const Body& b) { return b.legs[i].hip[d].motion(plain); });
     return out;
   }
   // Drive and weight on a foot [N].
@@ -64,12 +80,18 @@ class Acting {
     const Leg& leg = s_.body.legs[i];
     Jet force = d == UP ? -weight(i) : Jet(0.0);
     for (int n = leg.first; n < leg.last; n++) force = force + drive(s_.body.drive[n], at.time) * s_.body.gain[2 * n + d];
+    add_own(force, [&](const Body& b) {
+      double sum = d == UP ? -b.legs[i].weight : 0.0;
+      for (int n = b.legs[i].first; n < b.legs[i].last; n++) sum += drive(b.drive[n], at.time).value * b.gain[2 * n + d];
+      return sum;
+    });
     return force;
   }
   // As structure_force.
   Jet structure(const JetPlace& at, int i, int d, const Jet& u) const {
-    const Leg& leg = s_.body.legs[i];
-    return (hip(leg.hip[d], at.x) - u) * leg.stiffness[d] + hip(leg.hip[d], at.v) * leg.damping[d] + load(at, i, d);
+    const Jet stiffness = of_body([&](const Body& b) { return b.legs[i].stiffness[d]; });
+    const Jet damping = of_body([&](const Body& b) { return b.legs[i].damping[d]; });
+    return (hip(i, d, at.x) - u) * stiffness + hip(i, d, at.v) * damping + load(at, i, d);
   }
   Jet along(const JetPlace& at, int i) const { return structure(at, i, ALONG, at.of(at.u, i, ALONG)); }
   // The film's momentum, from the run's base on; the lanes' own counts from nothing.
@@ -95,7 +117,7 @@ class Acting {
   }
   // Gap rate [m/s] of a free foot.
   Jet rate(const JetPlace& at, int i) const {
-    return at.of(at.w, i, UP) + momentum(i, at.of(at.u, i, UP) + gap(i)) * (1.0 / s_.body.legs[i].mass);
+    return at.of(at.w, i, UP) + momentum(i, at.of(at.u, i, UP) + gap(i)) / mass(i);
   }
 
   // The function that vanishes at an event.
@@ -131,8 +153,7 @@ class Acting {
   // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left.
   Struck strike(JetPlace& at, int i, int kind) const {
     const int f = s_.body.legs[i].foot;
-    const double mass = s_.body.legs[i].mass;
-    const Jet film = momentum(i, Jet(0.0)) * (1.0 / mass);
+    const Jet mass = this->mass(i), film = momentum(i, Jet(0.0)) / mass;
     Jet &w = at.of(at.w, i, UP), &u = at.of(at.u, i, UP);
     Struck out;
     out.when = at.time;
@@ -148,7 +169,7 @@ class Acting {
     at.since[i] = at.time;
     if (kind == CONTACT_AT_START) return out;
     const Jet after = laws_.value(REBOUND, f, {speed});
-    const Jet lost = (speed * speed - after * after) * (0.5 * mass), kept = after * after * (0.5 * mass);
+    const Jet lost = (speed * speed - after * after) * mass * 0.5, kept = after * after * mass * 0.5;
     out.before = speed;
     out.doubtful = in_doubt(f, after, out);
     if (kind == BOUNCE) {
@@ -160,7 +181,7 @@ class Acting {
     if (kind == CAPTURE && laws_.has(f, HAS_LATCH)) out.adhesion = kept;
     out.energy = lost + kept + rub(at, i, speed, out);
     if (kind == REST && after.value > 0.0) {  // as rest_time
-      out.when = at.time - after * (2.0 * mass) / out.pull / (1.0 - minimum(after / speed, Jet(0.999999)));
+      out.when = at.time - after * mass * 2.0 / out.pull / (1.0 - minimum(after / speed, Jet(0.999999)));
     }
     return out;
   }
@@ -172,12 +193,19 @@ class Acting {
   const DriveTangents& drives_;
   const DataTangents& data_;
   const Player& player_;
+  const std::vector<BesideWalker>* beside_;
+
+  template <class F>
+  void add_own(Jet& to, F&& value) const {
+    if (beside_ == nullptr) return;
+    for (const BesideWalker& one : *beside_) to.slope[one.lane] += one.weight * value(one.s.body);
+  }
 
   void add_rates(const JetPlace& at, int i, int d, std::vector<double>& push, Rates& out) const {
     const Leg& leg = s_.body.legs[i];
     const LeggedFoot& foot = s_.feet[i];
     const double u = at.of(at.u, i, d).value, w = at.of(at.w, i, d).value;
-    const double lifted = hip(leg.hip[d], at.x).value - u, moved = hip(leg.hip[d], at.v).value;
+    const double lifted = hip(i, d, at.x).value - u, moved = hip(i, d, at.v).value;
     double rate = 0.0, gain = 0.0;
     if (!foot.held(d)) {
       const double own = load(at, i, d).value;
@@ -222,7 +250,7 @@ class Acting {
     } else {
       along = before.value > 0.0 ? before - most : before + most;
     }
-    return (before * before - along * along) * (0.5 * s_.body.legs[i].mass);
+    return (before * before - along * along) * mass(i) * 0.5;
   }
 
   bool in_doubt(int f, const Jet& after, const Struck& at) const {

@@ -21,17 +21,23 @@ class LeggedLanes : public LeggedMarch {
   // ``programs``: the laws by programs alone; lanes: how many of the eight have a number.
   LeggedLanes(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
               const Laws& programs, const Settings& set, Log& events, Notes& some, bool account, size_t driven,
-              const RunData& run, const DataTangents& data, int lanes)
+              const RunData& run, const DataTangents& data, int lanes,
+              const std::vector<BesideBody>& beside)
       : LeggedMarch(b, t, n, f, s, l, set, events, some, account, driven), run_(run), data_(data), nothing_(data.nothing()),
         count_(lanes),
         laws_(programs, run.parameters, data.parameters), drives_(s, n, data, run, driven),
         still_laws_(programs, run.parameters, nothing_.parameters), still_drives_(s, n, nothing_, run, driven),
-        acting_(*this, b, laws_, drives_, data_, drives_.player), still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player) {}
+        acting_(*this, b, laws_, drives_, data_, drives_.player, &beside_),
+        still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr) {
+    for (const BesideBody& one : beside) beside_.emplace_back(one, *this, s, l, driven);
+  }
 
   // Begin where the run has begun, which may be a window.
   void begin_lanes(bool window) {
     for (size_t c = 0; c < player.cursor.size(); c++) drives_.player.seek(int(c), clock.time);
     shared_at_ = begun_ = clock.time;
+    for (BesideWalker& one : beside_) one.begin(*this, run_.parameters, gravity);
+    bases_ = bases();
     linear_.feet.resize(legs());
     linear_.own.resize(size_t(legs()) * LANES);
     values_.resize(player.cursor.size() * N);
@@ -60,7 +66,9 @@ class LeggedLanes : public LeggedMarch {
   DriveTangents drives_;
   LawTangents still_laws_;
   DriveTangents still_drives_;
-  Acting acting_, still_;  // with the derivatives of laws and drives, and without
+  std::vector<BesideWalker> beside_;
+  std::vector<double> bases_;  // of the films' momenta from which the lanes' rates count (legs) [N s]
+  Acting acting_, still_;      // with the derivatives of laws and drives, and without
   std::vector<Legged> lanes_;
   LegTangents linear_;
   std::vector<double> values_;  // (channels, nodes)
@@ -72,6 +80,62 @@ class LeggedLanes : public LeggedMarch {
   Rates before_;
   Row shared_ = Row(0.0);  // derivative of the moment of the last event or moving kink, and that moment [s]
   double shared_at_ = -INF;
+
+  std::vector<double> bases() const {
+    std::vector<double> out;
+    for (const LeggedFoot& foot : feet) out.push_back(foot.base);
+    return out;
+  }
+
+  // A rate without the film's momentum counts that from its base: where this has moved, so has what a mass makes of it.
+  void rebase_lanes() {
+    for (const BesideWalker& one : beside_) {
+      for (int i = 0; i < legs(); i++) {
+        lanes_[one.lane].feet[i].w[UP] += (feet[i].base - bases_[i]) * one.weight / one.s.body.legs[i].mass;
+      }
+    }
+    bases_ = bases();
+  }
+
+  // What the structures beside make of the run's step, for the lanes of their numbers.
+  void follow_beside(int k, double h) {
+    linear_.misfit.assign(beside_.empty() ? 0 : lanes_.size() * coordinates(), Row(0.0));
+    for (BesideWalker& one : beside_) {
+      one.follow(*this, k, h);
+      for (int b = 0; b < coordinates(); b++) linear_.misfit[size_t(one.lane) * coordinates() + b] += one.misfit(b, h) * one.weight;
+      for (int i = 0; i < legs(); i++) {
+        const LinearFoot& f = linear_.feet[i];
+        const LegRows& r = one.s.rows[i];
+        OwnPart& own = linear_.own[size_t(i) * LANES + one.lane];
+        if (feet[i].contact == AIR) {
+          own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
+          own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
+        } else if (f.slides) {
+          own.bound += f.by_margin * r.margin * one.weight;
+        }
+      }
+      one.finish(h);
+    }
+  }
+
+  // A lane's motion at scaled time s of the step.
+  void lane_at(int lane, double h, double s, Moment& to) {
+    motion_at(lanes_[lane], h, s, to);
+    Moment own;
+    own.legs.resize(DIRECTIONS * body.legs.size());
+    for (const BesideWalker& one : beside_) {
+      if (one.lane != lane) continue;
+      motion_at(one.s, h, s, own);
+      for (int b = 0; b < coordinates(); b++) {
+        to.x[b] += one.weight * own.x[b];
+        to.v[b] += one.weight * own.v[b];
+      }
+      for (size_t n = 0; n < to.legs.size(); n++) {
+        to.legs[n].u += one.weight * own.legs[n].u;
+        to.legs[n].w += one.weight * own.legs[n].w;
+      }
+    }
+  }
 
   template <class F>
   Row lane_row(F&& value) const {
@@ -312,8 +376,8 @@ class LeggedLanes : public LeggedMarch {
   void move_lane_on(int lane, double h, double fraction) {
     Legged& t = lanes_[lane];
     moment.legs.resize(DIRECTIONS * body.legs.size());
-    motion_at(t, h, fraction, moment);
-    for (int f = 0; f < body.feet(); f++) track(t, f, h, fraction);
+    lane_at(lane, h, fraction, moment);
+    for (int f = 0; f < body.feet(); f++) track(lane, f, h, fraction);
     if (lowest_at >= 0.0) t.lowest_body = height_at(lane, h, lowest_at);
     if (highest_at >= 0.0) t.highest_body = height_at(lane, h, highest_at);
     for (int i = 0; i < legs(); i++) {
@@ -336,135 +400,37 @@ class LeggedLanes : public LeggedMarch {
     const Legged& t = lanes_[lane];
     if (s <= 0.0) return t.x[1] + (shared_at_ == begin_time_ ? at.v[1][0] * shared_[lane] : 0.0);
     turning_.legs.resize(DIRECTIONS * body.legs.size());
-    motion_at(t, h, s, turning_);
+    lane_at(lane, h, s, turning_);
     return turning_.x[1];
   }
 
   // The highest gap of a flight, and the integral of the gap.
-  void track(Legged& t, int f, double h, double fraction) {
+  void track(int lane, int f, double h, double fraction) {
     const int i = body.leg[f];
+    Legged& t = lanes_[lane];
     Apex& to = t.feet[i].apex;
     if (feet[i].contact != AIR || !settings.track) return;
     to.integral += integral_at(t, t.rows[i].gap, fraction) * h;
+    for (const BesideWalker& one : beside_) {
+      if (one.lane == lane) to.integral += one.weight * integral_at(one.s, one.s.rows[i].gap, fraction) * h;
+    }
     if (feet[i].apex.gap == apexes_[f]) return;
     const double s = (feet[i].apex.time - begin_time_) / h;
     double line[N], bend = 0.0;
     store(line, powers(rows[i].gap));
     for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
-    const Motion there = leg_at(t, i, UP, h, s);
+    Motion there = leg_at(t, i, UP, h, s);
+    for (const BesideWalker& one : beside_) {
+      if (one.lane != lane) continue;
+      const Motion own = leg_at(one.s, i, UP, h, s);
+      there = {there.u + one.weight * own.u, there.w + one.weight * own.w};
+    }
     to.gap = there.u + t.body.legs[i].gap;
     if (s <= 0.0) {  // what is highest where it began moves with that
       to.gap += to.time * rows[i].rate[0];
       return;
     }
     to.time = s < fraction && bend < 0.0 ? -there.w * h * h / bend : 0.0;
-  }
-
-  // ---- what is told
-
-  void note_event(int i, int what, const Struck& numbers) {
-    std::vector<Row>& to = slopes.events;
-    to.insert(to.end(), {slope_of(numbers.when), Row(0.0), Row(0.0)});
-    for (const Jet* one : {&numbers.before, &numbers.after, &numbers.pull, &numbers.strength, &numbers.energy, &numbers.adhesion}) {
-      to.push_back(slope_of(*one));
-    }
-    to.push_back(lane_row([&](const Legged& t) { return t.feet[i].apex.gap; }));
-    to.push_back(lane_row([&](const Legged& t) { return t.feet[i].apex.time; }));
-    to.push_back(lane_row([&](const Legged& t) { return t.feet[i].apex.integral; }));
-    if (what == SLIP_BEGINS || what == STICK_BEGINS) return;
-    restart(i, slope_of(place_.time));
-  }
-  void restart(int i, const Row& when) {
-    for (int lane = 0; lane < count_; lane++) {
-      lanes_[lane].feet[i].apex.gap = 0.0;
-      lanes_[lane].feet[i].apex.time = when[lane];
-    }
-  }
-
-  // What is highest at the mark itself moves with it, and the integral goes up to it.
-  void note_mark(int i, const Row& by, const Rates* rate, bool rising) {
-    std::vector<Row>& to = slopes.events;
-    const size_t first = to.size();
-    to.resize(first + EVENT_WIDTH, Row(0.0));
-    to[first] = by;
-    to[first + 9] = lane_row([&](const Legged& t) { return t.feet[i].apex.gap; });
-    to[first + 10] = rising ? by : lane_row([&](const Legged& t) { return t.feet[i].apex.time; });
-    to[first + 11] = lane_row([&](const Legged& t) { return t.feet[i].apex.integral; });
-    if (rate != nullptr) {
-      if (rising) to[first + 9] += by * rate->u[DIRECTIONS * size_t(i) + UP];
-      to[first + 11] += by * (feet[i].u[UP] + body.legs[i].gap);
-    }
-    restart(i, by);
-  }
-
-  void mark_lanes(const Row& by, const Rates* rate, bool low, bool high) {
-    std::vector<Row>& to = slopes.marks;
-    const auto moving = [&](const Row& found, double speed) { return rate != nullptr ? found + by * speed : found; };
-    to.push_back(by);
-    std::vector<Row> place;
-    for (int b = 0; b < coordinates(); b++) {
-      place.push_back(moving(lane_row([&](const Legged& t) { return t.x[b]; }), rate != nullptr ? rate->x[b] : 0.0));
-    }
-    to.insert(to.end(), place.begin(), place.end());
-    for (int i : body.leg) {
-      to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].u[ALONG]; }),
-                          rate != nullptr ? rate->u[DIRECTIONS * size_t(i) + ALONG] : 0.0));
-    }
-    for (int i : body.leg) {
-      to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].slipped; }), rate != nullptr ? rate->slipped[i] : 0.0));
-    }
-    to.push_back(low ? place[1] : lane_row([](const Legged& t) { return t.lowest_body; }));
-    to.push_back(high ? place[1] : lane_row([](const Legged& t) { return t.highest_body; }));
-    for (int lane = 0; lane < count_; lane++) lanes_[lane].lowest_body = lanes_[lane].highest_body = place[1][lane];
-  }
-
-  // At scaled time s of the step.
-  void sample(double h, double s, double time) {
-    Moment here;
-    here.legs.resize(DIRECTIONS * body.legs.size());
-    motion_at(*this, h, s, here);
-    JetPlace to = place();
-    to.time = Jet(time);
-    const auto fill = [&](auto&& value) {
-      for (int b = 0; b < coordinates(); b++) {
-        value(to.x[b], here.x[b]);
-        value(to.v[b], here.v[b]);
-      }
-      for (int i = 0; i < legs(); i++) {
-        for (int d = 0; d < DIRECTIONS; d++) {
-          value(to.of(to.u, i, d), here.of(i, d).u);
-          value(to.of(to.w, i, d), here.of(i, d).w);
-        }
-      }
-    };
-    fill([](Jet& one, double value) { one = Jet(value); });
-    for (int lane = 0; lane < count_; lane++) {
-      motion_at(lanes_[lane], h, s, here);
-      fill([&](Jet& one, double value) { one.slope[lane] = value; });
-    }
-    note_sample(to);
-  }
-
-  void note_sample(const JetPlace& to) {
-    std::vector<Row>& out = slopes.samples;
-    const auto leg_rate = [&](int i, int d) { return d == UP && feet[i].filmed() ? acting_.rate(to, i) : to.of(to.w, i, d); };
-    for (const Jet& one : to.x) out.push_back(slope_of(one));
-    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.u, i, ALONG)), slope_of(to.of(to.u, i, UP))});
-    for (const Jet& one : to.v) out.push_back(slope_of(one));
-    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(leg_rate(i, ALONG)), slope_of(leg_rate(i, UP))});
-    std::vector<Row> resistive, smooth, pull;
-    const size_t gaps = out.size();
-    for (int i : body.leg) out.push_back(slope_of(to.of(to.u, i, UP) + acting_.gap(i)));
-    for (int i : body.leg) out.push_back(slope_of(leg_rate(i, UP)));
-    for (int i : body.leg) {
-      const Jet gap = to.of(to.u, i, UP) + acting_.gap(i), rate = leg_rate(i, UP);
-      const bool free = feet[i].contact == AIR;
-      resistive.push_back(free && feet[i].film ? slope_of(laws_.momentum_slope(body.legs[i].foot, gap, settings.probe) * rate) : Row(0.0));
-      smooth.push_back(free ? slope_of(acting_.force(to, i, gap, rate)) : Row(0.0));
-      pull.push_back(free ? Row(0.0) : slope_of(acting_.structure(to, i, UP, -acting_.gap(i))));
-      if (!free) out[gaps + body.legs[i].foot] = Row(0.0);
-    }
-    for (const auto* part : {&resistive, &smooth, &pull}) out.insert(out.end(), part->begin(), part->end());
   }
 };
 

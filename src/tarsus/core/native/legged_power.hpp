@@ -2,8 +2,7 @@
 //
 // They are sums of products of what the rows hold, so that the difference is exact but for the curvature of a film's law.
 #pragma once
-#include "legged_march.hpp"
-#include "tangent.hpp"
+#include "legged_beside.hpp"
 
 namespace tarsus::legged {
 
@@ -88,7 +87,8 @@ inline double size_of(const Legged& s, const Legged& lane, const DataTangents& d
 }
 
 // Add the derivatives of the energies of the step up to scaled time ``fraction`` to those of the lanes.
-inline void add_power(const Legged& s, std::vector<Legged>& lanes, const DataTangents& data, double h, double fraction) {
+inline void add_power(const Legged& s, std::vector<Legged>& lanes, const std::vector<BesideWalker>& structures, const DataTangents& data,
+                      double h, double fraction) {
   Choices choices;
   Moment end, moved;
   end.legs.resize(DIRECTIONS * s.body.legs.size());
@@ -97,6 +97,14 @@ inline void add_power(const Legged& s, std::vector<Legged>& lanes, const DataTan
   Legged plain = s;
   add_energies(plain, h, fraction, end, &choices);
   choices.again = true;
+  for (const BesideWalker& one : structures) {
+    Legged other = one.s;
+    other.energy = {};
+    motion_at(other, h, fraction, moved);
+    choices.next = 0;
+    add_energies(other, h, fraction, moved, &choices);
+    for (int e = 0; e < ENERGIES; e++) (&lanes[one.lane].energy.work)[e] += one.weight * (&other.energy.work)[e];
+  }
   for (size_t n = 0; n < lanes.size(); n++) {
     Legged& lane = lanes[n];
     const double size = size_of(s, lane, data, int(n));

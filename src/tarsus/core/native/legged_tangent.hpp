@@ -3,13 +3,13 @@
 // At an event the state is taken along with its moment, which moves by dt = -dg / g': Dz = dz + z' dt before it, what the event
 // does, and dz = Dz - z' dt after it. Feet know of each other only through the body, so that each event has a moment of its own.
 #pragma once
-#include "legged_lanes.hpp"
+#include "legged_told.hpp"
 
 namespace tarsus::legged {
 
-class LeggedTangent : public LeggedLanes {
+class LeggedTangent : public LeggedTold {
  public:
-  using LeggedLanes::LeggedLanes;
+  using LeggedTold::LeggedTold;
 
   Code step() {
     step_class = std::max(step_class, resolving());
@@ -24,7 +24,9 @@ class LeggedTangent : public LeggedLanes {
     fraction_ = fraction;
     open_ = false;
     begin_time_ = clock.time;
+    rebase_lanes();
     linearise(h);
+    follow_beside(k, h);
     if (!solve_lanes(*this, lanes_, k, h, linear_)) lose();
     for (size_t n = notes.sampled; fraction > 0.0 && n < notes.times.size() && notes.times[n] <= reached; n++) {
       sample(h, std::max(std::min((notes.times[n] - clock.time) / h, fraction), 0.0), notes.times[n]);
@@ -33,7 +35,7 @@ class LeggedTangent : public LeggedLanes {
     for (int i : body.leg) apexes_.push_back(feet[i].apex.gap);
     ways_.clear();
     for (const LeggedFoot& foot : feet) ways_.push_back(foot.u[ALONG]);
-    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, data_, h, fraction);
+    if (keeps_account && fraction > 0.0) add_power(*this, lanes_, beside_, data_, h, fraction);
   }
 
   // And after.
@@ -75,7 +77,7 @@ class LeggedTangent : public LeggedLanes {
     } else if (kind == PULL_OFF) {
       out.pull = acting_.pull(place_, i);
       out.strength = acting_.strength(place_, i);
-      up = -acting_.momentum(i, Jet(0.0)) * (1.0 / body.legs[i].mass);
+      up = -acting_.momentum(i, Jet(0.0)) / acting_.mass(i);
     } else {
       out.pull = acting_.along(place_, i);
       out.strength = acting_.bound(place_, i);

@@ -29,6 +29,7 @@ struct OwnPart {
 struct LegTangents {
   std::vector<LinearFoot> feet;   // of every leg
   std::vector<OwnPart> own;       // (legs, lanes)
+  std::vector<Row> misfit;        // (lanes, coordinates): what numbers of the structure do to the body's momentum
   std::vector<Row> right;         // (coordinates, nodes): misfits of the lanes
   Factored solver;
 };
@@ -169,6 +170,17 @@ inline Row momentum_of(const Legged& t, int b, double h) {
   return combine(&t.nodes.once[0][0], t.at.push[b]) * h - t.at.momentum[b] + t.at.drag[b];
 }
 
+// The body at the nodes from its momentum.
+inline void body_of_momentum(Legged& t, double h) {
+  const double* once = &t.nodes.once[0][0];
+  for (int b = 0; b < t.coordinates(); b++) {
+    const double inverse = 1.0 / t.body.mass[b];
+    const Row place = combine(&t.nodes.twice[0][0], t.at.push[b]) * (h * h) + combine(once, t.at.drag[b] + t.at.film[b]) * h;
+    t.at.x[b] = (place - t.at.place[b]) * inverse + t.nodes.times() * (h * t.v[b]) + t.x[b];
+    t.at.v[b] = momentum_of(t, b, h) * inverse + t.v[b];
+  }
+}
+
 // Rows of the lanes for a step of class k whose rows the run has. False where the equations are singular.
 inline bool solve_lanes(const Legged& s, std::vector<Legged>& lanes, int k, double h, LegTangents& of) {
   const int nb = s.coordinates();
@@ -183,7 +195,8 @@ inline bool solve_lanes(const Legged& s, std::vector<Legged>& lanes, int k, doub
     }
     move_lane(s, t, k, h, of, int(lane));
     for (int b = 0; b < nb; b++) {
-      const Row gained = momentum_of(t, b, h);
+      Row gained = momentum_of(t, b, h);
+      if (!of.misfit.empty()) gained += of.misfit[lane * nb + b];
       for (int j = 0; j < N; j++) of.right[b * N + j].set(int(lane), gained[j]);
     }
   }
@@ -197,12 +210,7 @@ inline bool solve_lanes(const Legged& s, std::vector<Legged>& lanes, int k, doub
       t.at.x[b] += combine(once, step) * h;
     }
     move_lane(s, t, k, h, of, int(lane));
-    for (int b = 0; b < nb; b++) {
-      const double inverse = 1.0 / t.body.mass[b];
-      const Row place = combine(&s.nodes.twice[0][0], t.at.push[b]) * (h * h) + combine(once, t.at.drag[b] + t.at.film[b]) * h;
-      t.at.x[b] = (place - t.at.place[b]) * inverse + s.nodes.times() * (h * t.v[b]) + t.x[b];
-      t.at.v[b] = momentum_of(t, b, h) * inverse + t.v[b];
-    }
+    body_of_momentum(t, h);
   }
   return true;
 }
