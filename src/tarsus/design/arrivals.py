@@ -1,4 +1,4 @@
-"""A line of designs for grounds that are met sooner or later, and the search along it by one bit a step."""
+"""A line of designs for grounds that are met sooner or later, and searches along it: by one bit a step, or by a scalar."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tarsus.design.search import Archive, Budget, descend
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
 
-__all__ = ["ArrivalLine", "by_bits"]
+__all__ = ["ArrivalLine", "by_bits", "by_scalars"]
 
 Floats = NDArray[np.float64]
 
@@ -25,6 +25,8 @@ SEARCH = Budget(islands=1, generations=24, offspring=10)
 """Search of each member, which begins at its neighbour's end."""
 FINEST = 1.0 / 64.0
 """Part of the line below which halving ends: a gap known to 8 um is then known to 0.1 um, less than a foot is rough."""
+FIRST_PLACES = (1.0 / 2.0, 1.0 / 6.0, 5.0 / 6.0)
+"""Places of the line that a search by scalars begins with: speeds along it may have more than one valley."""
 LATE = 0.02
 """A contact that closes later than planned by no more than this share is in time."""
 
@@ -121,3 +123,33 @@ def by_bits(
         low, high = np.where(closed, low, place), np.where(closed, place, high)
         high = np.where(fine & ~closed, np.minimum(high + 2.0 * FINEST, 1.0), high)
     return speeds
+
+
+def by_scalars(
+    line: ArrivalLine, step: Callable[[Floats], Landings], target: Target, hidden: int, steps: int
+) -> tuple[list[Floats], Floats, Floats]:
+    """Speeds (nh,) of at most so many steps on hidden grounds, the softest design (nh, S) on each and its measure (nh,).
+
+    The softest of `FIRST_PLACES` is left by half their distance to one side, then to the other; where neither is
+    softer, by half of that. A way that was softer is followed, and what lies behind it is known. Ends where no ground
+    has farther to go than `FINEST`."""
+    places = [np.full(hidden, one) for one in FIRST_PLACES]
+    asked, place, score = places.pop(0), np.full(hidden, 0.5), np.full(hidden, np.inf)
+    span, way, turned = np.full(hidden, 1.0 / 6.0), np.ones(hidden), np.zeros(hidden, dtype=bool)
+    speeds, best = [], line.at(place)[0]
+    while len(speeds) < steps and (span > FINEST).any():
+        durations, searched = line.at(asked)[0], len(speeds) >= len(FIRST_PLACES)
+        found = step(durations)
+        speeds.append(found.speed)
+        felt = target.measure(found)
+        softer = (felt < score) & (span > FINEST)
+        place, score = np.where(softer, asked, place), np.where(softer, felt, score)
+        best = np.where(softer[:, None], durations, best)
+        if searched:
+            failed = ~softer & turned
+            span = np.where(failed, 0.5 * span, span)
+            way = np.where(~softer & ~turned, -way, way)
+            turned = ~failed
+        ahead = np.where(span > FINEST, place + way * span, place)
+        asked = places.pop(0) if places else np.clip(ahead, 0.0, 1.0)
+    return speeds, best, score

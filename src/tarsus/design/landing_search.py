@@ -12,11 +12,11 @@ from tarsus.design.over import Box, Ensemble, Grounds
 from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
 from tarsus.design.request import Request
-from tarsus.design.risk import Nominal, Risk, Worst
+from tarsus.design.risk import Mean, Nominal, Risk, Worst
 from tarsus.design.search import Archive, Budget, descend, search
 from tarsus.design.target import Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
-from tarsus.design.transfer import GENTLE, Transfer, transfers
+from tarsus.design.transfer import GENTLE, STARTS, Transfer, transfers
 from tarsus.design.trials import Trials
 from tarsus.design.worst_ground import Attack, Round, attack, close_gap
 
@@ -72,7 +72,7 @@ class Searcher:
         unknowns = self.request.step.unknowns(pairs)
         effort = self.request.options.effort * share * min(unknowns, 6) / 4.0
         return Budget(
-            max(int(4000 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
+            max(int(2500 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
         )
 
     def _shortened(self, count: int) -> int:
@@ -94,6 +94,15 @@ class Searcher:
             found.append(found[-1] if worse else best)
         return found
 
+    def prior_design(self, grounds: Grounds, others: list[Candidate]) -> Candidate:
+        """What does best on the mean of many grounds: of the archives' valleys searched on for that, and of others."""
+        found = list(others)
+        for pairs, (choices, archive) in self.archives.items():
+            cost = self._cost(choices, grounds, Mean())
+            again = self._descended(archive, cost, self.budget(pairs, 0.25), self._shortened(8))
+            found.append(self._candidate(pairs, choices, again, int(np.argmin(again.costs))))
+        return found[int(np.argmin([self.score(one, grounds, Mean()) for one in found]))]
+
     def _searched(self, pairs: int) -> tuple[list[Family], Archive]:
         """The scene's own ground: scanned, valleys followed down, those about transfers more closely."""
         step, budget = self.request.step, self.budget(pairs)
@@ -112,7 +121,8 @@ class Searcher:
         transfer = Transfer.of(self.request.scene, self.request.drive, self.request.foot, step, speed)
         if transfer is not None:
             begun = Archive.empty(step.unknowns(pairs))
-            numbers, points = transfers(transfer, step, choices, self.trials, self.rng)
+            starts = max(self._shortened(STARTS), 256)
+            numbers, points = transfers(transfer, step, choices, self.trials, self.rng, starts)
             if len(numbers):
                 begun.add(numbers, points, cost(numbers, points))
                 rows = begun.best(max(int(ABOUT_TRANSFERS * self.request.options.effort), 2), near=NARROW)
@@ -143,15 +153,15 @@ class Searcher:
 
         return cost
 
-    def _candidate(self, pairs: int, row: int) -> Candidate:
-        choices, archive = self.archives[pairs]
+    def _candidate(self, pairs: int, choices: list[Family], archive: Archive, row: int) -> Candidate:
         levels, durations = self.request.step.place(
             choices, archive.numbers[row : row + 1], archive.points[row : row + 1]
         )
         return Candidate(levels[0], durations[0], pairs, int(archive.numbers[row]), archive.points[row])
 
     def _best(self, pairs: int) -> Candidate:
-        return self._candidate(pairs, int(np.argmin(self.archives[pairs][1].costs)))
+        choices, archive = self.archives[pairs]
+        return self._candidate(pairs, choices, archive, int(np.argmin(archive.costs)))
 
     def robust_designs(self, nominal: list[Candidate]) -> tuple[list[Candidate], Grounds, tuple[Round, ...]]:
         """The best design for the risk with 0, 1, ... pairs, the grounds it was judged on, and rounds of the last."""
@@ -224,7 +234,7 @@ class Searcher:
             self.archives[pairs] = choices, again
             self._polish(pairs, active, Worst())
             rows = again.best(3)
-            return again.costs[rows], [self._candidate(pairs, int(row)) for row in rows]
+            return again.costs[rows], [self._candidate(pairs, choices, again, int(row)) for row in rows]
 
         best, _, rounds = close_gap(improve, lambda one: self.strike(one, 256), grounds.points(), ROUNDS)
         return best, state["grounds"], tuple(rounds)

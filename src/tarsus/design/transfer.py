@@ -30,9 +30,8 @@ __all__ = ["Transfer", "transfers"]
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SPREAD, ROUNDS = 11, 12
-"""Transfers begun for every family, as a power of two, and steps of least squares; the nearest quarter goes on for
-twice as many."""
+STARTS, ROUNDS = 2048, 12
+"""Transfers begun for every family, and steps of least squares; the nearest quarter goes on for twice as many."""
 CORRECTIONS = 2
 """Times that a run of the scene corrects where transfers are aimed at; a third time finds hardly anything."""
 GENTLE = 0.02
@@ -155,15 +154,16 @@ def _loads(scene: Scene, drive: str, lift: float, level: float) -> Floats:
 
 
 def transfers(
-    transfer: Transfer, step: Step, choices: Sequence[Family], trials: Trials, rng: np.random.Generator
-) -> tuple[NDArray[np.int64], Floats]:
+    transfer: Transfer, step: Step, choices: Sequence[Family], trials: Trials, rng: np.random.Generator,
+    starts: int = STARTS,
+) -> tuple[NDArray[np.int64], Floats]:  # fmt: skip
     """Points (n, nu) of families, by number (n,), whose plateaus leave the structure least energy on the ground."""
     numbers, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, step.unknowns(choices[0].plateaus // 2)))]
     for number, family in enumerate(choices if not isinstance(step, OwnStep) else ()):
         if family.sizes[0] == 0:
             continue
         aim = _Aim(transfer, step, family)
-        x = aim.solved(even_points(points[0].shape[1] + 1, 2**SPREAD, rng), ROUNDS)
+        x = aim.solved(even_points(points[0].shape[1] + 1, starts, rng), ROUNDS)
         nearest = np.argsort((aim.left(x) ** 2).sum(axis=1), kind="stable")[: len(x) // 4]
         x = aim.best(aim.solved(x[nearest], 2 * ROUNDS))
         for _ in range(CORRECTIONS):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.design.arrivals import ArrivalLine, by_bits
+from tarsus.design.arrivals import ArrivalLine, by_bits, by_scalars
 from tarsus.design.over import Grounds
 from tarsus.design.pulses import families
 from tarsus.design.request import Options, request_of
 from tarsus.design.target import Objective, Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
-from tarsus.design.transfer import Transfer, transfers
+from tarsus.design.transfer import Transfer, _Aim, transfers
 from tarsus.design.trials import Landings, Trials
 
 GAP = "robot.feet.tip.gap"
@@ -54,18 +54,33 @@ def test_slopes_of_touchdowns_are_those_of_differences(scene, levels, objective)
         assert found.slopes[top] == pytest.approx(slopes, rel=2e-2, abs=2e-2 * np.abs(slopes).max())
 
 
-def test_two_pairs_bring_the_structure_to_rest_on_the_ground_and_one_does_not(scene):
-    for pairs, gentle in ((2, True), (1, False)):
-        step, choices, trials, plain = _made(scene, pairs, "-8 V, 8 V")
-        wanted = 0.02 * float(plain.speed[0, 0])
-        transfer = Transfer.of(scene, "pzt", "tip", step, wanted)
-        numbers, points = transfers(transfer, step, choices, trials, np.random.default_rng(1))
-        found = trials(*step.place(choices, numbers, points), Grounds.nominal(scene))
-        best = int(np.argmin(found.speed[:, 0]))
-        if gentle:
-            assert found.speed[best, 0] == pytest.approx(wanted, rel=0.2) and found.touchdowns[best, 0] == 1.0
-        else:
-            assert found.speed[best, 0] > 0.2
+@pytest.mark.parametrize(
+    ("pairs", "levels", "gentle"), [(2, "-8 V, 8 V", True), (1, "-8 V, 8 V", False), (1, "free=-8V:8V", True)]
+)
+def test_four_unknowns_bring_the_structure_to_rest_on_the_ground_and_two_do_not(scene, pairs, levels, gentle):
+    step, choices, trials, plain = _made(scene, pairs, levels)
+    wanted = 0.02 * float(plain.speed[0, 0])
+    transfer = Transfer.of(scene, "pzt", "tip", step, wanted)
+    numbers, points = transfers(transfer, step, choices, trials, np.random.default_rng(1))
+    found = trials(*step.place(choices, numbers, points), Grounds.nominal(scene))
+    best = int(np.argmin(found.speed[:, 0]))
+    if gentle:
+        assert found.speed[best, 0] == pytest.approx(wanted, rel=0.2) and found.touchdowns[best, 0] == 1.0
+    else:
+        assert found.speed[best, 0] > 0.17
+
+
+@pytest.mark.parametrize("levels", ["-8 V, 8 V", "free=-8V:8V"])
+def test_what_a_transfer_leaves_has_exact_slopes(scene, levels):
+    step, choices, _, _ = _made(scene, 2, levels)
+    transfer = Transfer.of(scene, "pzt", "tip", step, 0.01)
+    aim = _Aim(transfer, step, next(one for one in choices if one.sizes == (2, 2)))
+    x = np.random.default_rng(2).uniform(0.1, 0.9, (5, 1 + step.unknowns(2)))
+    left, slopes = aim.slopes(x)
+    np.testing.assert_allclose(left, aim.left(x), rtol=1e-12, atol=1e-12 * np.abs(left).max())
+    for i, far in enumerate(1e-6 * np.eye(x.shape[1])):
+        told = (aim.left(x + far) - aim.left(x - far)) / 2e-6
+        np.testing.assert_allclose(slopes[:, :, i], told, rtol=1e-5, atol=1e-6 * np.abs(slopes).max())
 
 
 def test_a_structure_that_does_not_rest_by_itself_has_no_transfers(scene):
@@ -92,3 +107,18 @@ def test_halving_a_line_finds_the_place_of_every_ground():
     speeds = by_bits(line, step, 50, 12, step(np.full((50, 1), 1.5)))
     assert len(speeds) == 13
     assert (np.abs(played[-1] - grounds) <= 1.0 / 32.0).all() and (speeds[-1] <= 1.0 / 32.0).all()
+
+
+def test_a_scalar_finds_the_place_of_every_ground_from_both_sides():
+    """The softest place of a line, a third as steep on its one side as on the other."""
+    line = ArrivalLine(np.linspace(1.0, 2.0, 9)[:, None], np.linspace(1e-3, 2e-3, 9))
+    grounds = np.random.default_rng(0).uniform(0.0, 1.0, 50)
+
+    def step(durations):
+        far = durations[:, 0] - 1.0 - grounds
+        return Landings(*(np.where(far < 0.0, -3.0 * far, far),) * 7)
+
+    target = Target(Objective.SPEED, step(np.full((50, 1), 1.5)))
+    speeds, best, softest = by_scalars(line, step, target, 50, 40)
+    assert len(speeds) < 20 and (np.abs(best[:, 0] - 1.0 - grounds) < 1.0 / 32.0).all()
+    assert np.array_equal(softest, np.min(speeds, axis=0)) and np.array_equal(step(best).speed, softest)
