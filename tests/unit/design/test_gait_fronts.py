@@ -197,7 +197,8 @@ def test_a_robust_gait_is_found_beside_a_peak_that_one_ground_has(monkeypatch):
         return -np.maximum(peak, hill)[:, None]
 
     monkeypatch.setattr(Walks, "each", hills)
-    found = gait(ts.load_scene("millipede-printed"), {"gait.duty": None}, "speed", BOX, **{**SMALL, "candidates": 256})
+    options = {**SMALL, "candidates": 256, "duration": 0.021}
+    found = gait(ts.load_scene("millipede-printed"), {"gait.duty": None}, "speed", BOX, **options)
     assert found.optimum.nominal[0] == pytest.approx(1.0, abs=1e-3) and found.optimum.worst[0] < 0.11
     assert found.robust.worst[0] == pytest.approx(0.95, abs=1e-3) and found.gain > 8.0
 
@@ -258,6 +259,9 @@ def test_a_bad_request_is_told_whole(scene):
         assert words in said
     with pytest.raises(InputError, match="'cantilever' does not walk"):
         gait(ts.load_scene("cantilever"), ["gait.duty"])
+    for given, slowest in ((FREE, "0.01 s"), (["gait.duty"], "0.02028 s"), (["gait.frequency"], "0.04057 s")):
+        with pytest.raises(InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"):
+            gait(scene, given, duration=0.009)
     with pytest.raises(InputError, match="is designed, so it cannot be part of the ground"):
         gait(scene, ["gait.duty"], over={"gait.duty": (0.2, 0.4)})
     with pytest.raises(InputError, match="risk: 'worst' needs grounds"):
