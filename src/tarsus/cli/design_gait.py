@@ -255,8 +255,8 @@ def _show(design: GaitFront) -> None:
     if design.certificate is not None:
         looked = design.certificate
         print(
-            f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse than "
-            f"known; at most {100 * looked.share:.2g} % of the box are (95 %)"
+            f"of {looked.grounds} grounds drawn by chance at the end {looked.worse} were more than 2 % worse for any "
+            f"gait shown than known; at most {100 * looked.share:.2g} % of the box are (95 %)"
         )
     if judged:
         print(f"worst {design.objectives[0].name}, robust gait over nominal optimum: {design.gain:.3g}")

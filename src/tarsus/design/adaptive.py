@@ -38,6 +38,8 @@ YOUNG = 8
 """Gaits tried about one in each step of a search."""
 STEP = 0.15
 """First step of such a search, in the unit cube; a third shorter each time."""
+AGAIN = 4
+"""Times as many walks as elsewhere by which the gait that knows its ground is chosen, and then judged."""
 DRAWS = 2000
 """Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
 JITTER = 1e-3
@@ -286,7 +288,7 @@ class _Adapter:
         taken = posterior(self._noisy(np.concatenate([np.zeros((len(on_hidden), 0)), *felt], axis=1)))
         judged = on_hidden if self.repeats == 1 else self._table(library, hidden)
         self.progress(3, 4, "the gait that knows its ground")
-        known = self._known(library, judged, hidden)
+        known = self._known(library, judged, taken, hidden)
         self.progress(4, 4, "done")
         return AdaptiveGait(
             self.request, self.sense, tuple(self.walks.changes(one) for one in library), chosen,
@@ -412,15 +414,23 @@ class _Adapter:
     def _noisy(self, senses: Floats) -> Floats:
         return senses * (1.0 + self.noise * self.rng.standard_normal(senses.shape))
 
-    def _known(self, library: Floats, costs: Floats, hidden: Mapping[str, Floats]) -> Floats:
+    def _known(
+        self, library: Floats, costs: Floats, taken: NDArray[np.int64], hidden: Mapping[str, Floats]
+    ) -> Floats:
         """Costs (nh,) of the best gait for each hidden ground: the best of the few, or what a further search on this
-        ground finds."""
+        ground finds. Where walks differ by chance, what they were found by was partly luck: both, the gait that was
+        taken and the best single one are judged anew, and the best of those once more."""
         few = library[costs.argmin(axis=1)]
         found, values = self._sought(few, costs.min(axis=1), hidden, 3)
         if self.repeats == 1:
             return values
-        better = self._judged(found, hidden) < self._judged(few, hidden)  # what it was found by was partly luck
-        again = self._judged(np.where(better[:, None], found, few), hidden)  # and so is what it was chosen by
+        single = np.broadcast_to(library[int(costs.mean(axis=0).argmin())], few.shape)
+        rivals = np.stack([found, few, library[taken], single], axis=1)  # (nh, 4, nu)
+        given = {path: np.repeat(own, rivals.shape[1]) for path, own in hidden.items()}
+        flat = rivals.reshape(-1, rivals.shape[2])
+        scores = np.mean([self._judged(flat, given) for _ in range(AGAIN)], axis=0).reshape(rivals.shape[:2])
+        surest = rivals[np.arange(len(few)), scores.argmin(axis=1)]
+        again = np.mean([self._judged(surest, hidden) for _ in range(AGAIN)], axis=0)
         return np.where(np.isfinite(again), again, float(costs.max()))
 
 

@@ -84,8 +84,7 @@ class GaitPoint:
 
 @dataclass(frozen=True)
 class FrontRound:
-    """One round of cutting planes: what for (front, or robust gait), how many grounds were active, and the largest
-    gap that an attack found."""
+    """One round of cutting planes: what for, how many grounds were active, and the largest gap that was found."""
 
     what: str
     grounds: int
@@ -312,7 +311,9 @@ class _Designer:
             starts = np.concatenate([best[None], near, found.points[along(found.costs, STARTS)]])
             compared, grounds, more = self._judged(goal, starts, grounds, share[2])
             rounds += more
-            robust = compared.points[goal.pick(compared.costs, 1)[0]]
+            best = compared.points[_best(compared.own)]  # the optimum so far is among them
+            goal, _ = _within(float(compared.own[:, 0].min()), request.options.loss)
+            robust = compared.points[goal.pick(goal.costs(compared.risked, compared.own), 1)[0]]
             found = self._again(found.points[along(found.costs, STARTS)], found, grounds)
         made, gap = [], np.nan
         for number in range(LAST_LOOKS):
@@ -399,13 +400,12 @@ class _Designer:
             struck.grounds[rows] = np.where(worse[:, :, None], checked.grounds, struck.grounds[rows])
             if self._open(active, struck) > CLOSED and number < LAST_LOOKS - 1:
                 break  # there will be another look
-        beyond = (_excess(known[:, None], looked) > CLOSED).any(axis=2).sum(axis=1)
-        self.certificate = Certificate(count, int(beyond.max()))
+        beyond = (_excess(known[:, None], looked) > CLOSED).any(axis=2)
+        self.certificate = Certificate(count, int(beyond.sum(axis=1).max()))
         return struck
 
     def _open(self, active: Floats, struck: Strike) -> float:
-        """The gap of gaits of worst costs (k, no) on active grounds, but for the last one; NaN where grounds do not
-        join."""
+        """The gap of all gaits but the last, of worst costs (k, no) on active grounds; NaN where none join."""
         if not isinstance(self.request.risk, Worst):
             return np.nan
         return float(_excess(active, struck.costs)[:-1].max())

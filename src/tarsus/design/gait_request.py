@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import numpy as np
+
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
@@ -130,17 +132,28 @@ def gait_request(
     if grounds is None and over is None and isinstance(chosen, Risk) and not isinstance(chosen, Nominal):
         problems.append(f"risk: '{chosen.name}' needs grounds to be judged on: give --over PATH=a:b")
     problems += _of_energy(scene, objectives)
+    if made is not None:
+        problems += _of_duration(*made, options)
     if options.candidates < FEWEST:
         problems.append(f"candidates: expected at least {FEWEST}, got {options.candidates}")
     if options.look < 1:
         problems.append(f"look: expected at least 1 ground, got {options.look}")
     if not 0.0 <= options.loss < 1.0:
         problems.append(f"loss: expected a share from 0 to below 1, got {options.loss:g}")
-    if options.duration is not None and not options.duration > 0.0:
-        problems.append(f"duration: expected a time above 0 s, got {options.duration:g} s")
     if problems or made is None or chosen is None:
         raise InputError(list(dict.fromkeys(problems)))
     return GaitRequest(*made, objectives, grounds, chosen, options)
+
+
+def _of_duration(scene: Scene, unknowns: Unknowns, options: GaitOptions) -> list[str]:
+    """What is wrong with a duration: walks are measured by whole drive periods."""
+    duration = scene.duration if options.duration is None else options.duration
+    lowest = unknowns.values(np.zeros((1, len(unknowns)))).get("gait.frequency")
+    periods = [wave.period or 0.0 for wave in scene.waveforms.values()] if lowest is None else [1.0 / float(lowest[0])]
+    slowest = max(periods, default=0.0)
+    if duration > 0.0 and duration >= slowest * (1.0 - 1e-9):  # but for rounding
+        return []
+    return [f"duration: expected at least a drive period of the slowest gait, {slowest:.4g} s, got {duration:.4g} s"]
 
 
 def _of_energy(scene: Scene, objectives: Sequence[WalkObjective]) -> list[str]:

@@ -179,6 +179,14 @@ def _believed(design: GaitFront) -> str:
             f"{len(design.grounds)} grounds that it was judged on."
         )
         parts.append(f'<p class="verdict{"" if closed else " failed"}">{escape(text)}</p>\n')
+    if design.certificate is not None:
+        looked = design.certificate
+        text = (
+            f"Every gait shown was put on {looked.grounds} grounds drawn by chance. At most {looked.worse} of them "
+            f"were more than 2 % worse for it than all that was known before: with 95 % confidence no more than "
+            f"{100 * looked.share:.2g} % of the box are."
+        )
+        parts.append(f'<p class="lede">{escape(text)}</p>\n')
     return "".join(parts)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tarsus.design.front import Search, crowding, hypervolume, ranks, search_front, undominated
+from tarsus.design.front import Search, crowding, farthest, hypervolume, ranks, search_front, undominated
 
 
 def test_undominated_keeps_the_first_of_equals_and_leaves_out_what_is_beaten_or_has_no_value():
@@ -58,3 +58,10 @@ def test_the_search_goes_around_where_a_range_closes_on_itself():
     last = np.concatenate(seen[-3:])[:, 0]
     assert np.concatenate(seen).min() >= 0.0 and np.concatenate(seen).max() <= 1.0
     assert (last < 0.1).any() and (last > 0.9).any()
+
+
+def test_the_farthest_points_are_spread_and_a_circle_has_no_end():
+    line = np.linspace(0.0, 1.0, 101)[:, None]
+    assert sorted(farthest(line, np.array([False]), 3).tolist()) == [0, 50, 100]
+    assert farthest(line, np.array([True]), 2).tolist() == [0, 50]
+    assert farthest(np.zeros((4, 2)), np.array([False, True]), 3).tolist() == [0]

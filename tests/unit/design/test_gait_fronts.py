@@ -153,7 +153,7 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
     assert found.gap >= 0.0 and found.rounds[0].grounds == 1
     assert found.certificate is not None and found.certificate.grounds == 16 * SMALL["look"]
     best = max(one.nominal[0] for one in (*found.nominal, found.optimum))
-    assert found.robust.nominal[0] >= 0.9 * best - 1e-12
+    assert found.robust.nominal[0] >= 0.9 * best - 1e-12 and found.optimum.nominal[0] == best
     assert (
         found.robust.worst[0] >= found.optimum.worst[0] * 0.98
     )  # the optimum is among its rivals, up to the gap
@@ -170,6 +170,37 @@ def test_a_robust_front_is_judged_on_the_same_grounds_and_says_its_gap(scene, tm
     again = ts.read_scene(tmp_path / "gaits" / "robust.toml")
     assert again.gait == found.scene_of(found.robust).gait
     assert table["gain"] == pytest.approx(found.gain) and len(table["front"]) == len(found.members)
+
+
+def test_every_gait_shown_is_put_on_grounds_drawn_by_chance(scene, monkeypatch):
+    looked: list[np.ndarray] = []
+
+    def spied(kept, points, *rest, **named):
+        if named.get("by_chance"):
+            looked.append(points)
+        return strike(kept, points, *rest, **named)
+
+    monkeypatch.setattr(gait_fronts, "strike", spied)
+    found = gait(scene, FREE, over=BOX, **SMALL)
+    seen = {tuple(point) for points in looked for point in points}
+    assert {tuple(one.point) for one in (*found.members, found.robust, found.optimum)} <= seen
+
+
+def test_a_robust_gait_is_found_beside_a_peak_that_one_ground_has(monkeypatch):
+    """Speed on the scene's own ground peaks at a duty of 0.26, where other grounds have none of it; a broad hill at 0.7
+    is 5 % lower, the same everywhere, and nothing else moves at all."""
+
+    def hills(self, points, grounds):
+        friction = next(iter(grounds.values()))
+        peak = np.where(friction == 7.96, 1.0, 0.1) * np.exp(-(((points[:, 0] - 0.2) / 0.05) ** 2))
+        hill = 0.95 * np.exp(-(((points[:, 0] - 0.75) / 0.2) ** 2))
+        return -np.maximum(peak, hill)[:, None]
+
+    monkeypatch.setattr(Walks, "each", hills)
+    options = {**SMALL, "candidates": 256, "duration": 0.021}
+    found = gait(ts.load_scene("millipede-printed"), {"gait.duty": None}, "speed", BOX, **options)
+    assert found.optimum.nominal[0] == pytest.approx(1.0, abs=1e-3) and found.optimum.worst[0] < 0.11
+    assert found.robust.worst[0] == pytest.approx(0.95, abs=1e-3) and found.gain > 8.0
 
 
 def test_a_design_that_is_killed_goes_on_and_ends_the_same(scene, tmp_path, monkeypatch):
@@ -228,6 +259,9 @@ def test_a_bad_request_is_told_whole(scene):
         assert words in said
     with pytest.raises(InputError, match="'cantilever' does not walk"):
         gait(ts.load_scene("cantilever"), ["gait.duty"])
+    for given, slowest in ((FREE, "0.01 s"), (["gait.duty"], "0.02028 s"), (["gait.frequency"], "0.04057 s")):
+        with pytest.raises(InputError, match=f"at least a drive period of the slowest gait, {slowest}, got 0.009 s"):
+            gait(scene, given, duration=0.009)
     with pytest.raises(InputError, match="is designed, so it cannot be part of the ground"):
         gait(scene, ["gait.duty"], over={"gait.duty": (0.2, 0.4)})
     with pytest.raises(InputError, match="risk: 'worst' needs grounds"):
