@@ -9,7 +9,7 @@ from tarsus.identify.chain import Identification
 from tarsus.identify.known import Known
 from tarsus.identify.verdict import Assessment, judge_samples
 
-__all__ = ["assessed"]
+__all__ = ["assessed", "law_slopes"]
 
 
 def assessed(found: Identification) -> Assessment | None:
@@ -23,14 +23,14 @@ def assessed(found: Identification) -> Assessment | None:
     names = tuple(path for path, yes in zip(known.paths, moving, strict=True) if yes)
     if not names:
         return None
-    sizes = {path: size for path, size in _slopes(known).items() if path in names}
+    sizes = {path: size for path, size in law_slopes(known).items() if path in names}
     try:
         return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes)
     except InputError:
         return None
 
 
-def _slopes(known: Known) -> dict[str, float]:
+def law_slopes(known: Known) -> dict[str, float]:
     """Slope of the drive's law by the path of every play's weight: the linear term and all plays together."""
     values = dict(zip(known.paths, np.abs(known.values).tolist(), strict=True))
     out: dict[str, float] = {}

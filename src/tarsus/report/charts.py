@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from markupsafe import Markup
 
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.render import rendered
@@ -211,7 +212,7 @@ class Charts:
         self.panels[-1].height += AXIS
         self._window = window
 
-    def html(self, label: str) -> str:
+    def html(self, label: str) -> Markup:
         """The charts for a page; ``label`` tells those who do not see them what they show."""
         places: list[Floats] = []
         panels = [panel.spec(places) for panel in self.panels]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from markupsafe import Markup
 
 from tarsus.base.tables import amount
 from tarsus.report.drawing import Drawing, Panel
@@ -36,11 +37,6 @@ def circular(series: Series) -> Plate | None:
 
 def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> Plate:
     """One plot for each trace, all on one scale of heights, `across` of them side by side."""
-    across = min(len(traces), across)
-    down = -(-len(traces) // across)
-    size = min(7.2 / across, 3.6)
-    head = TITLE * titled
-    figure = Drawing(size * across, (size + head) * down)
     spans = [trace.last_periods(TURNS) for trace in traces]
     shown = [
         trace.height[trace.inside((first * trace.period, last * trace.period))]
@@ -50,14 +46,23 @@ def dials(traces: Sequence[Trace], *, across: int = 2, titled: bool = True) -> P
     largest = max(float(np.max(part, initial=0.0)) for part in shown) / scale.step
     least = min(float(np.min(part, initial=0.0)) for part in shown) / scale.step
     rings = _Rings(largest, least)
-    for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
-        down, right = divmod(number, across)
-        axes = figure.add(size * right, (size + head) * down + head, size, size)
-        _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
-        if titled:
-            axes.set_title(trace.title, centred=True)
     caption = _caption(traces, spans, rings, scale)
-    return Plate(figure.svg(caption), caption, wide=len(traces) > 1)
+
+    def drawn(across: int, size: float) -> Markup:
+        head = TITLE * titled
+        figure = Drawing(size * across, (size + head) * -(-len(traces) // across))
+        for number, (trace, (first, last)) in enumerate(zip(traces, spans, strict=True)):
+            down, right = divmod(number, across)
+            axes = figure.add(size * right, (size + head) * down + head, size, size)
+            _dial(axes, trace, first, last, rings, scale, 1.38 if size > 3.0 else 1.55)
+            if titled:
+                axes.set_title(trace.title, centred=True)
+        return figure.svg(caption)
+
+    if len(traces) == 1:
+        return Plate(drawn(1, 3.6), caption, wide=False)
+    across = min(len(traces), across)
+    return Plate.of_both(drawn(across, 7.2 / across), drawn(1, 3.6), caption)
 
 
 class _Rings:

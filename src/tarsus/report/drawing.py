@@ -12,6 +12,7 @@ from html import escape
 
 import numpy as np
 import numpy.typing as npt
+from markupsafe import Markup
 
 from tarsus.report.style import INK, themed
 
@@ -156,7 +157,7 @@ class Drawing:
         self._panels.append(Panel(left * POINTS, top * POINTS, width * POINTS, height * POINTS))
         return self._panels[-1]
 
-    def svg(self, label: str) -> str:
+    def svg(self, label: str) -> Markup:
         """One `<svg>` element for inline use; the same drawing always gives the same text, ids are of its content."""
         body = "\n".join(
             part for number, panel in enumerate(self._panels) for part in panel.svg(f"@{number}")

@@ -8,6 +8,7 @@ from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from tarsus.report.charts import Dash, Panel, stack
 from tarsus.report.series import Series, Window, ever, joined
@@ -43,9 +44,15 @@ LAW_COLORS = (GREEN, PURPLE, ORANGE, SKY, VERMILION)
 class Plate:
     """One figure of the report: its markup (an SVG, or charts), and the sentence below it."""
 
-    picture: str
+    picture: Markup
     caption: str
     wide: bool = True
+
+    @classmethod
+    def of_both(cls, wide: Markup, narrow: Markup, caption: str) -> Plate:
+        """One drawn for a wide screen and for a narrow one, of which a page shows what fits."""
+        both = Markup('<div class="on-wide">{}</div><div class="on-narrow">{}</div>').format(wide, narrow)
+        return cls(both, caption)
 
 
 def motion(series: Series, window: Window) -> Plate:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +14,13 @@ from tarsus.design.adaptive import AdaptiveGait
 from tarsus.design.gait_files import gait_scene_names, values_in_words
 from tarsus.design.gait_fronts import CLOSED, GaitFront, GaitPoint
 from tarsus.design.walk_objectives import WalkObjective
-from tarsus.files.store import package_version, write_text
+from tarsus.files.store import write_text
 from tarsus.report.figures import Plate
-from tarsus.report.html import MISSING, Cell, Column, Markup, amount, escape, figure, number, page, table
+from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
+from tarsus.report.render import rendered
 from tarsus.report.run_page import report_html
-from tarsus.report.style import (
-    BLUE,
-    GREEN,
-    MUTED,
-    RULE,
-    VERMILION,
-    Scale,
-    figure_style,
-    scale_of,
-    stack,
-    to_svg,
-)
+from tarsus.report.sheet import Sheet, plate
+from tarsus.report.style import BLUE, GREEN, MUTED, RULE, VERMILION, Scale, scale_of
 from tarsus.solve.simulate import simulate
 
 __all__ = ["adapt_html", "gait_html", "write_adapt_report", "write_gait_report"]
@@ -53,69 +43,43 @@ def write_gait_report(design: GaitFront, folder: Path, *, play: bool = True) -> 
 
 def gait_html(design: GaitFront, *, linked: bool = False) -> str:
     """The page as text; ``linked``: whether there are pages of the gaits beside it."""
-    request, numbers = design.request, count(1)
-    judged = request.over is not None
-    with figure_style():
-        parts = [
-            f"<h1>Gaits: {escape(request.scene.name)}</h1>\n", f'<p class="lede">{escape(_lede(design))}</p>\n',
-            figure(_front_figure(design, linked), next(numbers)),
-            "<h2>Gaits of the front</h2>\n",
-            '<p class="lede">A click on a gait plays it on the ground that is worst for it.</p>\n' if linked and
-            judged else "", _gaits(design, linked),
-        ]  # fmt: skip
-    if judged:
-        parts += ["<h2>Grounds</h2>\n", _believed(design), _rounds(design), _grounds(design)]
-    parts.append(_footer(design))
-    return page(f"{request.scene.name} – gaits", "".join(parts))
-
-
-def _lede(design: GaitFront) -> str:
-    names = " against ".join(one.name for one in design.objectives)
-    free = ", ".join(design.request.unknowns.names)
-    told = (
-        f"{names}; free: {free}; {design.candidates} gaits tried in {design.runs} walks of "
-        f"{design.request.duration:g} s."
-    )
-    if design.request.over is None:
-        return told
-    return f"{told} Risk of each objective: {design.request.risk.name}, over {', '.join(design.request.over.paths)}."
+    judged = design.request.over is not None
+    told = {"optimum": design.optimum, "robust": design.robust, "rounds": _rounds(design),
+            "grounds": _grounds(design)} if judged else {}  # fmt: skip
+    body = rendered(
+        "gait.html", design=design, request=design.request, objectives=design.objectives, judged=judged,
+        linked=linked, first=design.objectives[0], front=_front_figure(design, linked), gaits=_gaits(design, linked),
+        closed=design.gap <= CLOSED if np.isfinite(design.gap) else None, **told,
+    )  # fmt: skip
+    return page(f"{design.request.scene.name} – gaits", body)
 
 
 def _front_figure(design: GaitFront, linked: bool) -> Plate:
     """The front: nominal values and those under the risk, in the first two objectives."""
-    objectives = design.objectives[:2]
-    drawn, (axes,) = stack([3.0], legend_rows=1)
     judged = design.request.over is not None
-    sets = (
-        [("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED)] if judged else []
-    )
+    sets = [("the front", design.members, "risk", VERMILION)]
     if judged:
-        sets.append(("the front, on its own ground", design.members, "nominal", BLUE))
-    sets.append(
-        (
-            f"the front, {design.request.risk.name}" if judged else "the front",
-            design.members,
-            "risk",
-            VERMILION,
-        )
-    )
-    if len(objectives) == 1:
-        objectives = (objectives[0], objectives[0])
-    scales = [_scale(one, j, design) for j, one in enumerate(objectives)]
-    for label, points, kind, colour in sets:
-        own = np.array(
-            [[getattr(point, kind)[min(j, len(point.risk) - 1)] for j in range(2)] for point in points]
-        )
-        _scatter(axes, own, scales, label, colour, linked and points is design.members)
-    for axis, one, scale in (
-        (axes.set_xlabel, objectives[1], scales[1]),
-        (axes.set_ylabel, objectives[0], scales[0]),
-    ):
-        axis(f"{one.name} ({scale.label})" if scale.label not in ("1", "") else one.name)
-    axes.grid(color=RULE, linewidth=0.4)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
-    words = f"Gaits that no other beats in {' and '.join(one.name for one in design.objectives)}."
-    return Plate(to_svg(drawn, "the front"), words)
+        sets = [
+            ("nominal optimum's front, on its own ground", design.nominal, "nominal", MUTED),
+            ("the front, on its own ground", design.members, "nominal", BLUE),
+            (f"the front, {design.request.risk.name}", design.members, "risk", VERMILION),
+        ]
+    up, along = (design.objectives[0], design.objectives[min(1, len(design.objectives) - 1)])
+    scales = [_scale(one, j, design) for j, one in enumerate((up, along))]
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.6)
+        for label, points, kind, colour in sets:
+            own = np.array(
+                [[getattr(point, kind)[min(j, len(point.risk) - 1)] for j in range(2)] for point in points]
+            )
+            _scatter(axes, own, scales, label, colour, linked and points is design.members)
+        axes.set_xlabel(f"{along.name} ({scales[1].label})".removesuffix(" (1)"))
+        axes.set_ylabel(f"{up.name} ({scales[0].label})".removesuffix(" (1)"))
+        axes.grid(color=RULE, linewidth=0.4)
+        sheet.legend(axes)
+
+    return plate(draw, f"Gaits that no other beats in {' and '.join(one.name for one in design.objectives)}.")
 
 
 def _scatter(
@@ -136,7 +100,7 @@ def _scale(one: WalkObjective, j: int, design: GaitFront) -> Scale:
     return scale_of(one.unit, np.array(values))
 
 
-def _gaits(design: GaitFront, linked: bool) -> str:
+def _gaits(design: GaitFront, linked: bool) -> Markup:
     judged = design.request.over is not None
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
     columns = [Column("gait", number=False), Column("values", number=False)]
@@ -147,14 +111,14 @@ def _gaits(design: GaitFront, linked: bool) -> str:
     columns += [Column("energy with charge recovery")] if priced else []
     rows: list[list[Cell]] = []
     for name, point in gait_scene_names(design):
-        title = f'<a href="gaits/{name}.html">{name}</a>' if linked else escape(name)
-        row: list[Cell] = [Markup(title), values_in_words(_few(point), units)]
+        title = Markup('<a href="gaits/{0}.html">{0}</a>').format(name) if linked else name
+        row: list[Cell] = [title, values_in_words(_few(point), units)]
         for j, one in enumerate(design.objectives):
             row.append(amount(point.nominal[j], one.unit))
             row += [amount(point.worst[j], one.unit)] if judged and one.grounded else []
         row += [amount(point.recovered, "J")] if priced else []
         rows.append(row)
-    return table(columns, rows, wrap=True)
+    return table(columns, rows)
 
 
 def _few(point: GaitPoint, most: int = 8) -> Mapping[str, float]:
@@ -162,49 +126,15 @@ def _few(point: GaitPoint, most: int = 8) -> Mapping[str, float]:
     return dict(list(point.values.items())[:most])
 
 
-def _believed(design: GaitFront) -> str:
-    one, loss = design.objectives[0], design.request.options.loss
-    best, own = design.optimum, design.robust
-    said = (
-        f"On its own ground the nominal optimum has a {one.name} of {amount(best.nominal[0], one.unit)}, on the "
-        f"worst found {amount(best.worst[0], one.unit)}; the robust gait, of those that lose at most "
-        f"{100 * loss:g} % on their own ground, {amount(own.nominal[0], one.unit)} and "
-        f"{amount(own.worst[0], one.unit)}."
-    )
-    parts = [f'<p class="verdict">{escape(said)}</p>\n']
-    if np.isfinite(design.gap):
-        closed = design.gap <= CLOSED
-        text = (
-            f"The last attack found no gait of the front worse by more than {100 * design.gap:.2g} % than on the "
-            f"{len(design.grounds)} grounds that it was judged on."
-        )
-        parts.append(f'<p class="verdict{"" if closed else " failed"}">{escape(text)}</p>\n')
-    if design.certificate is not None:
-        looked = design.certificate
-        text = (
-            f"Every gait shown was put on {looked.grounds} grounds drawn by chance. At most {looked.worse} of them "
-            f"were more than 2 % worse for it than all that was known before: with 95 % confidence no more than "
-            f"{100 * looked.share:.2g} % of the box are."
-        )
-        parts.append(f'<p class="lede">{escape(text)}</p>\n')
-    return "".join(parts)
-
-
-def _rounds(design: GaitFront) -> str:
+def _rounds(design: GaitFront) -> Markup:
     rows = [
         [str(i), one.what, str(one.grounds), f"{100 * one.gap:.2g} %"] for i, one in enumerate(design.rounds)
     ]
-    return (
-        table(
-            [Column("round"), Column("for", number=False), Column("active grounds"), Column("gap found")],
-            rows,
-        )
-        if rows
-        else ""
-    )
+    head = [Column("round"), Column("for", number=False), Column("active grounds"), Column("gap found")]
+    return table(head, rows) if rows else Markup()
 
 
-def _grounds(design: GaitFront) -> str:
+def _grounds(design: GaitFront) -> Markup:
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
     paths = list(design.grounds.values)
     rows = [
@@ -212,13 +142,6 @@ def _grounds(design: GaitFront) -> str:
         for i in range(len(design.grounds))
     ]
     return table([Column("ground"), *(Column(p, units[p]) for p in paths)], rows, tall=len(rows) > 20)
-
-
-def _footer(design: GaitFront) -> str:
-    return (
-        f"<footer><p>All gaits are judged on the same grounds. Seed {design.request.options.seed}; Tarsus "
-        f"{escape(package_version())}. Values of every gait: front.csv, gaits.json, gaits/*.toml.</p></footer>\n"
-    )
 
 
 def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
@@ -230,14 +153,6 @@ def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
 def adapt_html(design: AdaptiveGait) -> str:
     """The page as text."""
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
-    one = design.request.objectives[0]
-    words = " and ".join(sense.value for sense in design.sense)
-    count = len(design.probes)
-    told = f"probes: {count}, {design.probe_steps} steps each" if count else "no probe is worth its steps"
-    lede = (
-        f"{one.name} of {design.request.scene.name}; sensed: {words}; {told}; "
-        f"judged on {len(design.known)} hidden grounds over {', '.join(design.grounds)}."
-    )
     low, high = design.regret_interval
     lost = [
         ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"],
@@ -246,18 +161,13 @@ def adapt_html(design: AdaptiveGait) -> str:
     ]  # fmt: skip
     gaits = [[str(i) + (" (probe)" if i in design.probes else ""), values_in_words(own, units) or MISSING]
              for i, own in enumerate(design.gaits)]  # fmt: skip
-    with figure_style():
-        drawn = figure(_hidden_figure(design), 1)
-    parts = [
-        f"<h1>Adaptive gait: {escape(design.request.scene.name)}</h1>\n", f'<p class="lede">{escape(lede)}</p>\n',
-        "<h2>The choice</h2>\n",
-        table([Column("chosen", number=False), Column("gait")], [[said, str(gait)] for said, gait in design.table]),
-        "<h2>The gaits</h2>\n", table([Column("gait", number=False), Column("values", number=False)], gaits),
-        "<h2>What is lost</h2>\n",
-        table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
-        drawn,
-    ]  # fmt: skip
-    return page(f"{design.request.scene.name} – adaptive gait", "".join(parts))
+    body = rendered(
+        "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
+        rule=table([Column("chosen", number=False), Column("gait")], [[said, str(n)] for said, n in design.table]),
+        gaits=table([Column("gait", number=False), Column("values", number=False)], gaits),
+        lost=table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
+    )  # fmt: skip
+    return page(f"{design.request.scene.name} – adaptive gait", body)
 
 
 def _hidden_figure(design: AdaptiveGait) -> Plate:
@@ -266,11 +176,14 @@ def _hidden_figure(design: AdaptiveGait) -> Plate:
     known = one.value(design.known)
     got = one.value(design.costs[np.arange(len(known)), design.chosen])
     scale = scale_of(one.unit, known) if one.unit != "1" else Scale(1.0, "1")
-    drawn, (axes,) = stack([2.8], legend_rows=1)
     ends = [0.0, float(max(known.max(), got.max())) / scale.step]
-    axes.plot(ends, ends, color=GREEN, label="nothing lost")
-    axes.scatter(known / scale.step, got / scale.step, s=9, color=BLUE, label="hidden ground", zorder=3)
-    axes.set_xlabel(f"{one.name} of the gait that knows the ground ({scale.label})")
-    axes.set_ylabel(f"reached ({scale.label})")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
-    return Plate(to_svg(drawn, "hidden grounds"), f"{one.name.capitalize()} on the hidden grounds.")
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.5)
+        axes.plot(ends, ends, color=GREEN, label="nothing lost")
+        axes.scatter(known / scale.step, got / scale.step, s=9, color=BLUE, label="hidden ground", zorder=3)
+        axes.set_xlabel(f"{one.name} of the gait that knows the ground ({scale.label})".removesuffix(" (1)"))
+        axes.set_ylabel(f"reached ({scale.label})".removesuffix(" (1)"))
+        sheet.legend(axes)
+
+    return plate(draw, f"{one.name.capitalize()} on the hidden grounds, over that of the gait that knows the ground.")

@@ -11,13 +11,12 @@ from markupsafe import Markup
 from markupsafe import escape as escaped
 
 from tarsus.base.tables import MISSING, amount, number, pretty_unit, set_power
-from tarsus.files.store import package_version
 from tarsus.report.figures import Plate
 from tarsus.report.render import rendered
 
 __all__ = [
-    "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pair",
-    "pretty_unit", "set_power", "table", "tag", "warning",
+    "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pretty_unit",
+    "set_power", "table", "tag", "warning",
 ]  # fmt: skip
 
 
@@ -41,7 +40,7 @@ def table(
     tall: bool = False,
     wrap: bool = False,
     over: Sequence[tuple[str, int]] = (),
-) -> str:
+) -> Markup:
     """An HTML table; `tall` makes it scroll, `wrap` lets its numbers break between lines.
 
     `over` is a row of (title, columns spanned) above its titles. A `Markup` cell is used as it stands, one that begins
@@ -70,14 +69,9 @@ def code(word: str) -> Markup:
     return Markup("<code>{}</code>").format(Markup(escape(word).replace(".", ".<wbr>")))
 
 
-def figure(plate: Plate, index: int) -> str:
+def figure(plate: Plate, index: int) -> Markup:
     """A plate with its numbered caption."""
     return rendered("figure.html", plate=plate, index=index)
-
-
-def pair(left: str, right: str) -> str:
-    """Two figures side by side where the screen is wide enough."""
-    return f'<div class="pair">{left}{right}</div>\n'
 
 
 def warning(sentence: str | None) -> str:
@@ -104,4 +98,4 @@ def page(title: str, body: str) -> str:
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
     charts = '<div class="charts"' in body
-    return rendered("base.html", title=title, version=package_version(), body=body, charts=charts)
+    return rendered("base.html", title=title, body=Markup(body), charts=charts)

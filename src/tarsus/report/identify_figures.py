@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
 
 from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.report.figures import Plate
-from tarsus.report.style import BLUE, INK, VERMILION, WIDTH_IN, Scale, decimate, few_ticks, scale_of, to_svg
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, INK, VERMILION, Scale, decimate, scale_of
 
 MOST_PANELS = 8
 """Panels of one figure; of more, the first ones."""
@@ -21,8 +21,8 @@ MOST_PANELS = 8
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS = 1500
-_TOLD = 0.3
+_POINTS = 600
+_TOLD, _STRONG = 0.3, 0.7
 
 
 ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
@@ -33,21 +33,14 @@ OPPOSED = LinearSegmentedColormap.from_list("opposed", (VERMILION, "#f4f5f7", BL
 
 
 def panels(shown: Sequence[Panel], caption: str) -> Plate:
-    """Panels two side by side: measured as points, fitted as lines."""
-    drawn = list(shown[:MOST_PANELS])
-    across = 1 if len(drawn) == 1 else 2
-    down = -(-len(drawn) // across)
-    height = 2.1 * down + 0.25
-    figure = Figure(figsize=(WIDTH_IN, height))
-    grid = figure.subplots(down, across, squeeze=False)
-    figure.subplots_adjust(
-        left=0.095, right=0.985, bottom=0.42 / height, top=1.0 - 0.25 / height, wspace=0.27, hspace=0.62
-    )
-    for axes in grid.flat[len(drawn) :]:
-        axes.set_visible(False)
-    for axes, panel in zip(grid.flat, drawn, strict=False):
-        _draw(axes, panel)
-    return Plate(to_svg(figure, caption), caption)
+    """Panels three side by side, below each other on narrow paper: measured as points, fitted as lines."""
+    kept = list(shown[:MOST_PANELS])
+
+    def draw(sheet: Sheet) -> None:
+        for axes, panel in zip(sheet.grid(len(kept), 1.35, across=3, title=True), kept, strict=True):
+            _draw(axes, panel, _POINTS // (2 if sheet.narrow else 1))
+
+    return plate(draw, caption)
 
 
 def held_out(comparisons: Sequence[Comparison]) -> Plate:
@@ -55,8 +48,7 @@ def held_out(comparisons: Sequence[Comparison]) -> Plate:
     shown = [_last_period(one) for one in comparisons]
     return panels(
         shown,
-        "The last drive period of held-out records: the gap of the foot as measured (points) and as "
-        "simulated with the "
+        "The last drive period of held-out records: the gap of the foot as measured (points) and as simulated with the "
         "identified device (line).",
     )
 
@@ -65,25 +57,31 @@ def correlations(judged: Assessment) -> Plate:
     """How the numbers hang together: correlation of every pair over the draws, with its hundredths where it counts."""
     count = len(judged.names)
     labels = [short_name(name) for name in judged.names]
-    side = min(WIDTH_IN, 2.2 + 0.24 * count)
-    figure = Figure(figsize=(WIDTH_IN, side))
-    axes = figure.subplots()
-    figure.subplots_adjust(left=0.23, right=0.93, bottom=1.55 / side, top=1.0 - 0.1 / side)
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
-    image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
-    for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD):
-        value = float(shown[i, j])
-        color = ON_LIGHT if abs(value) <= 0.7 else ON_DARK
-        axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=5.5, color=color)
-    axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
-    axes.set_yticks(range(count), labels, fontsize=6.5)
-    axes.tick_params(length=0.0)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.02)
-    bar.outline.set_visible(False)
-    caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
-    return Plate(to_svg(figure, caption), caption)
+
+    def draw(sheet: Sheet) -> None:
+        beside = 0.15 + 0.052 * max(map(len, labels))
+        side = min(sheet.width - beside - 0.6, 0.3 * count)
+        axes = sheet.square(side, beside)
+        image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
+        for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= (2.0 if sheet.narrow else _TOLD)):
+            value = float(shown[i, j])
+            color = ON_LIGHT if abs(value) <= 0.7 else ON_DARK
+            axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=6.0, color=color)
+        axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
+        axes.set_yticks(range(count), labels, fontsize=6.5)
+        axes.tick_params(length=0.0)
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        bar = sheet.figure.colorbar(image, ax=axes, fraction=0.04, pad=0.03, location="top", shrink=0.6)
+        bar.outline.set_visible(False)
+
+    pairs = sorted(np.argwhere(np.abs(np.nan_to_num(shown)) >= _STRONG).tolist(), key=lambda ij: -abs(shown[*ij]))
+    strong = "; ".join(f"{labels[i]} and {labels[j]} {100 * shown[i, j]:.0f}".replace("-", "−") for i, j in pairs[:6])
+    return plate(
+        draw, "Correlations of the numbers over their draws, in per cent where 30 or more."
+        + f" Strongest: {strong}." * bool(strong),
+    )  # fmt: skip
 
 
 def short_name(path: str) -> str:
@@ -105,38 +103,31 @@ def _last_period(one: Comparison) -> Panel:
     )
 
 
-def _draw(axes: Axes, panel: Panel) -> None:
+def _draw(axes: Axes, panel: Panel, most: int) -> None:
+    """A panel with at most so many points a curve."""
     across = _scale(panel.x_unit, [curve.x for curve in panel.curves])
     up = _scale(panel.y_unit, [curve.y for curve in panel.curves])
     for number, curve in enumerate(panel.curves):
         color = BLUE if number else INK
         if curve.joined:
             x, y = curve.x / across.step, curve.y / up.step
-            if len(x) > _POINTS and np.all(np.diff(x) > 0.0):
-                x, y = decimate(x, y)
-            elif len(x) > _POINTS:
-                x, y = x[:: len(x) // _POINTS], y[:: len(y) // _POINTS]
+            if len(x) > most and np.all(np.diff(x) > 0.0):
+                x, y = decimate(x, y, most // 2)
+            elif len(x) > most:
+                x, y = x[:: len(x) // most], y[:: len(y) // most]
             axes.plot(x, y, color=color if number else VERMILION, lw=1.0, zorder=3)
             continue
-        every = max(1, len(curve.x) // _POINTS)
+        every = max(1, len(curve.x) // most)
         x, y = curve.x[::every] / across.step, curve.y[::every] / up.step
         if curve.error is not None and len(curve.x) <= 300:
-            axes.errorbar(
-                x,
-                y,
-                yerr=2.0 * curve.error[::every] / up.step,
-                fmt=".",
-                ms=3.0,
-                color=color,
-                elinewidth=0.6,
-                zorder=2,
-            )
+            bars = 2.0 * curve.error[::every] / up.step
+            axes.errorbar(x, y, yerr=bars, fmt=".", ms=3.0, color=color, elinewidth=0.6, zorder=2)
         else:
             axes.plot(x, y, ".", ms=1.6, color=color, zorder=2)
     axes.set_title(panel.title, loc="left")
     axes.set_xlabel(f"{panel.x_label} ({across.label})" if across.label else panel.x_label)
     axes.set_ylabel(f"{panel.y_label} ({up.label})" if up.label else panel.y_label)
-    few_ticks(axes, x=5, y=5)
+    few_ticks(axes, x=4, y=5)
 
 
 def _scale(unit: str, values: Sequence[np.ndarray]) -> Scale:

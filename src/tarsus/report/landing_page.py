@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from itertools import count
 from pathlib import Path
 
 from tarsus.base.spec import float_paths
+from tarsus.design.energy import energy_of
 from tarsus.design.landing_files import digest, header_text
 from tarsus.design.request import Sensor
 from tarsus.design.soft_landing import LandingDesign
-from tarsus.files.store import package_version, write_text
+from tarsus.files.store import write_text
 from tarsus.report import landing_figures
-from tarsus.report.html import MISSING, Cell, Column, amount, escape, figure, number, page, table
-from tarsus.report.style import figure_style
+from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
+from tarsus.report.render import rendered
 
 __all__ = ["landing_html", "write_landing_report"]
 
@@ -27,45 +27,26 @@ def write_landing_report(design: LandingDesign, path: str | Path) -> Path:
 
 def landing_html(design: LandingDesign) -> str:
     """The page as text; see `write_landing_report`."""
-    request, numbers = design.request, count(1)
-    with figure_style():
-        pair = landing_figures.Pair(design)
-        parts = [
-            f"<h1>Soft landing: {escape(request.scene.name)}, foot {escape(request.foot)}</h1>\n",
-            f'<p class="lede">{escape(_lede(design))}</p>\n',
-            figure(landing_figures.picture(pair), next(numbers)),
-            figure(landing_figures.landing_zoom(pair), next(numbers)),
-            "<h2>What changes</h2>\n", _compared(design),
-            "<h2>The signal</h2>\n", _signal(design),
-        ]  # fmt: skip
-        if len(design.grounds) > 1:
-            grounds = figure(landing_figures.on_grounds(design), next(numbers))
-            parts += ["<h2>Grounds</h2>\n", _believed(design), grounds, _grounds(design)]
-        parts += [
-            "<h2>Speed against energy</h2>\n",
-            figure(landing_figures.front(design), next(numbers)),
-            _front(design),
-        ]
-        if design.learning is not None:
-            parts += ["<h2>Learning without a model</h2>\n", _learned(design),
-                      figure(landing_figures.learning(design), next(numbers))]  # fmt: skip
-    parts += ["<h2>landing.h</h2>\n", f"<pre>{escape(header_text(design))}</pre>\n", _footer(design)]
-    return page(f"{request.scene.name} – soft landing", "".join(parts))
+    request, learning = design.request, design.learning
+    pair = landing_figures.Pair(design)
+    several = len(design.grounds) > 1
+    speed = learning is not None and learning.sensor is Sensor.SPEED
+    body = rendered(
+        "landing.html", design=design, request=request, judged=math.isfinite(design.worst),
+        picture=landing_figures.picture(pair), zoom=landing_figures.landing_zoom(pair), compared=_compared(design),
+        unpriced=not math.isfinite(design.energies[0]), signal=_signal(design),
+        tick=request.step.period / request.ticks, last=design.rounds[-1] if design.rounds else None,
+        rival=design.nominal_worst / design.worst if math.isfinite(design.nominal_worst) else None,
+        on_grounds=landing_figures.on_grounds(design) if several else None,
+        grounds=_grounds(design) if several else None, front=landing_figures.front(design), designs=_front(design),
+        sensed="how hard each step struck" if speed else "whether the contact had closed",
+        learning=landing_figures.learning(design) if learning is not None else None, header=header_text(design),
+        digest=digest(design.signal),
+    )  # fmt: skip
+    return page(f"{request.scene.name} – soft landing", body)
 
 
-def _lede(design: LandingDesign) -> str:
-    before, after = float(design.before.speed[0, 0]), design.speed
-    told = (
-        f"The plain step strikes at {before:.3g} m/s with {design.before.touchdowns[0, 0]:g} touchdowns a step; the "
-        f"design at {after:.3g} m/s with {design.touchdowns:g}. Every touchdown of the whole period counts; the "
-        f"motion is {design.regime.words}."
-    )
-    if math.isfinite(design.worst):
-        told += f" On the worst ground found it strikes at {design.worst:.3g} m/s."
-    return told
-
-
-def _compared(design: LandingDesign) -> str:
+def _compared(design: LandingDesign) -> Markup:
     names = (
         ("hardest touchdown", "speed", "m/s"), ("touchdowns a step", "touchdowns", ""),
         ("largest impulse", "impulse", "N s"),
@@ -76,22 +57,13 @@ def _compared(design: LandingDesign) -> str:
         for title, name, unit in names
     ]
     energy, recovered = design.energies
-    plain = _plain_energy(design)
+    plain = energy_of(design.request.actuator, design.plain_signal)
     rows.append(["energy a period, plain on-off", amount(plain[0], "J"), amount(energy, "J")])
     rows.append(["energy a period, charge recovered", amount(plain[1], "J"), amount(recovered, "J")])
-    note = "" if math.isfinite(energy) else (
-        f"<p>The drive {escape(design.request.drive)} has no capacitance, so its energy is not known.</p>\n"
-    )  # fmt: skip
-    return table((Column("", number=False), Column("before"), Column("after")), rows) + note
+    return table((Column("", number=False), Column("before"), Column("after")), rows)
 
 
-def _plain_energy(design: LandingDesign) -> tuple[float, float]:
-    from tarsus.design.energy import energy_of
-
-    return energy_of(design.request.actuator, design.plain_signal)
-
-
-def _signal(design: LandingDesign) -> str:
+def _signal(design: LandingDesign) -> Markup:
     tick = design.request.step.period / design.request.ticks
     rows: list[list[Cell]] = [
         [str(i), f"{round(time / tick)}", amount(time, "s", 6), number(level, 5), amount(span, "s", 6)]
@@ -100,34 +72,10 @@ def _signal(design: LandingDesign) -> str:
         )
     ]
     head = (Column("switching"), Column("tick"), Column("time"), Column("level", "V"), Column("lasts"))
-    lost = "costs" if design.loss >= 0.0 else "gains"
-    note = (
-        f"<p>Times count from the landing edge. Rounding to a timer of {escape(amount(tick, 's'))} {lost} "
-        f"{escape(amount(abs(design.loss), 'm/s', 2))}; the period has {design.request.ticks} ticks.</p>\n"
-    )
-    return table(head, rows) + note
+    return table(head, rows)
 
 
-def _believed(design: LandingDesign) -> str:
-    told = [f"Judged by the {design.request.risk.name} of {len(design.grounds)} grounds."]
-    if design.rounds:
-        last = design.rounds[-1]
-        found = f"a ground {100.0 * last.gap:.2g} % worse" if last.gap > 1e-3 else "no ground worse"
-        rounds = "one round" if len(design.rounds) == 1 else f"{len(design.rounds)} rounds"
-        told.append(
-            f"Cutting planes took {rounds}; the last found {found} than the {last.grounds} of the search."
-        )
-    if design.attack is not None:
-        told.append(f"The last search of the box tried {design.attack.tried} grounds.")
-    if math.isfinite(design.nominal_worst):
-        told.append(
-            f"The design for the nominal ground alone strikes at {design.nominal_worst:.3g} m/s on its worst ground, "
-            f"{design.nominal_worst / design.worst:.2g} times as hard."
-        )
-    return f"<p>{escape(' '.join(told))}</p>\n"
-
-
-def _grounds(design: LandingDesign) -> str:
+def _grounds(design: LandingDesign) -> Markup:
     units = float_paths(design.request.scene)
     paths = list(design.grounds.values)
     rows: list[list[Cell]] = [
@@ -147,12 +95,12 @@ def _grounds(design: LandingDesign) -> str:
     return table(head, rows, tall=len(rows) > 14)
 
 
-def _front(design: LandingDesign) -> str:
+def _front(design: LandingDesign) -> Markup:
     rows: list[list[Cell]] = [
         [
             str(one.pairs), number(one.speed, 3), amount(one.energy, "J", 3) if math.isfinite(one.energy) else MISSING,
             amount(one.recovered, "J", 3) if math.isfinite(one.recovered) else MISSING,
-            ", ".join(f"{level:.3g}" for level in one.signal.levels),
+            ", ".join(number(level, 3) for level in one.signal.levels),
         ]
         for one in design.front
     ]  # fmt: skip
@@ -164,21 +112,3 @@ def _front(design: LandingDesign) -> str:
         Column("levels", "V", number=False),
     )
     return table(head, rows)
-
-
-def _learned(design: LandingDesign) -> str:
-    found = design.learning
-    assert found is not None
-    told = "how hard each step struck" if found.sensor is Sensor.SPEED else "whether the contact had closed"
-    return (
-        f"<p>Told only {told}, {100.0 * found.halved:.0f} % of {len(found.grounds)} learners struck with at most half "
-        f"the plain step's speed within ten steps.</p>\n"
-    )
-
-
-def _footer(design: LandingDesign) -> str:
-    return (
-        f"<p>{design.runs} runs; a run takes {design.settle} periods, of which the last is looked at: "
-        f"{design.settle - 1} settle the motion, by measurement. "
-        f"Digest {digest(design.signal)}; Tarsus {escape(package_version())}.</p>\n"
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from tarsus.base.spec import float_paths, get_value
 from tarsus.design.links import Landscape, LinkDesign
@@ -11,18 +10,8 @@ from tarsus.model.structure.base import Array
 from tarsus.model.structure.leg import Leg
 from tarsus.model.structure.leg_motion import LegMotion
 from tarsus.report.figures import Plate
-from tarsus.report.style import (
-    BLUE,
-    INK,
-    MUTED,
-    VERMILION,
-    WIDTH_IN,
-    few_ticks,
-    figure_style,
-    scale_of,
-    stack,
-    to_svg,
-)
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, INK, MUTED, VERMILION, scale_of
 
 __all__ = ["landscape_figure", "step_figure"]
 
@@ -39,13 +28,14 @@ def step_figure(motion: LegMotion, single: Array, volts: float) -> Plate:
     volts
         Height of the step [V].
     """
-    with figure_style():
-        figure, (axes,) = stack([2.4], legend_rows=1)
-        lift, clock = scale_of("m", motion.lift, single), scale_of("s", motion.time)
-        time = motion.time / clock.step
+    lift, clock = scale_of("m", motion.lift, single), scale_of("s", motion.time)
+    time = motion.time / clock.step
+    first = int(np.argmax(motion.lift))
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.2)
         axes.plot(time, motion.lift / lift.step, color=BLUE, label="multi-body leg (Fig. 4.3)")
         axes.plot(time, single / lift.step, color=VERMILION, ls=(0, (5, 2)), label="single mode (4.3)")
-        first = int(np.argmax(motion.lift))
         if 0 < first < len(time) - 1:
             axes.plot(time[first], motion.lift[first] / lift.step, "o", ms=3.5, color=BLUE)
         axes.set_xlim(time[0], time[-1])
@@ -53,9 +43,9 @@ def step_figure(motion: LegMotion, single: Array, volts: float) -> Plate:
         axes.set_ylabel(f"lift of the body ({lift.label})")
         axes.set_xlabel(f"time ({clock.label})")
         few_ticks(axes, y=6)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 0.99), ncols=2, borderaxespad=0.0)
-        caption = f"Lift of the body after a step to {volts:g} V, from rest under its load."
-        return Plate(to_svg(figure, caption), caption)
+        sheet.legend(axes)
+
+    return plate(draw, f"Lift of the body after a step to {volts:g} V, from rest under its load.")
 
 
 def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign | None = None) -> Plate:
@@ -72,37 +62,31 @@ def landscape_figure(land: Landscape, leg: Leg, load: float, design: LinkDesign 
     design
         A design to mark.
     """
-    with figure_style():
-        figure = Figure(figsize=(WIDTH_IN * 0.75, WIDTH_IN * 0.58))
-        axes = figure.add_axes((0.11, 0.12, 0.87, 0.81))
-        infos = float_paths(leg)
-        wide, high = scale_of(infos[land.across].unit, land.x), scale_of(infos[land.up].unit, land.y)
-        speed = scale_of("m/s", land.speed)
-        x, y = land.x / wide.step, land.y / high.step
+    infos = float_paths(leg)
+    wide, high = scale_of(infos[land.across].unit, land.x), scale_of(infos[land.up].unit, land.y)
+    speed, weight = scale_of("m/s", land.speed), scale_of("N", load)
+    x, y = land.x / wide.step, land.y / high.step
+    tight = land.capacity.min() < load < land.capacity.max()
+    marks = (("as given", leg, "o", INK), ("design", design and design.leg, "*", VERMILION))
+
+    def draw(sheet: Sheet) -> None:
+        (axes,) = sheet.grid(1, 2.6)
         shown = axes.contourf(x, y, land.speed / speed.step, levels=14, cmap="Blues")
-        figure.colorbar(shown, ax=axes, pad=0.02).set_label(
-            f"mean speed to the first peak ({speed.label})", color=INK
-        )
-        tight = land.capacity.min() < load < land.capacity.max()
+        bar = sheet.figure.colorbar(shown, ax=axes, pad=0.02)
+        bar.set_label(f"mean speed to the first peak ({speed.label})", color=INK)
         if tight:
             axes.contour(x, y, land.capacity / load, levels=[1.0], colors=[INK], linewidths=1.2)
             axes.contourf(x, y, land.capacity / load, levels=[0.0, 1.0], colors=[MUTED], alpha=0.35)
-        for name, one, mark, color in (
-            ("as given", leg, "o", INK),
-            ("design", design and design.leg, "*", VERMILION),
-        ):
+        for name, one, mark, color in marks:
             if one is not None:
                 at = (get_value(one, land.across) / wide.step, get_value(one, land.up) / high.step)
-                axes.plot(
-                    *at, mark, ms=9 if mark == "*" else 5, color=color, label=name, clip_on=False, zorder=3
-                )
+                size = 9 if mark == "*" else 5
+                axes.plot(*at, mark, ms=size, color=color, label=name, clip_on=False, zorder=3)
         axes.set_xlabel(f"{land.across} ({wide.label})")
         axes.set_ylabel(f"{land.up} ({high.label})")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.0)
-        weight = scale_of("N", load)
-        caption = (
-            "Mean speed of the body from the step to its first peak; none where the leg creeps without one."
-        )
-        if tight:
-            caption += f" In grey the leg does not carry {load / weight.step:.3g} {weight.label}."
-        return Plate(to_svg(figure, caption), caption)
+        sheet.legend(axes)
+
+    caption = "Mean speed of the body from the step to its first peak; none where the leg creeps without one."
+    if tight:
+        caption += f" In grey the leg does not carry {load / weight.step:.3g} {weight.label}."
+    return plate(draw, caption)

@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 __all__ = ["packed", "packed_states", "packed_times", "script_text", "unpacked"]
 
@@ -56,7 +57,7 @@ def packed_states(state: np.ndarray) -> str:
     return base64.b64encode((fours << np.array([0, 2, 4, 6], np.uint8)).sum(axis=1).astype(np.uint8)).decode()
 
 
-def script_text(content: Any) -> str:
+def script_text(content: Any) -> Markup:
     """JSON that no HTML parser can mistake for markup."""
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return text.replace("<", "\\u003c")
+    return Markup(text.replace("<", "\\u003c"))

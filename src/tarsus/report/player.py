@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from tarsus.report.html import amount
 from tarsus.report.motion import Motion, frame_limit
@@ -24,7 +25,7 @@ SAME = 1e-6
 """Drive voltages that differ by less than this part of the largest are one."""
 
 
-def walk_section(motion: Motion, index: int | None = None) -> str:
+def walk_section(motion: Motion, index: int | None = None) -> Markup:
     """The animation as an HTML fragment that needs nothing else: no file, no network, no library.
 
     `index` numbers it among a page's figures.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from markupsafe import Markup
 
 from tarsus.files.store import RunLike
 from tarsus.model.structure import Beam
@@ -20,7 +21,7 @@ MOST_POINTS = 12
 """Points drawn: more do not stand beside each other on a narrow screen."""
 
 
-def points_section(run: RunLike, series: Series, window: Window, index: int) -> str:
+def points_section(run: RunLike, series: Series, window: Window, index: int) -> Markup:
     """The moving points of a run within a window, as an HTML fragment that needs nothing else.
 
     It stands still until it is asked to play. A beam's line goes through its clamp, level there, and its two points.

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 from importlib.resources import files
+from itertools import count
 from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from tarsus.base.tables import MISSING, amount, number
+from tarsus.files.store import package_version
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -21,20 +27,30 @@ def asset(name: str, folder: str = "assets") -> str:
     return files("tarsus.report").joinpath(folder, name).read_text(encoding="utf-8")
 
 
-def rendered(template: str, **values: Any) -> str:
-    """A template with its values; texts among them are escaped, `Markup` is used as it stands."""
-    return _environment().get_template(template).render(values)
+def rendered(template: str, **values: Any) -> Markup:
+    """A template with its values; texts among them are escaped, `Markup` is used as it stands.
+
+    In it ``figure(plate)`` is a plate with the next number below it, or what a function makes of that number.
+    """
+    return Markup(_environment().get_template(template).render(numbers=count(1), **values))
 
 
 @lru_cache
 def _environment() -> Environment:
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-    from markupsafe import Markup
+    from jinja2 import Environment, FunctionLoader, StrictUndefined, pass_context
+
+    @pass_context
+    def figure(context: Any, plate: Any) -> Markup:
+        index = next(context["numbers"])
+        return plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
 
     environment = Environment(
         loader=FunctionLoader(lambda name: asset(name, "templates")),
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined,
     )  # fmt: skip
-    environment.globals["asset"] = lambda *place: Markup(asset(*place))
-    environment.globals["vendor"] = UPLOT
+    environment.filters.update(amount=amount, number=number, words=lambda name: name.replace("_", " "))
+    environment.globals.update(
+        asset=lambda *place: Markup(asset(*place)), vendor=UPLOT, figure=figure, version=package_version(),
+        missing=MISSING,
+    )  # fmt: skip
     return environment

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from itertools import count
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,32 +13,24 @@ import numpy as np
 from tarsus.base.events import EVENT_WORDS, IMPACTS, SLIDING
 from tarsus.base.spec import float_paths
 from tarsus.files.ledger import LEDGER_WORDS, ledger_lines
-from tarsus.files.store import EVENTS_FILE, RunLike, counted, package_version, write_text
+from tarsus.files.store import EVENTS_FILE, RunLike, counted, write_text
 from tarsus.model.structure import Walker
-from tarsus.report import figures
+from tarsus.report import figures, walk_figures
 from tarsus.report.circular import circular
-from tarsus.report.html import (
-    MISSING,
-    Cell,
-    Column,
-    Markup,
-    amount,
-    code,
-    escape,
-    figure,
-    number,
-    page,
-    pair,
-    table,
-    tag,
-    warning,
-)
+from tarsus.report.html import MISSING, Cell, Column, Markup, amount, code, number, page, table, tag
+from tarsus.report.motion import motion_of, whole_motion
+from tarsus.report.player import walk_section
 from tarsus.report.points import points_section
-from tarsus.report.series import Series, joined, series_of
+from tarsus.report.render import rendered
+from tarsus.report.series import Series, Window, joined, series_of
 from tarsus.report.style import scale_of
 from tarsus.report.values import grouped, value_rows
-from tarsus.report.walk_page import walk_sections
 from tarsus.study.impacts import creation_warning
+
+__all__ = ["report_html", "write_report"]
+
+Shown = figures.Plate | Callable[[int], Markup]
+"""A figure, or what makes one with its number."""
 
 MOST_EVENTS = 500
 """Rows of the event table in the page; all events are in `events.csv`."""
@@ -79,74 +71,56 @@ def report_html(run: RunLike, companion: RunLike | None = None) -> str:
     """The page as text; see `write_report`."""
     series = series_of(run)
     other = None if companion is None else series_of(companion)
-    return page(f"{run.scene.name} – run report", "".join(_sections(run, series, other)))
-
-
-def _sections(run: RunLike, series: Series, other: Series | None) -> Iterator[str]:
-    numbers = count(1)
     detail = series.last_periods(CLOSE_UP)
-    yield _head(run, series)
-
-    if isinstance(run.scene.robot.structure, Walker):
-        yield from walk_sections(run, numbers, detail, _measures(run))
-    else:
-        yield from _motion_sections(run, series, numbers)
-
-    yield "<h2>Energy</h2>\n"
-    energies = figure(figures.energies(series, other, detail), next(numbers))
-    yield pair(energies, figure(figures.ledger(series), next(numbers)))
-    yield _ledger(run)
-
-    yield "<h2>Events</h2>\n"
-    yield _events(run)
-
-    yield "<h2>Values of this run</h2>\n"
-    yield _values(run)
-    yield _foot(run)
+    walker = isinstance(run.scene.robot.structure, Walker)
+    motion, forces = _walk(run, detail) if walker else _motion(run, series, detail)
+    warnings = [one for one in (creation_warning(run.scene), *getattr(run, "remarks", ())) if one is not None]
+    body = rendered(
+        "run.html", run=run, signals=_signals(run.scene), landing=_landing(run.scene), warnings=warnings,
+        wall=run.wall_s if math.isfinite(run.wall_s) else 0.0, key=_key_figures(run), walker=walker, motion=motion,
+        cautions=getattr(run.measures, "warnings", ()), measures=_measures(run), forces=forces,
+        energies=figures.energies(series, other, detail), ledger=figures.ledger(series), account=_ledger(run),
+        events=_events(run), values=_values(run),
+    )  # fmt: skip
+    return page(f"{run.scene.name} – run report", body)
 
 
-def _motion_sections(run: RunLike, series: Series, numbers: Iterator[int]) -> Iterator[str]:
-    """Motion of the points, measures, and forces on the first feet."""
-    detail = series.last_periods(CLOSE_UP)
-    yield "<h2>Motion</h2>\n"
-    yield figure(figures.motion(series, series.whole), next(numbers))
+def _walk(run: RunLike, detail: Window) -> tuple[list[Shown], list[Shown]]:
+    """Figures of a walk, and those of the forces on its feet."""
+    whole = whole_motion(run)
+    motion: list[Shown] = [partial(walk_section, motion_of(run, whole=whole)), walk_figures.travel(whole)]
+    if not run.foot_names:
+        return motion, []
+    return [*motion, walk_figures.footfalls(whole, detail)], [walk_figures.ground_forces(whole, detail)]
+
+
+def _motion(run: RunLike, series: Series, detail: Window) -> tuple[list[Shown], list[Shown]]:
+    """Figures of the motion of points, and those of the forces on the first feet."""
+    motion: list[Shown] = [figures.motion(series, series.whole)]
     if detail != series.whole:
         plate = figures.motion(series, detail)
-        close = figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
-        yield figure(close, next(numbers))
-    yield points_section(run, series, detail, next(numbers))
+        motion.append(
+            figures.Plate(plate.picture, f"The last {CLOSE_UP} drive periods of the run. {plate.caption}")
+        )
+    motion.append(partial(points_section, run, series, detail))
     turns = circular(series)
-    if turns is not None:
-        yield figure(turns, next(numbers))
-
-    yield "<h2>Measures</h2>\n"
-    yield _measures(run)
-
-    if series.feet:
-        yield "<h2>Forces</h2>\n"
-    for foot in range(min(len(series.feet), figures.MOST_FEET)):
-        yield figure(figures.forces(series, detail, foot), next(numbers))
+    feet = range(min(len(series.feet), figures.MOST_FEET))
+    return motion + [turns] * (turns is not None), [figures.forces(series, detail, foot) for foot in feet]
 
 
-def _head(run: RunLike, series: Series) -> str:
-    scene = run.scene
+def _signals(scene: Any) -> str:
+    """All drives in words; amplifiers that are alike once."""
     gait = {} if scene.gait is None else {"gait": scene.gait}
-    signals = "; ".join(f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items())
+    parts = [f"{name}: {_signal(signal)}" for name, signal in {**gait, **scene.signals}.items()]
+    amplifiers: dict[str, list[str]] = {}
     for name, drive in scene.robot.drives.items():
-        signals += "" if drive.amplifier.ideal else f"; {name}'s {_signal(drive.amplifier).lower()}"
-    kind = "verdict" if run.ok else "verdict failed"
-    wall = f", computed in {amount(run.wall_s, 's', 3)}" if math.isfinite(run.wall_s) else ""
-    lines = [
-        f"<h1>{escape(scene.name)}</h1>\n",
-        f'<p class="lede">{escape(signals) or "no drive signal"}</p>\n',
-        f'<p class="{kind}">{escape(str(run.code.value))}</p>\n',
-        _landing(scene),
-        warning(creation_warning(scene)),
-        *(warning(remark) for remark in getattr(run, "remarks", ())),
-        f'<p class="lede">{amount(run.duration, "s")} simulated{wall}; {len(run.events)} contact events; '
-        f"energy ledger closes to {number(run.ledger.closure, 2)}. Tarsus {escape(package_version())}.</p>\n",
-    ]
-    return "".join(lines) + _key_figures(run)
+        if not drive.amplifier.ideal:
+            amplifiers.setdefault(_signal(drive.amplifier), []).append(name)
+    for words, names in amplifiers.items():
+        whose = f"{names[0]}'s" if len(names) == 1 else "every" if len(names) == len(scene.robot.drives) else (
+            f"{len(names)} drives', from {names[0]} to {names[-1]},")  # fmt: skip
+        parts.append(f"{whose} {words}")
+    return "; ".join(parts)
 
 
 def _landing(scene: Any) -> str:
@@ -155,12 +129,12 @@ def _landing(scene: Any) -> str:
     if rule is None:
         return ""
     values = "".join(f", {path} {amount(info.value, info.unit)}" for path, info in float_paths(rule).items())
-    return f'<p class="lede">A foot that lands: {escape(rule.title + values)}.</p>\n'
+    return f"{rule.title}{values}"
 
 
 def _signal(signal: Any) -> str:
     """A waveform or a gait in words: its kind and what its float fields say."""
-    name = str(getattr(signal, "kind", type(signal).__name__)).replace("_", " ")
+    name = str(getattr(signal, "kind", type(signal).__name__)).replace("_", " ").lower()
     parts = []
     for path, info in float_paths(signal).items():
         if "." not in path and (info.value != 0.0 or path == "amplitude"):
@@ -170,21 +144,18 @@ def _signal(signal: Any) -> str:
     return f"{name}, {', '.join(parts)}" if parts else name
 
 
-def _key_figures(run: RunLike) -> str:
-    """The first measures, large."""
-    cells = []
+def _key_figures(run: RunLike) -> list[tuple[str, str, str]]:
+    """The first measures: name, value, and of what."""
+    found = []
     for name, measure in list(run.measures.items())[:4]:
         spread = _spread(measure)
         spread = f"± {spread}" if spread not in (MISSING, "0") else ""
         about = "; ".join(filter(None, (spread, str(measure.scope), counted(measure))))
-        cells.append(
-            f"<div><dt>{escape(_words(name))}</dt><dd>{escape(amount(measure.value, measure.unit))}</dd>"
-            f"<small>{escape(about)}</small></div>"
-        )
-    return f'<dl class="key">{"".join(cells)}</dl>\n' if cells else ""
+        found.append((name, amount(measure.value, measure.unit), about))
+    return found
 
 
-def _measures(run: RunLike) -> str:
+def _measures(run: RunLike) -> Markup:
     ranges = {name: _range(m.per_foot) for name, m in run.measures.items()}
     wide = any(ranges.values())
     columns = [Column("measure", number=False), Column("value"), Column("spread"), Column("n")]
@@ -199,16 +170,7 @@ def _measures(run: RunLike) -> str:
             rows += [
                 [f"   foot {foot}", amount(value, m.unit), "", "", ""] for foot, value in m.per_foot.items()
             ]
-    told = "".join(
-        f"<dt>{escape(_words(name))}</dt><dd>{escape(m.definition)}</dd>" for name, m in run.measures.items()
-    )
-    note = (
-        f"<details><summary>What each measure is</summary><dl>{told}</dl></details>\n"
-        "<p>Spread is the standard deviation over the n values the measure was taken from; names that begin with max, "
-        "total or longest are of the whole run.</p>\n"
-    )
-    cautions = "".join(f"<p>Note: {escape(str(one))}</p>\n" for one in getattr(run.measures, "warnings", ()))
-    return cautions + table(columns, rows) + note
+    return table(columns, rows)
 
 
 def _range(values: Mapping[str, float]) -> list[tuple[str, float]]:
@@ -220,7 +182,7 @@ def _range(values: Mapping[str, float]) -> list[tuple[str, float]]:
     return [(foot, known[foot]) for foot in ends]
 
 
-def _ledger(run: RunLike) -> str:
+def _ledger(run: RunLike) -> Markup:
     lines = [
         (label, value)
         for label, value in ledger_lines(run)
@@ -245,10 +207,7 @@ def _ledger(run: RunLike) -> str:
             number(100.0 * residual / largest, 2),
         ]
     )
-    return (
-        f"<p>Work in, changes and losses agree to {number(run.ledger.closure, 2)} of the largest term.</p>\n"
-        f"<details><summary>The account in numbers</summary>{table(columns, rows)}</details>\n"
-    )
+    return table(columns, rows)
 
 
 def _settled(value: float, largest: float, step: float) -> str:
@@ -256,10 +215,11 @@ def _settled(value: float, largest: float, step: float) -> str:
     return number(value / step) if abs(value) > LEAST * abs(largest) else "0"
 
 
-def _events(run: RunLike) -> str:
+def _events(run: RunLike) -> dict[str, Any]:
+    """The events as a table, and what is said above it; nothing without any."""
     events = run.events
     if not len(events):
-        return "<p>No foot touched the ground.</p>\n"
+        return {}
     clock = scale_of("s", run.duration)
     speed = scale_of("m/s", events["speed_before"], events["speed_after"])
     force = scale_of("N", events["pull"], events["strength"])
@@ -297,21 +257,15 @@ def _events(run: RunLike) -> str:
         ]
         for event in events[:MOST_EVENTS]
     ]
-    rest = len(events) - len(rows)
     kinds, counts = np.unique(events["kind"], return_counts=True)
     tally = [f"{n} × {EVENT_WORDS[int(kind)]}" for kind, n in zip(kinds, counts, strict=True)]
-    more = f" The first {len(rows)} are listed; {rest} more are in {EVENTS_FILE}." if rest else ""
-    note = (
-        "Arrives and leaves are speeds towards and away from the ground, pull is the structure's net force "
-        "on the foot away from it, strength what adhesion could hold at that moment, apex the highest point "
-        "of the flight before."
-    )
-    if np.isin(SLIDING, kinds).any():
-        note += " Where slip or stick begins, pull is the force along the ground, strength the most friction bears."
-    return f"<p>{escape(joined(tally))}.{escape(more)} {note}</p>\n" + table(columns, rows, tall=True)
+    return {
+        "table": table(columns, rows, tall=True), "tally": joined(tally), "listed": len(rows), "file": EVENTS_FILE,
+        "rest": len(events) - len(rows), "sliding": bool(np.isin(SLIDING, kinds).any()),
+    }  # fmt: skip
 
 
-def _values(run: RunLike) -> str:
+def _values(run: RunLike) -> Markup:
     columns = [
         Column("value", number=False),
         Column("", number=True),
@@ -322,22 +276,9 @@ def _values(run: RunLike) -> str:
     for row in grouped(value_rows(run.scene)):
         source: Cell = tag(row.source) if row.source else MISSING
         unbroken = ", ".join(part.replace(" ", "\N{NO-BREAK SPACE}") for part in row.value.split(", "))
-        path = Markup(f"{code(row.path)} <small>{escape(row.of)}</small>") if row.of else code(row.path)
+        path = Markup("{} <small>{}</small>").format(code(row.path), row.of) if row.of else code(row.path)
         rows.append([path, unbroken, source, row.note or row.doc])
-    return (
-        "<p>Every number that entered the simulation, with its origin; a dash marks a value set by the user "
-        "or left at its default.</p>\n" + table(columns, rows, wrap=True, tall=len(rows) > MOST_VALUES)
-    )
-
-
-def _foot(run: RunLike) -> str:
-    cited = [str(entry) for entry in run.scene.citations]
-    items = "".join(f"<li>{escape(entry)}</li>" for entry in cited)
-    sources = f"<p>Sources of this scene:</p><ul>{items}</ul>" if items else ""
-    return (
-        f"<footer>{sources}<p>Made by Tarsus {escape(package_version())}. Conventions: z is up, a gap is "
-        "positive when open, forces on the structure are positive along the ground's normal.</p></footer>"
-    )
+    return table(columns, rows, wrap=True, tall=len(rows) > MOST_VALUES)
 
 
 def _spread(measure: Any) -> str:
@@ -352,5 +293,3 @@ def _spread(measure: Any) -> str:
 def _words(name: str) -> str:
     return name.replace("_", " ")
 
-
-__all__ = ["Markup", "report_html", "write_report"]

@@ -1,29 +1,25 @@
-"""Look of every figure: colours, sizes, unit prefixes, decimation, and a matplotlib figure as inline SVG.
-
-matplotlib is loaded by what draws with it: the report of a run does not.
-"""
+"""Look of every figure: colours, unit prefixes, decimation."""
 
 from __future__ import annotations
 
-import io
 import math
 import re
-import zlib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from tarsus.report.charts import Panel
 
-WIDTH_IN = 7.4
-"""Width of a full-width figure [inch]; the page scales it."""
+WIDTH_IN, NARROW_IN = 7.4, 3.7
+"""Widths of a figure [inch]: on a wide screen, and on one of a phone, where half as much fits beside each other."""
+
+LEGEND_ROW = 0.19
+"""Height of one row of legend [inch]."""
 
 INK = "#1f2328"
 MUTED = "#6b7280"
@@ -51,47 +47,12 @@ def paint_of(color: str) -> str:
     return PAINTS[color]
 
 
-def themed(svg: str) -> str:
-    """An SVG text whose colours follow the page's style; alone it looks as before."""
-    return _COLOR.sub(lambda m: f"var(--{PAINTS[m[0]]}, {m[0]})" if m[0] in PAINTS else m[0], svg)
+def themed(svg: str) -> Markup:
+    """An SVG element whose colours follow the page's style; alone it looks as before."""
+    return Markup(_COLOR.sub(lambda m: f"var(--{PAINTS[m[0]]}, {m[0]})" if m[0] in PAINTS else m[0], svg))
 
 
 _COLOR = re.compile(r"#[0-9a-f]{6}\b")
-
-_RC: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 8.0,
-    "axes.labelsize": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.edgecolor": MUTED,
-    "axes.labelcolor": INK,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.unicode_minus": True,
-    "axes.formatter.useoffset": False,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "lines.linewidth": 1.1,
-    "lines.solid_joinstyle": "round",
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "legend.handlelength": 1.6,
-    "path.simplify": True,
-    "path.simplify_threshold": 0.2,
-    "text.color": INK,
-    "figure.facecolor": "none",
-    "axes.facecolor": "none",
-    "mathtext.default": "regular",
-}
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -119,60 +80,6 @@ def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
     if power not in _PREFIXES:
         return Scale(1.0, unit)
     return Scale(10.0**power, _PREFIXES[power] + unit)
-
-
-@contextmanager
-def figure_style() -> Iterator[None]:
-    """The report's matplotlib settings, for the length of a `with` block only."""
-    import matplotlib
-
-    with matplotlib.rc_context(_RC):
-        yield
-
-
-LEFT, RIGHT, BOTTOM = 0.76, 0.10, 0.42
-"""Margins around the panels [inch]: value labels and axis label, last tick label, time axis."""
-
-LEGEND_ROW = 0.19
-"""Height of one row of legend [inch]."""
-
-
-def stack(
-    heights_in: Sequence[float], gap_in: float = 0.14, legend_rows: int = 0
-) -> tuple[Figure, list[Axes]]:
-    """A figure of panels above each other, with one horizontal axis, of the given heights [inch].
-
-    `legend_rows` leaves room above the first panel.
-    Places are fixed, not fitted: laying out by measuring text would double the time a figure takes.
-    """
-    from matplotlib.figure import Figure
-
-    above = 0.06 + LEGEND_ROW * legend_rows
-    total = sum(heights_in) + gap_in * (len(heights_in) - 1) + BOTTOM + above
-    figure = Figure(figsize=(WIDTH_IN, total))
-    width = WIDTH_IN - LEFT - RIGHT
-    panels: list[Axes] = []
-    top = total - above
-    for height in heights_in:
-        place = (LEFT / WIDTH_IN, (top - height) / total, width / WIDTH_IN, height / total)
-        axes = figure.add_axes(place, sharex=panels[0] if panels else None)
-        axes.yaxis.set_label_coords(-0.47 / width, 0.5)
-        panels.append(axes)
-        top -= height + gap_in
-    for axes in panels[:-1]:  # ticks without labels would be a tenth of all that a report draws
-        axes.xaxis.set_visible(False)
-    panels[-1].xaxis.set_label_coords(0.5, -0.26 / heights_in[-1])
-    return figure, panels
-
-
-def few_ticks(axes: Axes, x: int | None = None, y: int | None = None) -> None:
-    """At most so many tick intervals per axis."""
-    from matplotlib.ticker import MaxNLocator
-
-    if x is not None:
-        axes.xaxis.set_major_locator(MaxNLocator(x))
-    if y is not None:
-        axes.yaxis.set_major_locator(MaxNLocator(y))
 
 
 def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -228,49 +135,3 @@ def _first_of_bin(chosen: np.ndarray, bin_of: np.ndarray) -> np.ndarray:
     """Index of the first chosen sample in each bin that has one."""
     index = np.flatnonzero(chosen)
     return index[np.diff(bin_of[index], prepend=-1) != 0]
-
-
-_LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
-_TAG = re.compile(r"<[^>]*>")
-_ID = re.compile(r' id="([^"]*)"')
-_REFERENCE = re.compile(r"#([A-Za-z_][\w.-]*)")
-
-
-def to_svg(figure: Figure, label: str) -> str:
-    """A figure as one `<svg>` element for inline use: no fixed size, no metadata, coordinates rounded.
-
-    The same figure always gives the same text; ids are unique to its content.
-    """
-    import matplotlib
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-
-    stream = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "tarsus"}):
-        nothing = {"Date": None, "Creator": None, "Format": None, "Type": None}
-        FigureCanvasSVG(figure).print_svg(stream, metadata=nothing)
-    text = stream.getvalue()
-    head, body = text[text.index("<svg") :].split(">", 1)
-    box = re.search(r'viewBox="[^"]*"', head)
-    if box is None:
-        raise ValueError("matplotlib wrote an SVG without viewBox")
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    body = re.sub(r"<!--.*?-->", "", body, flags=re.DOTALL)
-    body = re.sub(r"\n\s*", "\n", body)
-    body = _TAG.sub(lambda m: _LONG_NUMBER.sub(_short, m.group()), body)
-    body = body.replace("'DejaVu Sans'", "inherit")
-    used = set(_REFERENCE.findall(body))
-    prefix = f"f{zlib.crc32(body.encode()):08x}"
-    body = _ID.sub(lambda m: f' id="{prefix}-{m.group(1)}"' if m.group(1) in used else "", body)
-    body = re.sub(r"(url\(|href=\")#", rf"\1#{prefix}-", body)
-    opening = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" {box.group()} role="img" aria-label="{_attribute(label)}">'
-    )
-    return themed(opening + body)
-
-
-def _short(number: re.Match[str]) -> str:
-    return f"{float(number.group()):.2f}".rstrip("0").rstrip(".")
-
-
-def _attribute(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")

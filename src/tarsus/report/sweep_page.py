@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 import numpy as np
 
 from tarsus.base.spec import float_paths
 from tarsus.base.tables import amount, number, pretty_unit
-from tarsus.files.store import package_version, write_text
+from tarsus.files.store import write_text
 from tarsus.report.charts import stack
 from tarsus.report.figures import Plate
-from tarsus.report.html import Cell, Column, figure, page, pair, table
+from tarsus.report.html import Cell, Column, Markup, page, table
 from tarsus.report.render import rendered
 from tarsus.report.style import BLUE, MUTED, Scale, scale_of
 from tarsus.study.axes import Logspace
@@ -62,18 +61,17 @@ def write_sweep_report(sweep: Sweep, collected: str | Path, path: str | Path) ->
 
 def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     """The page as text; see `write_sweep_report`."""
-    found, numbers = _read(sweep, Path(collected)), count(1)
+    found = _read(sweep, Path(collected))
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = offered(sweep.scene, sweep.seconds)
     kinds = {name: measures[name].unit for name in sweep.measures}
-    drawn = [(name, list(_figures(sweep, found, name, units, kinds[name], numbers)))
-             for name in sweep.measures[:MOST_MEASURES]]  # fmt: skip
+    drawn = [(name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]]
     body = rendered(
-        "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every, version=package_version(),
+        "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every,
         lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
         done=int((found.code == DONE).sum()), total=len(found.code),
         measures=_table(found, units, kinds), figures=drawn, failures=_failures(found, units),
-        told=[(name.replace("_", " "), measures[name].definition) for name in sweep.measures],
+        told=[(name, measures[name].definition) for name in sweep.measures],
     )  # fmt: skip
     return page(f"{sweep.name} – sweep", body)
 
@@ -97,7 +95,7 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{different} values from {amount(values.min(), unit)} to {amount(values.max(), unit)}"
 
 
-def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> str:
+def _table(found: _Scored, units: Mapping[str, str], kinds: Mapping[str, str]) -> Markup:
     columns = [
         Column("measure", number=False),
         Column("runs"),
@@ -132,17 +130,14 @@ def _short(path: str) -> str:
 
 
 def _figures(
-    sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str, numbers: Iterator[int]
-) -> Iterator[str]:
+    sweep: Sweep, found: _Scored, measure: str, units: Mapping[str, str], unit: str
+) -> list[list[Plate]]:
     """Of one measure, its figures against every swept value, two in a row."""
-    axes = list(sweep.vary)[:MOST_AXES]
     plates = [
         _against(found, name, units[name], measure, unit, isinstance(sweep.vary[name], Logspace))
-        for name in axes
+        for name in list(sweep.vary)[:MOST_AXES]
     ]
-    made = [figure(plate, next(numbers)) for plate in plates]
-    for left in range(0, len(made), 2):
-        yield made[left] if left + 1 == len(made) else pair(made[left], made[left + 1])
+    return [plates[left : left + 2] for left in range(0, len(plates), 2)]
 
 
 def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str, log: bool) -> Plate:
@@ -198,7 +193,7 @@ def _room(levels: np.ndarray, log: bool) -> tuple[float, float]:
     return low - beyond, high + beyond
 
 
-def _failures(found: _Scored, units: Mapping[str, str]) -> dict[str, str]:
+def _failures(found: _Scored, units: Mapping[str, str]) -> dict[str, Markup]:
     """How the runs ended: those counted, and the first that did not reach their end; nothing where all did."""
     failed = np.flatnonzero(found.code != DONE)
     if not len(failed):

@@ -3,27 +3,20 @@ matters."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import count
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 
-from tarsus.files.store import package_version, write_text
+from tarsus.base.spec import float_paths
+from tarsus.base.tables import pretty_unit
+from tarsus.files.store import write_text
 from tarsus.report.figures import Plate
-from tarsus.report.html import MISSING, Cell, Column, amount, escape, figure, number, page, table
-from tarsus.report.style import (
-    BLUE,
-    MUTED,
-    ORANGE,
-    WIDTH_IN,
-    Scale,
-    few_ticks,
-    figure_style,
-    scale_of,
-    to_svg,
-)
+from tarsus.report.html import MISSING, Cell, Column, Markup, amount, number, page, table
+from tarsus.report.render import rendered
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, MUTED, ORANGE, Scale, scale_of
 from tarsus.study.workunit import OUTCOMES
 from tarsus.study.yields import Yield
 
@@ -42,57 +35,20 @@ def write_yield_report(found: Yield, path: str | Path) -> Path:
 
 def yield_html(found: Yield) -> str:
     """The page as text; see `write_yield_report`."""
-    numbers, scene = count(1), found.robots.scene
-    parts = [
-        f"<h1>Yield: {escape(scene.name)}</h1>\n",
-        f'<p class="lede">{escape(_lede(found))}</p>\n',
-        "<h2>What comes out of the workshop</h2>\n",
-    ]
-    with figure_style():
-        parts.append(figure(_distributions(found), next(numbers)))
-        parts += [
-            "<h2>Yield against requirement</h2>\n",
-            figure(_curves(found), next(numbers)),
-            _quantiles(found),
-        ]
-        if len(found.by_dead) > 1:
-            parts += [
-                "<h2>Dead legs</h2>\n",
-                figure(_dead(found), next(numbers)),
-                _dead_table(found),
-                _costs(found),
-            ]
-        if any(found.indices.values()):
-            parts += [
-                "<h2>Whose scatter matters</h2>\n",
-                figure(_indices(found), next(numbers)),
-                _index_table(found),
-            ]
-    parts += [
-        "<h2>What was scattered</h2>\n",
-        _scatter(found),
-        "<h2>How the runs ended</h2>\n",
-        _outcomes(found),
-    ]
-    parts.append(f"<p>Tarsus {escape(package_version())}.</p>\n")
-    return page(f"{scene.name} – yield", "".join(parts))
-
-
-def _lede(found: Yield) -> str:
-    first = found.measures[0]
+    scene, first = found.robots.scene, found.measures[0]
     values = found.values[first][np.isfinite(found.values[first])]
-    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    unit = found.units[first]
-    ends = " to ".join(f"{one / _scale(unit, values).step:.4g}" for one in (low, high))
-    told = (
-        f"{len(found.lost)} robots: {_words(first)} from {ends} {_scale(unit, values).label} in nine of ten, "
-        f"median {middle / _scale(unit, values).step:.4g}."
-    )
+    low, middle, high = (float(one) for one in np.quantile(values, (0.05, 0.5, 0.95)))
     leader = found.leaders.get(first)
-    if leader is not None:
-        said = leader.sentence(_words(first))
-        told += f" {said[0].upper()}{said[1:]}."
-    return told
+    dead, indices = len(found.by_dead) > 1, any(found.indices.values())
+    body = rendered(
+        "yield.html", found=found, scene=scene, first=first, unit=found.units[first], low=low, middle=middle,
+        high=high, leader="" if leader is None else leader.sentence(_words(first)), curves=_curves(found),
+        distributions=_distributions(found), quantiles=_quantiles(found), dead=_dead(found) if dead else None,
+        dead_table=_dead_table(found) if dead else "", costs=_costs(found) if dead else "",
+        indices=_indices(found) if indices else None, index_table=_index_table(found) if indices else "",
+        scatter=_scatter(found), outcomes=_outcomes(found),
+    )  # fmt: skip
+    return page(f"{scene.name} – yield", body)
 
 
 def _words(name: str) -> str:
@@ -105,55 +61,57 @@ def _ranked(indices: Mapping[str, Mapping[str, float]]) -> list[tuple[str, Mappi
 
 def _scale(unit: str, values: np.ndarray) -> Scale:
     """As `scale_of`; numbers without a unit have no prefix."""
-    return Scale(1.0, unit) if unit == "1" else scale_of(unit, values)
+    return Scale(1.0, "") if unit == "1" else scale_of(unit, values)
 
 
-def _panels(found: Yield, height: float = 2.6) -> tuple[Figure, list]:
-    """One panel for each measure, two in a row."""
-    rows = -(-len(found.measures) // 2)
-    drawn = Figure(figsize=(WIDTH_IN, height * rows))
-    panels = np.atleast_1d(drawn.subplots(rows, min(2, len(found.measures)))).ravel().tolist()
-    drawn.subplots_adjust(
-        left=0.09, right=0.985, bottom=0.18 / rows, top=1.0 - 0.04 / rows, wspace=0.28, hspace=0.35
-    )
-    for panel in panels[len(found.measures) :]:
-        panel.set_visible(False)
-    return drawn, panels
+def _in(scale: Scale) -> str:
+    return f" ({pretty_unit(scale.label)})" if scale.label else ""
+
+
+def _panels(found: Yield, draw: Callable[[Axes, str], object], caption: str, **room: float) -> Plate:
+    """One panel for each measure, two in a row on wide paper."""
+
+    def all_of_them(sheet: Sheet) -> None:
+        panels = sheet.grid(len(found.measures), 2.0, **room)
+        for axes, name in zip(panels, found.measures, strict=True):
+            draw(axes, name)
+        sheet.legend(panels[0])
+
+    return plate(all_of_them, caption)
 
 
 def _distributions(found: Yield) -> Plate:
-    drawn, panels = _panels(found)
-    for axes, name in zip(panels, found.measures, strict=False):
+    def draw(axes: Axes, name: str) -> None:
         values = found.values[name][np.isfinite(found.values[name])]
         scale = _scale(found.units[name], values)
         axes.hist(values / scale.step, bins=40, color=BLUE)
-        axes.set_xlabel(f"{_words(name)} ({scale.label})".replace(" (1)", ""))
+        axes.set_xlabel(f"{_words(name)}{_in(scale)}")
         axes.set_ylabel("robots")
-        few_ticks(axes)
-    caption = "How the measures are distributed over the robots whose runs reached their end."
-    return Plate(to_svg(drawn, caption), caption)
+        few_ticks(axes, x=5, y=5)
+
+    return _panels(
+        found, draw, "How the measures are distributed over the robots whose runs reached their end."
+    )
 
 
 def _curves(found: Yield) -> Plate:
-    drawn, panels = _panels(found)
-    for axes, name in zip(panels, found.measures, strict=False):
+    def draw(axes: Axes, name: str) -> None:
         curve = found.curves[name]
         scale = _scale(curve.unit, curve.requirement)
         at = curve.requirement / scale.step
         axes.fill_between(at, 100.0 * curve.low, 100.0 * curve.high, color=BLUE, alpha=0.25, lw=0.0)
         axes.plot(at, 100.0 * curve.share, color=BLUE, lw=1.2)
-        word = "at most" if curve.less else "at least"
-        axes.set_xlabel(f"{_words(name)} {word} ({scale.label})".replace(" (1)", ""))
+        axes.set_xlabel(f"{_words(name)} {'at most' if curve.less else 'at least'}{_in(scale)}")
         axes.set_ylabel("robots that meet it (%)")
         axes.set_ylim(0.0, 101.0)
-        few_ticks(axes)
-    caption = (
-        "Share of the robots that meet a requirement, with its 95 % interval; a run that failed meets none."
+        few_ticks(axes, x=5, y=5)
+
+    return _panels(
+        found, draw, "Share of the robots that meet a requirement, with its 95 % interval; failed runs meet none."
     )
-    return Plate(to_svg(drawn, caption), caption)
 
 
-def _quantiles(found: Yield) -> str:
+def _quantiles(found: Yield) -> Markup:
     """The requirements that given shares of the robots meet."""
     shares = (0.99, 0.9, 0.5, 0.1)
     rows: list[list[Cell]] = []
@@ -174,24 +132,24 @@ def _quantiles(found: Yield) -> str:
 
 
 def _dead(found: Yield) -> Plate:
-    drawn, panels = _panels(found)
-    for axes, name in zip(panels, found.measures, strict=False):
+    def draw(axes: Axes, name: str) -> None:
         groups = [(one["dead"], one[name]) for one in found.by_dead if one[name] is not None]
         if not groups:
-            continue
+            return
         at, rows = np.array([one for one, _ in groups]), np.array([row for _, row in groups])
         scale = _scale(found.units[name], rows)
         rows = rows / scale.step
         axes.errorbar(at, rows[:, 1], yerr=[rows[:, 1] - rows[:, 0], rows[:, 2] - rows[:, 1]], fmt="o", ms=4.0,
                       color=BLUE, ecolor=MUTED, lw=1.0)  # fmt: skip
         axes.set_xlabel("dead legs")
-        axes.set_ylabel(f"{_words(name)} ({scale.label})".replace(" (1)", ""))
+        axes.set_ylabel(f"{_words(name)}{_in(scale)}")
         axes.set_xticks(at)
-    caption = "Median, and the range of nine robots in ten, by the number of dead legs."
-    return Plate(to_svg(drawn, caption), caption)
+        axes.margins(x=0.2)
+
+    return _panels(found, draw, "Median, and the range of nine robots in ten, by the number of dead legs.")
 
 
-def _dead_table(found: Yield) -> str:
+def _dead_table(found: Yield) -> Markup:
     rows: list[list[Cell]] = []
     for one in found.by_dead:
         cells = [MISSING if one[n] is None else amount(one[n][1], found.units[n]) for n in found.measures]
@@ -205,44 +163,42 @@ def _dead_table(found: Yield) -> str:
     return table(head, rows)
 
 
-def _costs(found: Yield) -> str:
+def _costs(found: Yield) -> Markup | str:
     """What each leg's death costs on average."""
     first = found.measures[0]
     known = [(leg, *one) for leg, one in found.cost.items() if np.isfinite(one[0])]
     if not known:
         return ""
-    known.sort(key=lambda one: one[1], reverse=first in {n for n in found.measures if found.curves[n].less})
+    known.sort(key=lambda one: one[1], reverse=found.curves[first].less)
     rows: list[list[Cell]] = [
         [leg, amount(cost, found.units[first]), amount(error, found.units[first])]
         for leg, cost, error in known
     ]
-    told = f"<p>Mean {escape(_words(first))} with a leg dead, minus that with it alive, worst first.</p>\n"
-    return told + table(
-        (Column("leg", number=False), Column("difference"), Column("standard error")), rows, tall=True
-    )
+    return table((Column("leg", number=False), Column("difference"), Column("standard error")), rows, tall=True)
 
 
 def _indices(found: Yield) -> Plate:
-    drawn, panels = _panels(found, 3.0)
-    drawn.subplots_adjust(left=0.2, wspace=0.6)  # names of grounds are long
-    for axes, name in zip(panels, found.measures, strict=False):
-        ranked = _ranked(found.indices.get(name, {}))[:BARS]
-        at = np.arange(len(ranked))
+    ranked = {name: _ranked(found.indices.get(name, {}))[:BARS] for name in found.measures}
+    longest = max((len(_short(group)) for one in ranked.values() for group, _ in one), default=4)
+
+    def draw(axes: Axes, name: str) -> None:
+        at = np.arange(len(ranked[name]))
         for offset, word, color in ((-0.2, "total", BLUE), (0.2, "first", ORANGE)):
-            lines = {
-                "xerr": [one[f"{word}_error"] for _, one in ranked],
-                "error_kw": {"ecolor": MUTED, "lw": 0.8},
-            }
-            axes.barh(at + offset, [one[word] for _, one in ranked], 0.38, color=color, label=word, **lines)
-        axes.set_yticks(at, [_short(group) for group, _ in ranked])
+            values, errors = ([one[key] for _, one in ranked[name]] for key in (word, f"{word}_error"))
+            axes.barh(
+                at + offset, values, 0.38, color=color, label=word, xerr=errors,
+                error_kw={"ecolor": MUTED, "lw": 0.8},
+            )  # fmt: skip
+        axes.set_yticks(at, [_short(group) for group, _ in ranked[name]])
         axes.invert_yaxis()
         axes.set_xlabel(f"Sobol index of {_words(name)}")
-    panels[0].legend(loc="lower right")
+        few_ticks(axes, x=5)
+
     caption = (
         f"Share of the variance that a leg's scatter makes alone (first) and with all it acts together with (total), "
         f"the {BARS} largest; lines are 95 % intervals."
     )
-    return Plate(to_svg(drawn, caption), caption)
+    return _panels(found, draw, caption, left=0.25 + 0.065 * longest)
 
 
 def _short(group: str) -> str:
@@ -254,40 +210,30 @@ def _settled(index: float) -> float:
     return index if abs(index) >= 1e-3 else 0.0
 
 
-def _index_table(found: Yield) -> str:
-    first = found.measures[0]
+def _index_table(found: Yield) -> Markup:
     rows: list[list[Cell]] = [
         [
             group,
             *(number(_settled(one[word]), 3) for word in ("total", "total_error", "first", "first_error")),
         ]
-        for group, one in _ranked(found.indices.get(first, {}))
+        for group, one in _ranked(found.indices.get(found.measures[0], {}))
     ]
-    told = f"<p>Indices of {escape(_words(first))}; ± is the half-width of the 95 % interval.</p>\n"
     head = (Column("scatter of", number=False), Column("total"), Column("±"), Column("first"), Column("±"))
-    return told + table(head, rows, tall=True)
+    return table(head, rows, tall=True)
 
 
-def _scatter(found: Yield) -> str:
-    from tarsus.base.spec import float_paths
-
+def _scatter(found: Yield) -> Markup:
     known = float_paths(found.robots.scene)
     rows: list[list[Cell]] = []
     for path, axis in {**found.robots.scatter, **found.robots.over}.items():
         unit, (low, high) = known[path].unit, axis.ends
         if high > low:
-            rows.append(
-                [
-                    path,
-                    "ground" if path in found.robots.over else "scatter",
-                    amount(low, unit),
-                    amount(high, unit),
-                ]
-            )
+            kind = "ground" if path in found.robots.over else "scatter"
+            rows.append([path, kind, amount(low, unit), amount(high, unit)])
     head = (Column("path", number=False), Column("as", number=False), Column("from"), Column("to"))
     return table(head, rows, tall=True)
 
 
-def _outcomes(found: Yield) -> str:
-    rows: Sequence[Sequence[Cell]] = [[str(n), OUTCOMES[name]] for name, n in found.outcomes.items()]
+def _outcomes(found: Yield) -> Markup:
+    rows: list[list[Cell]] = [[str(n), OUTCOMES[name]] for name, n in found.outcomes.items()]
     return table((Column("robots"), Column("outcome", number=False)), rows)

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tarsus.files.store import package_version, write_text
 from tarsus.report.figures import Plate
 from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, table
-from tarsus.report.style import BLUE, INK, ORANGE, RULE, WIDTH_IN, figure_style, to_svg
+from tarsus.report.sheet import Sheet, plate
+from tarsus.report.style import BLUE, INK, ORANGE, RULE
 
 NOTABLE = 0.30
 """Relative error beyond which a cell is coloured; the source counts cases below it."""
@@ -83,8 +83,7 @@ def cantilever_html(result: Mapping[str, Any]) -> str:
         _calibration_section(result.get("calibration")),
         "<h2>Row by row</h2>\n",
     ]
-    with figure_style():
-        parts.append(rows_section(result["rows"], count(1)))
+    parts.append(rows_section(result["rows"], count(1)))
     parts.append(
         f"<footer><p>Made by Tarsus {escape(package_version())}. Bounces are flights above 0.1 µm that "
         "follow a contact shorter than 0.5 ms or a tenth of the period, however they began; peak is the "
@@ -119,55 +118,58 @@ def _calibration_section(calibration: Mapping[str, Any] | None) -> str:
         "predicted by a mixture refitted without it: mean absolute relative error, values in the 80 % interval, "
         "and the Brier score of existence (a coin has 0.25).</p>\n"
     )
-    return (
-        "<h2>Calibrated on and left out</h2>\n"
-        + table(columns, body, over=[("", 1), *((title, len(keys)) for title, _ in parts)])
-        + note
-    )
+    shown = table(columns, body, over=[("", 1), *((title, len(keys)) for title, _ in parts)])
+    return f"<h2>Calibrated on and left out</h2>\n{shown}{note}"
 
 
 def rows_section(rows: Sequence[Mapping[str, Any]], numbers: Iterator[int]) -> str:
-    """Figure and table of reproduction rows; call inside `figure_style`."""
-    return figure(comparison(rows), next(numbers)) + _rows_table(rows)
+    """Figure and table of reproduction rows."""
+    return f"{figure(comparison(rows), next(numbers))}{_rows_table(rows)}"
 
 
 def comparison(rows: Sequence[Mapping[str, Any]]) -> Plate:
     """Every case as one line, measured, source's model and ours as dots; one panel per quantity."""
-    height = 0.85 + 0.25 * len(rows)
-    figure_ = Figure(figsize=(WIDTH_IN, height))
-    panels = figure_.subplots(1, len(QUANTITIES), sharey=True, width_ratios=[1.0, 1.6, 1.6])
-    figure_.subplots_adjust(left=0.17, right=0.985, bottom=0.5 / height, top=1.0 - 0.35 / height, wspace=0.09)
+    words = [_case(row) for row in rows]
+
+    def draw(sheet: Sheet) -> None:
+        beside = 0.2 + 0.065 * max(map(len, words))
+        panels = sheet.grid(len(QUANTITIES), 0.25 * len(rows), across=3, left=beside, joined=True)
+        for axes, quantity in zip(panels, QUANTITIES, strict=True):
+            _compared(axes, rows, quantity)
+            axes.set_yticks(range(len(rows)), words)
+            axes.set_ylim(len(rows) - 0.5, -0.5)
+        sheet.legend(panels[1])
+
+    return plate(
+        draw,
+        "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
+        "intervals; the axis of contact durations is linear below 1 ms and logarithmic above.",
+    )
+
+
+def _compared(axes: Axes, rows: Sequence[Mapping[str, Any]], quantity: _Quantity) -> None:
+    """One quantity of all cases."""
     looks = {
         "measured": {"marker": "o", "color": INK, "ms": 6.0, "mfc": "white", "mew": 1.2},
         "source": {"marker": "s", "color": ORANGE, "ms": 4.2, "mew": 0.0},
         "ours": {"marker": "D", "color": BLUE, "ms": 4.6, "mew": 0.0},
     }
     lines = np.arange(len(rows))
-    for axes, quantity in zip(panels, QUANTITIES, strict=True):
-        axes.hlines(lines, 0.0, 1.0, transform=axes.get_yaxis_transform(), color=RULE, lw=0.6, zorder=0)
-        ends = np.array([[_get(row, "ours", quantity.key, end) for end in ("low", "high")] for row in rows])
-        axes.hlines(lines, ends[:, 0], ends[:, 1], color=BLUE, lw=1.1, zorder=3)
-        for who, label in MODELS:
-            values = np.array([_get(row, who, quantity.key) for row in rows])
-            axes.plot(values, lines, ls="none", label=label, zorder=4 if who == "ours" else 3, **looks[who])
-        axes.set_xlabel(f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title)
-        axes.spines["left"].set_visible(False)
-        axes.tick_params(axis="y", length=0)
-        if quantity.key == "bounces":
-            axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-        if quantity.key == "contact_ms":
-            _stretch(axes)
-        else:
-            axes.set_xlim(left=0.0 if quantity.key == "peak_um" else -0.4)
-    panels[0].set_yticks(lines, [_case(row) for row in rows])
-    panels[0].set_ylim(len(rows) - 0.5, -0.5)
-    handles, labels = panels[1].get_legend_handles_labels()
-    figure_.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.3)
-    caption = (
-        "Bounces per period, peak after break-off and contact duration per period of every case, bars are our 80 % "
-        "intervals; the axis of contact durations is linear below 1 ms and logarithmic above."
-    )
-    return Plate(to_svg(figure_, caption), caption)
+    axes.hlines(lines, 0.0, 1.0, transform=axes.get_yaxis_transform(), color=RULE, lw=0.6, zorder=0)
+    ends = np.array([[_get(row, "ours", quantity.key, end) for end in ("low", "high")] for row in rows])
+    axes.hlines(lines, ends[:, 0], ends[:, 1], color=BLUE, lw=1.1, zorder=3)
+    for who, label in MODELS:
+        values = np.array([_get(row, who, quantity.key) for row in rows])
+        axes.plot(values, lines, ls="none", label=label, zorder=4 if who == "ours" else 3, **looks[who])
+    axes.set_xlabel(f"{quantity.title} ({quantity.unit})" if quantity.unit else quantity.title)
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    if quantity.key == "bounces":
+        axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
+    if quantity.key == "contact_ms":
+        _stretch(axes)
+    else:
+        axes.set_xlim(left=0.0 if quantity.key == "peak_um" else -0.4)
 
 
 def _stretch(axes: Axes) -> None:
@@ -204,7 +206,7 @@ def _rows_table(rows: Sequence[Mapping[str, Any]]) -> str:
         "Error is (measured − Tarsus) / measured, as the source gives it, and a difference for bounces; "
         f"errors beyond {100 * NOTABLE:.0f} % are coloured.</p>\n"
     )
-    return table(columns, body, over=over) + note
+    return f"{table(columns, body, over=over)}{note}"
 
 
 def _error_cell(measured: float, ours: float, *, relative: bool) -> Markup:

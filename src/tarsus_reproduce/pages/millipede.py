@@ -21,7 +21,6 @@ from tarsus.report.html import (
     table,
     warning,
 )
-from tarsus.report.style import figure_style
 from tarsus_reproduce.millipede import Judged, MillipedeReproduction
 from tarsus_reproduce.millipede_trends import DIRECTIONAL, TRENDS, examples, scored_trends
 from tarsus_reproduce.packaged_readings import packaged_readings
@@ -56,8 +55,7 @@ def write_millipede_report(
 
 def millipede_html(reproduction: MillipedeReproduction, readings: Readings | None = None) -> str:
     """The page as text; see `write_millipede_report`."""
-    with figure_style():
-        body = "".join(_sections(reproduction, readings or packaged_readings()))
+    body = "".join(_sections(reproduction, readings or packaged_readings()))
     return page("millipede – reproduction", body)
 
 
@@ -115,7 +113,7 @@ def _summary(reproduction: MillipedeReproduction) -> str:
         "<p>By the measure of each figure, the film in the device's own reading of its unit. Insensitive means that "
         "nothing changes over the printed range: that tells of the device, not of the dissertation.</p>\n"
     )
-    return table(columns, rows) + note
+    return f"{table(columns, rows)}{note}"
 
 
 def _readings(
@@ -201,10 +199,7 @@ def _grounds(reproduction: MillipedeReproduction) -> str:
         rows: list[list[Cell]] = [
             [f"({name})", *(number(ground[path]) for path in paths)] for name, ground in grounds.items()
         ]
-        out += (
-            table(columns, rows)
-            + f"<p>In SI; the film's unit read as {escape(reading.value)} (erratum E4).</p>\n"
-        )
+        out += f"{table(columns, rows)}<p>In SI; the film's unit read as {escape(reading.value)} (erratum E4).</p>\n"
     return out
 
 
@@ -232,4 +227,4 @@ def _comparisons(reproduction: MillipedeReproduction) -> str:
         "<p>'Much more' is read as at least twice. That electrostatics cause it contradicts Fig. 4.8, which says that "
         "attraction lowers the amplitude (erratum E15); both are computed, and only the first line is scored.</p>\n"
     )
-    return table(columns, rows) + note + table(about, swings)
+    return f"{table(columns, rows)}{note}{table(about, swings)}"

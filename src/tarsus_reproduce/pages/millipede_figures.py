@@ -6,24 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from tarsus.report.figures import Plate
 from tarsus.report.html import pretty_unit
-from tarsus.report.style import (
-    BLUE,
-    CYCLE,
-    GREEN,
-    INK,
-    RULE,
-    VERMILION,
-    WIDTH_IN,
-    Scale,
-    decimate,
-    few_ticks,
-    scale_of,
-    to_svg,
-)
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, CYCLE, GREEN, INK, RULE, VERMILION, Scale, decimate, scale_of
 from tarsus_reproduce.millipede import Example, MillipedeReproduction, Swept
 from tarsus_reproduce.readings import Readings
 
@@ -51,68 +38,64 @@ def swept_figure(swept: Sequence[tuple[str, Swept]], title: str, symbol: str) ->
         What varies, for the axis.
     """
     first = swept[0][1]
-    figure = Figure(figsize=(WIDTH_IN, 5.6))
-    panels = figure.subplots(3, 2, sharex=True).ravel()
-    figure.subplots_adjust(left=0.105, right=0.97, bottom=0.075, top=0.945, wspace=0.27, hspace=0.1)
     across, unit = _across(first)
-    for axes, (names, label) in zip(panels, PANELS, strict=True):
-        values = [one.values[name] for _, one in swept for name in names]
-        scale = scale_of(first.about[names[0]].unit, *values)
-        for k, (variant, one) in enumerate(swept):
-            for name, style in zip(names, ("-", ":"), strict=False):
-                _line(axes, one.x / across, one.values[name] / scale.step, CYCLE[k], style, variant)
-        axes.set_ylabel(f"{label} ({scale.label})" if scale.label != "1" else label)
-        few_ticks(axes, y=4)
-        if first.x[-1] > 100.0 * first.x[0]:
-            axes.set_xscale("log")
-            axes.minorticks_off()
-        axes.set_xlim(first.x[0] / across, first.x[-1] / across)
-    for axes in panels[-2:]:
-        axes.set_xlabel(f"{symbol} ({unit})")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=len(labels))
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(PANELS), 1.4)
+        for axes, (names, label) in zip(panels, PANELS, strict=True):
+            values = [one.values[name] for _, one in swept for name in names]
+            scale = scale_of(first.about[names[0]].unit, *values)
+            for k, (variant, one) in enumerate(swept):
+                for name, style in zip(names, ("-", ":"), strict=False):
+                    _line(axes, one.x / across, one.values[name] / scale.step, CYCLE[k], style, variant)
+            axes.set_ylabel(f"{label} ({scale.label})" if scale.label != "1" else label)
+            few_ticks(axes, y=4)
+            if first.x[-1] > 100.0 * first.x[0]:
+                axes.set_xscale("log")
+                axes.minorticks_off()
+            axes.set_xlim(first.x[0] / across, first.x[-1] / across)
+            axes.set_xlabel(f"{symbol} ({unit})")
+        sheet.legend(panels[0])
+
     low, high = first.replicates[[0, -1]]
-    caption = (
+    return plate(
+        draw,
         f"{title}: lines are means over restitutions from {low:g} to {high:g}, bands their range; all are of the whole "
-        "run, as the captions say, but for the travel a period."
+        "run, as the captions say, but for the travel a period.",
     )
-    return Plate(to_svg(figure, caption), caption)
 
 
 def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     """Two walks in time (as Fig. 4.7): heights of body and feet above places along the way, a column each."""
-    figure = Figure(figsize=(WIDTH_IN, 3.6))
-    grid = figure.subplots(2, len(examples), sharex=True, sharey="row", squeeze=False)
-    figure.subplots_adjust(left=0.085, right=0.985, bottom=0.115, top=0.87, wspace=0.06, hspace=0.12)
     series = [one.run.variables() for one in examples]
     end = max(float(one["time"].values[-1]) for one in series)
     clock = scale_of("s", end)
     up = scale_of("m", *(one["body"].values[1] for one in series))
     way = scale_of("m", *(one["body"].values[0] for one in series))
-    for column, (example, one) in enumerate(zip(examples, series, strict=True)):
-        time = one["time"].values
-        for row, (scale, body, feet) in enumerate(
-            (
-                (up, one["body"].values[1], one["gap"].values),
-                (way, one["body"].values[0], one["foot_x"].values),
-            )
-        ):
-            axes = grid[row, column]
-            axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
-            for k, (name, values) in enumerate(zip(example.run.foot_names, feet, strict=True)):
-                if k < 2:
-                    _trace(axes, time, values, clock, scale, (VERMILION, GREEN)[k], f"foot {name}")
-            _trace(axes, time, body, clock, scale, BLUE, "body")
-            few_ticks(axes, y=5)
-        grid[0, column].set_title(f"({example.name})", loc="left", color=INK)
-        grid[1, column].set_xlim(0.0, end / clock.step)
-        grid[1, column].set_xlabel(f"time ({clock.label})")
-    grid[0, 0].set_ylabel(f"height ({up.label})")
-    grid[1, 0].set_ylabel(f"along the way ({way.label})")
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=len(labels))
-    caption = f"{title}: body and feet up and along the way on the two grounds of Fig. 4.7, from the start."
-    return Plate(to_svg(figure, caption), caption)
+
+    def draw(sheet: Sheet) -> None:
+        grid = sheet.stacks(len(examples), [1.4, 1.4], joined=True, title=True)
+        for (top, low), example, one in zip(grid, examples, series, strict=True):
+            for axes, scale, body, feet in (
+                (top, up, one["body"].values[1], one["gap"].values),
+                (low, way, one["body"].values[0], one["foot_x"].values),
+            ):
+                axes.axhline(0.0, color=RULE, lw=0.6, zorder=0)
+                for name, values, color in zip(example.run.foot_names, feet, (VERMILION, GREEN), strict=False):
+                    _trace(axes, one["time"].values, values, clock, scale, color, f"foot {name}")
+                _trace(axes, one["time"].values, body, clock, scale, BLUE, "body")
+                few_ticks(axes, y=5)
+            top.set_title(f"({example.name})", loc="left", color=INK)
+            low.set_xlim(0.0, end / clock.step)
+            low.set_xlabel(f"time ({clock.label})")
+            if sheet.narrow or top is grid[0][0]:
+                top.set_ylabel(f"height ({up.label})")
+                low.set_ylabel(f"along the way ({way.label})")
+        sheet.legend(grid[0][0])
+
+    return plate(
+        draw, f"{title}: body and feet up and along the way on the two grounds of Fig. 4.7, from the start."
+    )
 
 
 def _across(swept: Swept) -> tuple[float, str]:
@@ -142,30 +125,30 @@ def _trace(
 
 def readings_figure(readings: Readings, reproduction: MillipedeReproduction) -> Plate:
     """Histograms of how many trends agree and contradict over random readings, with the named devices as points."""
-    figure = Figure(figsize=(WIDTH_IN, 2.6))
-    panels = figure.subplots(1, 3)
-    figure.subplots_adjust(left=0.07, right=0.985, bottom=0.19, top=0.84, wspace=0.25)
     shown = (
         ("agree", "trends that agree"),
         ("contradict", "that contradict"),
         ("directional_agree", "directional, agree"),
     )
-    for axes, (name, label) in zip(panels, shown, strict=True):
-        counts = np.array([getattr(score, name) for score in readings.scores])
-        most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])
-        axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
-        for k, outcome in enumerate(reproduction.outcomes):
-            axes.plot(
-                getattr(outcome.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=outcome.name,
-                transform=axes.get_xaxis_transform(), clip_on=False,
-            )  # fmt: skip
-        axes.set_xlabel(label)
-        few_ticks(axes, x=6, y=4)
-    panels[0].set_ylabel("readings")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=len(labels))
-    caption = (
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(shown), 1.7, across=3)
+        for axes, (name, label) in zip(panels, shown, strict=True):
+            counts = np.array([getattr(score, name) for score in readings.scores])
+            most = max([counts.max(), *(getattr(one.score, name) for one in reproduction.outcomes)])
+            axes.hist(counts, bins=np.arange(most + 2) - 0.5, color=RULE, edgecolor="white", lw=0.6)
+            for k, outcome in enumerate(reproduction.outcomes):
+                axes.plot(
+                    getattr(outcome.score, name), 0.04 * (k + 1), "v", color=CYCLE[k], ms=6.0, label=outcome.name,
+                    transform=axes.get_xaxis_transform(), clip_on=False,
+                )  # fmt: skip
+            axes.set_xlabel(label)
+            axes.set_ylabel("readings")
+            few_ticks(axes, x=6, y=4)
+        sheet.legend(panels[0])
+
+    return plate(
+        draw,
         f"How many of the 16 trends agree and contradict, and how many of the directional ones agree, over "
-        f"{len(readings.scores)} random readings of what is not printed; marks are the named devices."
+        f"{len(readings.scores)} random readings of what is not printed; marks are the named devices.",
     )
-    return Plate(to_svg(figure, caption), caption)

@@ -13,7 +13,7 @@ from tarsus.files.store import package_version, write_text
 from tarsus.report.circular import TURNS, dials
 from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, table, warning
 from tarsus.report.series import Series, Trace, joined, last_turns, point_trace
-from tarsus.report.style import figure_style, scale_of
+from tarsus.report.style import scale_of
 from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import printed_column
 from tarsus_reproduce.pages.cantilever import NOTABLE
@@ -60,8 +60,7 @@ def write_robot_report(reproduction: RobotReproduction, runs: RobotRuns, path: s
 
 def robot_html(reproduction: RobotReproduction, runs: RobotRuns) -> str:
     """The page as text; see `write_robot_report`."""
-    with figure_style():
-        body = "".join(_sections(reproduction, runs))
+    body = "".join(_sections(reproduction, runs))
     return page(f"{reproduction.robot} – reproduction", body)
 
 
@@ -105,7 +104,7 @@ def _head(reproduction: RobotReproduction, runs: RobotRuns) -> str:
             words = f"{title.split(' (')[0]}, mean error"
             cells.append((words, _percent(ours), f"source's model {_percent(source)}"))
     shown = "".join(
-        f"<div><dt>{escape(title)}</dt><dd>{escape(value)}</dd><small>{escape(small)}</small></div>"
+        f'<div><dt>{escape(title)}</dt><dd>{escape(value)}</dd><dd class="about">{escape(small)}</dd></div>'
         for title, value, small in cells
     )
     return "".join(lines) + (f'<dl class="key">{shown}</dl>\n' if cells else "")
@@ -117,7 +116,7 @@ def _heights(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:
         return f"<p>The source prints no table of heights for the {escape(reproduction.robot)}.</p>\n"
     seeds = max(row.ours.seeds for row in rows)
     if not seeds:
-        return "<p>No run came to its end.</p>\n" + _table_of_rows(rows)
+        return f"<p>No run came to its end.</p>\n{_table_of_rows(rows)}"
     text = (
         f"<p>Every number of ours is the median over windows of {1e3 * WINDOW:g} ms, from which the table's counts in "
         f"multiples of 20 seem to be read, of {seeds} runs from random initial states, with the interval that "
@@ -128,7 +127,8 @@ def _heights(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:
     ground = reproduction.scene.ground
     if ground.film is None and ground.electrostatic is None and ground.leg_electrostatic is None:
         text += "<p>This device has no small forces: with and without them are the same.</p>\n"
-    return text + _table_of_rows(rows) + _summary(reproduction) + figure(height_bars(rows), next(numbers))
+    drawn = figure(height_bars(rows), next(numbers))
+    return f"{text}{_table_of_rows(rows)}{_summary(reproduction)}{drawn}"
 
 
 def _table_of_rows(rows: tuple[Row, ...]) -> str:
@@ -191,7 +191,7 @@ def _summary(reproduction: RobotReproduction) -> str:
         f"<p>{counts[0]} measured scenarios were calibrated on: their errors say how well the device can be fitted. "
         f"{counts[1]} measured scenarios are predicted: their errors say what the device knows.</p>\n"
     )
-    return table(columns, body) + note
+    return f"{table(columns, body)}{note}"
 
 
 def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
@@ -215,10 +215,8 @@ def _over_ground(runs: RobotRuns, numbers: Iterator[int]) -> str:
             " Heights of points without a foot are their displacement on the bouncing foot's gap at rest; only the "
             "bouncing foot has ground below it."
         )
-    turning = dials(traces, across=3)
-    return figure(motion_of(traces, "height", motion, ground=True), next(numbers)) + figure(
-        turning, next(numbers)
-    )
+    plates = (motion_of(traces, "height", motion, ground=True), dials(traces, across=3))
+    return "".join(figure(plate, next(numbers)) for plate in plates)
 
 
 def _title(runs: RobotRuns, near: Near, series: Series, point: str) -> str:
@@ -246,7 +244,7 @@ def _in_air(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[
         "periods."
     )
     drawn = figure(motion_of(traces, "displ.", caption, ground=False), next(numbers)) if traces else ""
-    return text + drawn + table(columns, rows)
+    return f"{text}{drawn}{table(columns, rows)}"
 
 
 def _air_traces(air: InAir, several: bool) -> list[Trace]:
@@ -269,7 +267,7 @@ def _modes(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:
     ]
     column: list[Cell] = ["printed", "", "", *(number(v, 3) for v in printed_column(reproduction.robot))]
     note = "<p>Shapes relative to the struck foot; the last line is the printed CoR column.</p>\n"
-    return figure(plate, next(numbers)) + table(columns, [*rows, column]) + note
+    return f"{figure(plate, next(numbers))}{table(columns, [*rows, column])}{note}"
 
 
 def _maps(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[int]) -> str:
@@ -302,7 +300,7 @@ def _maps(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[in
         f"{escape(acting)}</p>\n"
     )
     energies = runs.energies
-    out = text + table(columns, rows)
+    out = f"{text}{table(columns, rows)}"
     if not runs.struck.run.ok:
         return out + f"<p>The run at {escape(runs.struck.title)} did not come to its end.</p>\n"
     if not len(energies.time):
@@ -333,12 +331,8 @@ def _maps(reproduction: RobotReproduction, runs: RobotRuns, numbers: Iterator[in
         "<p>Each map is asked what it would have done with the velocities just before every impact of this one run; "
         "a run under another map would meet other velocities.</p>\n"
     )
-    return (
-        out
-        + figure(impact_histograms(energies, runs.struck.title), next(numbers))
-        + table(columns, body)
-        + note
-    )
+    drawn = figure(impact_histograms(energies, runs.struck.title), next(numbers))
+    return f"{out}{drawn}{table(columns, body)}{note}"
 
 
 def _beyond(value: float, values: np.ndarray) -> float:

@@ -7,28 +7,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from tarsus.report.figures import Plate, shade
 from tarsus.report.html import amount
 from tarsus.report.series import Trace
-from tarsus.report.style import (
-    BLUE,
-    INK,
-    MUTED,
-    ORANGE,
-    RULE,
-    VERMILION,
-    WIDTH_IN,
-    Scale,
-    decimate,
-    few_ticks,
-    scale_of,
-    stack,
-    to_svg,
-    upright,
-)
+from tarsus.report.sheet import Sheet, few_ticks, plate
+from tarsus.report.style import BLUE, INK, MUTED, ORANGE, RULE, VERMILION, Scale, decimate, scale_of, upright
 from tarsus_reproduce.impacts import ImpactEnergies, ModeRow
 from tarsus_reproduce.robots import Row, describe
 
@@ -47,40 +32,41 @@ DECADES = 5
 
 def height_bars(rows: Sequence[Row]) -> Plate:
     """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
-    height = 0.85 + 0.62 * len(rows)
-    figure = Figure(figsize=(WIDTH_IN, height))
-    panels = figure.subplots(1, len(CRITERIA), sharey=True)
-    figure.subplots_adjust(left=0.2, right=0.985, bottom=0.5 / height, top=1.0 - 0.32 / height, wspace=0.09)
-    lines = np.arange(len(rows))
+    words = [describe(row.scenario) for row in rows]
     models = (
         ("measured", {"color": "white", "edgecolor": INK}),
         ("without small forces", {"color": ORANGE, "edgecolor": ORANGE}),
         ("with small forces", {"color": BLUE, "edgecolor": BLUE}),
     )
-    for axes, (key, title) in zip(panels, CRITERIA, strict=True):
-        outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
-        measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
-        for k, (label, look) in enumerate(models):
-            at = lines + 0.26 * (k - 1)
-            shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
-            axes.barh(at, shown, height=0.22, lw=0.9, label=label, **look)
-            if k > 0:
-                ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
-                axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
-        axes.set_xlim(left=0.0)
-        axes.set_xlabel(title)
-        axes.tick_params(axis="y", length=0)
-        few_ticks(axes, x=5)
-    panels[0].set_yticks(lines, [describe(row.scenario) for row in rows])
-    panels[0].set_ylim(len(rows) - 0.5, -0.5)
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncols=len(labels), handletextpad=0.4)
-    caption = (
+    lines = np.arange(len(rows))
+
+    def draw(sheet: Sheet) -> None:
+        beside = 0.2 + 0.06 * max(map(len, words))
+        panels = sheet.grid(len(CRITERIA), 0.62 * len(rows), across=3, left=beside, joined=True)
+        for axes, (key, title) in zip(panels, CRITERIA, strict=True):
+            outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
+            measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
+            for k, (label, look) in enumerate(models):
+                at = lines + 0.26 * (k - 1)
+                shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
+                axes.barh(at, shown, height=0.22, lw=0.9, label=label, **look)
+                if k > 0:
+                    ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
+                    axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
+            axes.set_xlim(left=0.0)
+            axes.set_xlabel(title)
+            axes.tick_params(axis="y", length=0)
+            axes.set_yticks(lines, words)
+            axes.set_ylim(len(rows) - 0.5, -0.5)
+            few_ticks(axes, x=5)
+        sheet.legend(panels[0])
+
+    return plate(
+        draw,
         "Bounces, peak and mean height of the bouncing foot: measured, and simulated without and with film and "
         "electrostatic forces. Bars are medians over the windows of all seeds, lines on them hold 80 % of the "
-        "windows; where the white bar is missing nothing was measured."
+        "windows; where the white bar is missing nothing was measured.",
     )
-    return Plate(to_svg(figure, caption), caption)
 
 
 def motion_of(traces: Sequence[Trace], what: str, caption: str, *, ground: bool) -> Plate:
@@ -88,41 +74,55 @@ def motion_of(traces: Sequence[Trace], what: str, caption: str, *, ground: bool)
     heights: list[float] = []
     for k in range(len(traces)):
         heights += [0.2] * _new_drive(traces, k) + [0.8 if len(traces) > 3 else 1.05]
-    figure, panels = stack(heights, gap_in=0.26)
     seen = [trace.height[_shown(trace)] for trace in traces]
     scale = scale_of("m", *seen)
     low, high = (float(pick(np.concatenate(seen))) / scale.step for pick in (np.min, np.max))
     edge = 0.06 * (high - low) or 1.0
-    free = iter(panels)
-    for k, trace in enumerate(traces):
-        first, last = trace.last_periods(SHOWN_PERIODS)
-        part = _shown(trace)
-        if _new_drive(traces, k):
-            axes = next(free)
-            when, volts = decimate(*upright(trace.time[part], trace.volts[part]))
-            axes.plot(when / trace.period - first, volts, color=MUTED, lw=0.9)
-            axes.set_ylabel("drive\n(V)")
-            axes.spines["bottom"].set_visible(False)
-            axes.tick_params(axis="x", length=0)
-            axes.margins(y=0.15)
-            swing = np.array([volts.min(initial=0.0), volts.max(initial=0.0)])
-            axes.set_yticks(swing, [f"{v:.3g}".replace("-", "−") for v in swing])
-        axes = next(free)
-        when, shown = decimate(trace.time[part], trace.height[part])
-        axes.plot(when / trace.period - first, shown / scale.step, color=BLUE, lw=0.9)
-        axes.set_title(trace.title, loc="left", pad=2.0, color=INK)
-        axes.set_ylabel(f"{what}\n({scale.label})")
-        contacts = [(a / trace.period - first, b / trace.period - first) for a, b in trace.contacts]
-        shade(axes, contacts, (0.0, float(last - first)), Scale(1.0, ""))
-        few_ticks(axes, y=4)
-        if ground:
-            axes.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
-        axes.set_ylim(low - edge, high + edge)
     longest = max(1, *(last - first for first, last in map(_span, traces)))
-    panels[-1].set_xlim(0.0, float(longest))
-    panels[-1].set_xticks(np.arange(0.0, longest + 0.25, 0.5))
-    panels[-1].set_xlabel("time (drive periods)")
-    return Plate(to_svg(figure, caption), caption)
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.stack(heights, gap=0.26)
+        free = iter(panels)
+        for k, trace in enumerate(traces):
+            if _new_drive(traces, k):
+                _volts(next(free), trace)
+            axes = next(free)
+            _heights(axes, trace, scale)
+            axes.set_ylabel(f"{what}\n({scale.label})")
+            if ground:
+                axes.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
+            axes.set_ylim(low - edge, high + edge)
+        panels[-1].set_xlim(0.0, float(longest))
+        panels[-1].set_xticks(np.arange(0.0, longest + 0.25, 0.5))
+        panels[-1].set_xlabel("time (drive periods)")
+
+    return plate(draw, caption)
+
+
+def _volts(axes: Axes, trace: Trace) -> None:
+    """The drive of a trace."""
+    first, _ = _span(trace)
+    part = _shown(trace)
+    when, volts = decimate(*upright(trace.time[part], trace.volts[part]))
+    axes.plot(when / trace.period - first, volts, color=MUTED, lw=0.9)
+    axes.set_ylabel("drive\n(V)")
+    axes.spines["bottom"].set_visible(False)
+    axes.tick_params(axis="x", length=0)
+    axes.margins(y=0.15)
+    swing = np.array([volts.min(initial=0.0), volts.max(initial=0.0)])
+    axes.set_yticks(swing, [f"{v:.3g}".replace("-", "−") for v in swing])
+
+
+def _heights(axes: Axes, trace: Trace, scale: Scale) -> None:
+    """The motion of a trace, contact shaded."""
+    first, last = _span(trace)
+    part = _shown(trace)
+    when, shown = decimate(trace.time[part], trace.height[part])
+    axes.plot(when / trace.period - first, shown / scale.step, color=BLUE, lw=0.9)
+    axes.set_title(trace.title, loc="left", pad=2.0, color=INK)
+    contacts = [(a / trace.period - first, b / trace.period - first) for a, b in trace.contacts]
+    shade(axes, contacts, (0.0, float(last - first)), Scale(1.0, ""))
+    few_ticks(axes, y=4)
 
 
 def _new_drive(traces: Sequence[Trace], k: int) -> bool:
@@ -142,49 +142,40 @@ def _shown(trace: Trace) -> slice:
 
 def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[str]) -> Plate:
     """Every mode at the points over the printed CoR column, and their MAC (as Figs 3.13d and 3.14 of the source)."""
-    across = 3
-    down = -(-len(modes) // across)
-    height = 1.55 * down + 0.35
-    figure = Figure(figsize=(WIDTH_IN, height))
-    grid = figure.add_gridspec(
-        down, across + 1, width_ratios=[1.0] * across + [0.75],
-        left=0.065, right=0.985, bottom=0.45 / height, top=1.0 - 0.42 / height, wspace=0.28, hspace=0.42,
-    )  # fmt: skip
     places = np.arange(len(points))
     printed = column / np.abs(column).max()
-    last: Axes | None = None
-    for k, mode in enumerate(modes):
-        axes = figure.add_subplot(grid[k // across, k % across])
-        shape = np.array(mode.shape)
-        shape = shape * np.sign(shape @ column) / np.abs(shape).max()
-        axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
-        axes.plot(
-            places, printed, color=INK, lw=0.9, marker="o", ms=4.0, mfc="white", label="printed CoR column"
-        )
-        axes.plot(places, shape, color=BLUE, lw=1.2, marker="D", ms=3.4, mew=0.0, label="mode")
-        axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz", loc="left", pad=3.0, color=INK)
-        axes.set_ylim(-1.15, 1.15)
-        axes.set_yticks([-1.0, 0.0, 1.0])
-        axes.set_xticks(places, points if k // across == (len(modes) - 1) // across else [""] * len(points))
-        axes.tick_params(axis="x", labelsize=6.5, labelrotation=35.0)
-        last = axes
-    bars = figure.add_subplot(grid[:, across])
     numbers = np.array([mode.number for mode in modes])
-    bars.barh(numbers, [mode.mac for mode in modes], height=0.6, color=BLUE)
-    bars.set_yticks(numbers)
-    bars.set_ylim(numbers.max() + 0.6, numbers.min() - 0.6)
-    bars.set_xlim(0.0, 1.0)
-    bars.set_xlabel("MAC")
-    bars.set_title("mode", loc="left", pad=3.0, x=-0.2, color=INK)
-    if last is not None:
-        handles, labels = last.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="upper left", ncols=2, borderaxespad=0.1)
-    caption = (
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.grid(len(modes) + 1, 1.05, across=4, left=0.45, title=True)
+        for axes, mode in zip(panels, modes, strict=False):
+            shape = np.array(mode.shape)
+            shape = shape * np.sign(shape @ column) / np.abs(shape).max()
+            axes.axhline(0.0, color=RULE, lw=0.7, zorder=0)
+            axes.plot(
+                places, printed, color=INK, lw=0.9, marker="o", ms=4.0, mfc="white", label="printed CoR column"
+            )
+            axes.plot(places, shape, color=BLUE, lw=1.2, marker="D", ms=3.4, mew=0.0, label="mode")
+            axes.set_title(f"mode {mode.number}, {mode.freq_hz:.4g} Hz", loc="left", pad=3.0, color=INK)
+            axes.set_ylim(-1.15, 1.15)
+            axes.set_yticks([-1.0, 0.0, 1.0])
+            axes.set_xticks(places, points)
+            axes.tick_params(axis="x", labelsize=6.5, labelrotation=35.0)
+        bars = panels[-1]
+        bars.barh(numbers, [mode.mac for mode in modes], height=0.6, color=BLUE)
+        bars.set_yticks(numbers)
+        bars.set_ylim(numbers.max() + 0.6, numbers.min() - 0.6)
+        bars.set_xlim(0.0, 1.0)
+        bars.set_xlabel("MAC")
+        bars.set_title("by mode", loc="left", pad=3.0, color=INK)
+        sheet.legend(panels[0])
+
+    return plate(
+        draw,
         "Mode shapes at the points, each to its largest entry and with the sign nearer to the column, over the change "
-        "of velocity that the printed CoR matrix gives the points when the struck foot's velocity changes; right, "
-        "the likeness of each mode and the column (modal assurance criterion, 1 = the same shape)."
+        "of velocity that the printed CoR matrix gives the points when the struck foot's velocity changes; last, "
+        "the likeness of each mode and the column (modal assurance criterion, 1 = the same shape).",
     )
-    return Plate(to_svg(figure, caption), caption)
 
 
 def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
@@ -198,35 +189,47 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
     least = 10.0 ** (top - DECADES)
     decades = np.logspace(top - DECADES, top, 8 * DECADES + 1)
     edges = np.concatenate([-decades[::-1], np.linspace(-least, least, 9)[1:-1], decades])
-    figure, panels = stack([0.62] * len(rows), gap_in=0.27, legend_rows=1)
-    for axes, (name, values) in zip(panels, rows.items(), strict=True):
-        counts, _ = np.histogram(values / scale.step, edges)
-        middle = 0.5 * (edges[:-1] + edges[1:])
-        sides = ((middle < -least, BLUE), (np.abs(middle) < least, MUTED), (middle > least, VERMILION))
-        for side, color in sides:
-            axes.stairs(np.where(side, counts, 0), edges, fill=True, color=color, lw=0.0)
-        axes.set_xscale("symlog", linthresh=least, linscale=0.5)
-        axes.axvline(0.0, color=INK, lw=0.7)
-        axes.set_title(name, loc="left", pad=2.0, color=INK)
-        total = float(values.sum())
-        axes.set_title(f"sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}", loc="right", pad=2.0, color=INK)
-        axes.set_ylabel("impacts")
-        axes.set_yscale("log")
-        axes.set_ylim(bottom=0.7)
-        axes.yaxis.set_minor_locator(NullLocator())
     marks = [10.0**power for power in range(top - DECADES + 1, top + 1)]
-    ticks = [-mark for mark in reversed(marks)] + [0.0, *marks]
-    panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
-    panels[-1].minorticks_off()
-    panels[-1].set_xlim(edges[0], edges[-1])
-    panels[-1].set_xlabel(f"kinetic energy made by an impact ({scale.label}); left of zero it is lost")
-    caption = (
-        f"Energy of the {len(energies.time)} impacts of the run at {run}: what each took in the run, and what "
+
+    def draw(sheet: Sheet) -> None:
+        panels = sheet.stack([0.62] * len(rows), gap=0.27)
+        for axes, (name, values) in zip(panels, rows.items(), strict=True):
+            _histogram(axes, values / scale.step, edges, least)
+            total = float(values.sum())
+            words = f"sum {'+' * (total > 0.0)}{amount(total, 'J', 3)}"
+            axes.set_title(name if not sheet.narrow else f"{name}: {words}", loc="left", pad=2.0, color=INK)
+            if not sheet.narrow:
+                axes.set_title(words, loc="right", pad=2.0, color=INK)
+            axes.set_ylabel("impacts")
+        every = 2 if sheet.narrow else 1
+        ticks = [*(-mark for mark in marks[::-every]), 0.0, *marks[::-every][::-1]]
+        panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
+        panels[-1].minorticks_off()
+        panels[-1].set_xlim(edges[0], edges[-1])
+        panels[-1].set_xlabel(f"energy made by an impact ({scale.label}); left of zero it is lost")
+        sheet.raise_by(0.15)
+
+    return plate(
+        draw,
+        f"Kinetic energy of the {len(energies.time)} impacts of the run at {run}: what each took in the run, and what "
         "each map, acting as it is, would have done with the velocities just before that impact. Right of zero "
         f"(red) an impact creates energy. The scale is logarithmic beyond ±{least:g} {scale.label}, linear between "
-        "(grey)."
+        "(grey).",
     )
-    return Plate(to_svg(figure, caption), caption)
+
+
+def _histogram(axes: Axes, values: np.ndarray, edges: np.ndarray, least: float) -> None:
+    """How many impacts made how much, lost, near nothing and created in their colours."""
+    counts, _ = np.histogram(values, edges)
+    middle = 0.5 * (edges[:-1] + edges[1:])
+    sides = ((middle < -least, BLUE), (np.abs(middle) < least, MUTED), (middle > least, VERMILION))
+    for side, color in sides:
+        axes.stairs(np.where(side, counts, 0), edges, fill=True, color=color, lw=0.0)
+    axes.set_xscale("symlog", linthresh=least, linscale=0.5)
+    axes.axvline(0.0, color=INK, lw=0.7)
+    axes.set_yscale("log")
+    axes.set_ylim(bottom=0.7)
+    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def _float(value: float | None) -> float:

@@ -1,0 +1,69 @@
+"""A page of every kind that the package writes, each by its verb with as little work as shows all of its parts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from calibrate.toys import ball_study
+
+from scene_files import SCENES
+from tarsus.cli import main
+from walking_devices import CREEPING
+
+__all__ = ["KINDS", "make_page"]
+
+_BALL = "50,1.5,14\n90,1,30\n120,,\n"
+_GAIT = ("millipede-printed", "--free", "gait.duty,gait.frequency=100Hz:200Hz", "--duration", "10 ms")
+_GROUNDS = ("--over", "ground.friction.coefficient=4:12")
+_BOX = ("--over", "robot.feet.tip.gap=69um:71um", "--over", "ground.restitution.coefficient=0.2:0.5")
+_YIELD = (
+    "--scatter", "robot.drives.*.law.gain=10%", "--over", "ground.friction.coefficient=0.3:0.5", "--dead", "legs=0:1",
+    "--measure", "mean_speed", "--measure", "foot_slip", "--count", "64", "--draws", "8", "--set", "duration=60 ms",
+)  # fmt: skip
+_STUDY = """scene = "cantilever"
+duration = "0.1 s"
+measures = ["bounces", "contact_duration"]
+[design]
+kind = "sobol"
+count = 64
+seed = 1
+[vary]
+ground.film.coefficient = { kind = "logspace", start = "0.1e-21 N m^2 s", stop = "10e-21 N m^2 s" }
+robot.feet.tip.gap = ["50 um", "60 um", "70 um"]
+"""
+
+KINDS = {
+    "cantilever": ("simulate", "cantilever"),
+    "modes": ("simulate", "hexapod"),
+    "walker": ("simulate", "hamr-like"),
+    "millipede-30": ("simulate", "millipede-30"),
+    "sweep": ("sweep", "{study}"),
+    "yield": ("yield", CREEPING, *_YIELD),
+    "calibrate": ("calibrate", "{ball}"),
+    "identify": ("identify", "{campaign}"),
+    "landing": ("design", "landing", "cantilever", "--foot", "tip", "--levels", "free=-8V:8V", *_BOX,
+                "--set", "robot.drives.pzt.capacitance=664 pF", "--effort", "0.03", "--learn", "10"),
+    "gait": ("design", "gait", *_GAIT, *_GROUNDS, "--candidates", "64", "--look", "2"),
+    "adapt": ("design", "adapt", *_GAIT, *_GROUNDS, "--candidates", "64", "--hidden", "8", "--training", "8"),
+    "branch": ("branch", SCENES / "impact_oscillator.toml", "--along", "signals.shaker.amplitude=1 V:0.2 V"),
+    "reproduce-cantilever": ("reproduce", "cantilever"),
+    "reproduce-hexapod": ("reproduce", "hexapod", "--seeds", "2"),
+    "reproduce-millipede": ("reproduce", "millipede"),
+}  # fmt: skip
+"""Words of the verb that writes each; those in braces are files that `make_page` makes."""
+
+
+def make_page(kind: str, folder: Path) -> Path:
+    """Make the page of a kind, and what it is of, in a folder that is there and empty; the path of the page."""
+    files = {"study": folder / "study.toml", "campaign": folder / "campaign"}
+    words = [str(word) for word in KINDS[kind]]
+    if "{study}" in words:
+        files["study"].write_text(_STUDY, encoding="utf-8")
+    if "{ball}" in words:
+        files["ball"] = ball_study(folder, _BALL, generations=0, leave_out=1)
+    if "{campaign}" in words:
+        assert main(["synthesize", "cantilever", "-o", str(files["campaign"]), "--seed", "3", "-q"]) == 0
+    code = main([*(word.format(**files) for word in words), "-o", str(folder / "out"), "-q"])
+    assert code == 0, f"{kind}: {code}"
+    (page,) = (folder / "out" / name for name in ("report.html", "reproduction.html") if (folder / "out" / name).is_file())
+    return page
