@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import tarsus as ts
-from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate, candidate_grid
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import Features, Instrument, features_of
 from tarsus.identify.posterior import Weighed, weigh_prior
+from tarsus.identify.prior import Prior
 from tarsus.identify.ranking import Ranking, rank
 
 START, RATE = "ground.adhesion.initial", "ground.adhesion.rate"
@@ -44,9 +44,9 @@ def recorded(candidate: Candidate, seed: int) -> Observed:
 
 
 def learnt(
-    records: list[Observed], prior: Belief, proposal: Belief | None = None, draws: int = 1024
+    records: list[Observed], prior: Prior, proposal: Prior | None = None, draws: int = 1024
 ) -> Weighed:
-    """What records leave of a belief."""
+    """What records leave of a prior."""
     likelihood = FeatureLikelihood(records, prior.paths, instrument=INSTRUMENT)
     return weigh_prior(likelihood, prior, proposal=proposal, draws=draws)
 
@@ -65,14 +65,14 @@ def measured(draws: int = 1024) -> Story:
     """One record at 15 Hz; then the signal on top of the ranking for C_a; and, instead, the first one once more."""
     grid = candidate_grid((5.0, 15.0, 100.0), (6.0, 8.0), (0.25,))
     begin = next(c for c in grid if c.name.startswith("15 Hz, 6 V"))
-    prior = Belief.of_scene(device(), (START, RATE), spread=0.5)
+    prior = Prior.of_scene(device(), (START, RATE), spread=0.5)
     record = recorded(begin, 1)
     first = learnt([record], prior, draws=draws)
-    belief = first.belief()
-    ranking = rank(device(), grid, belief, RATE, budget=2.0, kinds=KINDS, instrument=INSTRUMENT)
+    proposal = first.as_prior()
+    ranking = rank(device(), grid, proposal, RATE, budget=2.0, kinds=KINDS, instrument=INSTRUMENT)
     asked = recorded(ranking.ranked[0].candidate, 2)
-    second = learnt([record, asked], prior, belief, draws)
-    return Story(first, ranking, second, learnt([record, recorded(begin, 2)], prior, belief, draws))
+    second = learnt([record, asked], prior, proposal, draws)
+    return Story(first, ranking, second, learnt([record, recorded(begin, 2)], prior, proposal, draws))
 
 
 def text(story: Story) -> str:

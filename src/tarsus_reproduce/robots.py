@@ -263,8 +263,8 @@ def _row(
     frequencies = [scenario.freq_hz or drive_frequency(robot, one.scene, scenario.wave) for one in members]
     for member, freq_hz in zip(members, frequencies, strict=True):
         scene = scenario_scene(member.scene, scenario, freq_hz)
-        for small_forces, of_members in found.items():
-            one = scene if small_forces else with_values(scene, {"ground.small_forces": False})
+        for near_field_forces, of_members in found.items():
+            one = scene if near_field_forces else with_values(scene, {"ground.near_field_forces": False})
             statistics = foot_statistics(one, seeds, duration=OBSERVED, settle=SETTLE, window=WINDOW)
             of_members.append((member.weight, statistics))
     ours, without = (_outcome(of_members, seeds, column, misses) for of_members in found.values())

@@ -97,6 +97,19 @@ def test_former_names_work_and_warn(old, new):
     assert old not in tarsus.__all__
 
 
+def test_former_words_of_files_and_modules_work_and_warn():
+    from tarsus.files.toml import parse_scene, scene_text
+
+    text = scene_text(tarsus.load_scene("cantilever"))
+    former = text.replace("near_field_forces = true", "small_forces = false")
+    with pytest.warns(DeprecationWarning, match=r"ground\.small_forces is now ground\.near_field_forces"):
+        assert parse_scene(former).ground.near_field_forces is False
+    with pytest.warns(DeprecationWarning, match=r"tarsus\.identify\.belief is now tarsus\.identify\.prior"):
+        module = importlib.import_module("tarsus.identify.belief")
+    with pytest.warns(DeprecationWarning, match=r"\.Belief is now .*\.Prior"):
+        assert module.Belief is module.Prior
+
+
 def test_a_verb_that_is_a_package_too_can_be_called():
     importlib.import_module("tarsus.calibrate.mixture")
     with pytest.raises(tarsus.InputError, match="no study is called 'nope'"):

@@ -206,7 +206,7 @@ def test_a_leg_level_with_the_ground():
     assert law.force(1e-5, 0.0, 7.0, 0.0, *law.parameters()) == pytest.approx(0.5 * at_rest, rel=1e-14)
 
 
-def test_small_forces_are_one_switch():
+def test_near_field_forces_are_one_switch():
     forces = {
         "film": ts.Film(coefficient=1e-18, thickness=5e-6),
         "electrostatic": ts.Electrostatic(coefficient=1e-18, offset=5e-6),
@@ -214,7 +214,7 @@ def test_small_forces_are_one_switch():
     }
     drive = ts.Square(amplitude=10.0, frequency=30.0)
     bare, all_on = hexapod(signal=drive), hexapod(signal=drive, **forces)
-    off = ts.with_values(all_on, {"ground.small_forces": False})
+    off = ts.with_values(all_on, {"ground.near_field_forces": False})
     times = np.linspace(0.0, 0.05, 501)
     one, other, third = (ts.simulate(scene, duration=0.05) for scene in (bare, off, all_on))
     np.testing.assert_array_equal(one.at(times).state.x, other.at(times).state.x)

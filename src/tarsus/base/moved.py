@@ -19,6 +19,7 @@ MOVED = {
 }
 _NEW = {f"tarsus.{name}": f"tarsus.{home}.{name}" for home, names in MOVED.items() for name in names.split()}
 _NEW |= {"tarsus.explain": "tarsus.base.messages", "tarsus.files.readers": "tarsus.records.readers"}
+_NEW |= {"tarsus.identify.belief": "tarsus.identify.prior"}
 
 
 class FormerHomes:
@@ -47,7 +48,7 @@ class FormerHomes:
 def _now(name: str) -> str:
     """Where a module is that had this name; empty if none had it."""
     _, first, *rest = name.split(".")
-    old = ".".join(["tarsus", first, *rest[:1]]) if first == "files" else f"tarsus.{first}"
+    old = ".".join(["tarsus", first, *rest[:1]]) if first in ("files", "identify") else f"tarsus.{first}"
     return _NEW[old] + name.removeprefix(old) if old in _NEW else ""
 
 

@@ -69,6 +69,10 @@ def read(
     return 0
 
 
+UNIT = "give it with --channel NAME=UNIT"
+"""What to do here about a channel whose unit the file does not tell."""
+
+
 def _content(file: Path, choices: dict[str, Any]) -> dict[str, Any]:
     """What a file holds, as a record or else as frequency responses; the first refusal where it is neither."""
     from tarsus.base.errors import InputError
@@ -80,7 +84,8 @@ def _content(file: Path, choices: dict[str, Any]) -> dict[str, Any]:
         try:
             return _of_response(read_response(file, **choices))
         except InputError:
-            raise error from None
+            said = (one.replace("give its unit under channels", UNIT) for one in error.problems)
+            raise InputError(list(said)) from None
 
 
 def _of_record(record: Measurement) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.belief import Belief
 from tarsus.identify.correlation import Ties
+from tarsus.identify.prior import Prior
 from tarsus.identify.profile import LogLikelihood
 from tarsus.identify.ranges import LEVEL
 from tarsus.identify.verdict import Assessment, judge_samples
@@ -42,9 +43,14 @@ class Drawn:
         middle = np.median(self.samples, axis=0)
         return judge_samples(self.paths, middle, self.samples, ties=ties, limits=limits, level=level)
 
-    def belief(self) -> Belief:
+    def as_prior(self) -> Prior:
         """The draws as a normal distribution of the logarithms, for ranking what to measure next."""
-        return Belief.of_samples(self.paths, self.samples)
+        return Prior.of_samples(self.paths, self.samples)
+
+    def belief(self) -> Prior:
+        """The former name of `as_prior`."""
+        warnings.warn("belief() is now as_prior()", DeprecationWarning, stacklevel=2)
+        return self.as_prior()
 
 
 @dataclass(frozen=True)
@@ -75,9 +81,9 @@ class Weighed(Drawn):
 
 def weigh_prior(
     likelihood: LogLikelihood,
-    prior: Belief,
+    prior: Prior,
     *,
-    proposal: Belief | None = None,
+    proposal: Prior | None = None,
     draws: int = 1024,
     seed: int = 0,
 ) -> Weighed:
@@ -128,7 +134,7 @@ def weigh_prior(
 
 def sample_posterior(
     likelihood: LogLikelihood,
-    prior: Belief,
+    prior: Prior,
     *,
     walkers: int | None = None,
     steps: int = 1000,

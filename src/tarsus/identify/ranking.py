@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.workers import Workers
-from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate
 from tarsus.identify.features import Features, Instrument, simulated
 from tarsus.identify.limits import field_limits
+from tarsus.identify.prior import Prior
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
@@ -75,7 +75,7 @@ class Ranking:
 def rank(
     scene: Scene,
     candidates: Sequence[Candidate],
-    belief: Belief,
+    prior: Prior,
     parameter: str,
     budget: float,
     *,
@@ -90,9 +90,9 @@ def rank(
 ) -> Ranking:
     """Rank drive signals by expected information on one parameter, and choose some within a budget.
 
-    At draws of the belief every candidate is simulated, and the slopes ``J`` of its features are taken by central
+    At draws of the prior every candidate is simulated, and the slopes ``J`` of its features are taken by central
     differences of ``step`` standard deviations of each parameter. With features' variances ``R`` a record adds
-    ``J^T R^-1 J`` to the belief's precision. The gain is ``log(std before / std after)`` of the parameter, all others
+    ``J^T R^-1 J`` to the prior's precision. The gain is ``log(std before / std after)`` of the parameter, all others
     being unknown as believed, in the mean over draws. ``R`` holds what the instrument resolves, the spread from period
     to period, and how far a feature is from linear over the step (half of the second differences): a jump, or a phase
     that goes round, tells where a parameter is, but not more closely than the step. Where motion is irregular, slopes
@@ -106,7 +106,7 @@ def rank(
     ----------
     scene
         The device; its own signals are replaced.
-    belief
+    prior
         What is known; of every parameter that is not known exactly.
     parameter
         Path of the one in question.
@@ -115,7 +115,7 @@ def rank(
     kinds
         Features (see `features_of`).
     draws, step
-        Of the belief, see above.
+        Of the prior, see above.
     seed
         Of the draws.
     progress
@@ -124,27 +124,27 @@ def rank(
     Raises
     ------
     InputError
-        For no candidates, a parameter that the belief lacks, a budget that is not positive, or a candidate that the
+        For no candidates, a parameter that the prior lacks, a budget that is not positive, or a candidate that the
         scene refuses.
     """
-    _check(candidates, belief, parameter, budget, scene)
-    target = belief.paths.index(parameter)
+    _check(candidates, prior, parameter, budget, scene)
+    target = prior.paths.index(parameter)
     tool = instrument or Instrument()
-    told, drawn = [], belief.draws(draws, seed)
+    told, drawn = [], prior.draws(draws, seed)
     for i, candidate in enumerate(candidates):
         if progress is not None:
             progress(i, len(candidates), candidate.name)
-        told.append(_slopes(candidate, scene, belief, tool, kinds, drawn, step, threads, accuracy))
-    prior = np.linalg.inv(belief.covariance)
-    before = float(belief.std[target])
+        told.append(_slopes(candidate, scene, prior, tool, kinds, drawn, step, threads, accuracy))
+    precision = np.linalg.inv(prior.covariance)
+    before = float(prior.std[target])
 
     @cache
     def information(k: int, repeats: int) -> Floats:
         return told[k].information(repeats, tool)
 
     def gain(counts: Mapping[int, int]) -> float:
-        total = prior + sum(information(k, repeats) for k, repeats in counts.items())
-        total = np.broadcast_to(total, (draws, *prior.shape))
+        total = precision + sum(information(k, repeats) for k, repeats in counts.items())
+        total = np.broadcast_to(total, (draws, *precision.shape))
         after = np.linalg.inv(total)[:, target, target]
         return float(np.mean(0.5 * np.log(before**2 / after)))
 
@@ -187,17 +187,17 @@ class _Told:
 
 
 def _slopes(
-    candidate: Candidate, scene: Scene, belief: Belief, instrument: Instrument, kinds: Sequence[str], drawn: Floats,
+    candidate: Candidate, scene: Scene, prior: Prior, instrument: Instrument, kinds: Sequence[str], drawn: Floats,
     step: float, threads: Workers, accuracy: Accuracy | None,
 ) -> _Told:  # fmt: skip
-    count = len(belief.paths)
+    count = len(prior.paths)
     changed = candidate.on(scene)
-    reach = step * belief.std
+    reach = step * prior.std
     offsets = np.vstack([np.zeros((1, count)), np.diag(reach), -np.diag(reach)])
     logs = (drawn[:, None, :] + offsets).reshape(-1, count)
-    ends = np.array([field_limits(changed, path) for path in belief.paths])
-    points = np.clip(belief.values * np.exp(logs), ends[:, 0], ends[:, 1])
-    vary = {path: points[:, j] for j, path in enumerate(belief.paths)}
+    ends = np.array([field_limits(changed, path) for path in prior.paths])
+    points = np.clip(prior.values * np.exp(logs), ends[:, 0], ends[:, 1])
+    vary = {path: points[:, j] for j, path in enumerate(prior.paths)}
     found = simulated(changed, vary, candidate.record, kinds, resolution=instrument.rebound, threads=threads,
                       accuracy=accuracy)  # fmt: skip
     values = found.values.reshape(len(drawn), 2 * count + 1, -1)
@@ -280,13 +280,13 @@ def _note(told: _Told, candidate: Candidate, budget: float) -> str:
 
 
 def _check(
-    candidates: Sequence[Candidate], belief: Belief, parameter: str, budget: float, scene: Scene
+    candidates: Sequence[Candidate], prior: Prior, parameter: str, budget: float, scene: Scene
 ) -> None:
     problems = []
     if not candidates:
         problems.append("there is no candidate signal to rank")
-    if parameter not in belief.paths:
-        problems.append(f"{parameter}: is none of the unknown parameters{nearest(parameter, belief.paths)}")
+    if parameter not in prior.paths:
+        problems.append(f"{parameter}: is none of the unknown parameters{nearest(parameter, prior.paths)}")
     if not (np.isfinite(budget) and budget > 0.0):
         problems.append(f"budget: expected a time above 0 s, got {budget:g} s")
     for candidate in candidates:

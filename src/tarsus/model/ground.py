@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -43,20 +44,29 @@ class _Ground(Description):
     impact: AnyImpactMap | None = Field(
         default=None, description="how the whole structure follows an impact; absent: mass-weighted"
     )
-    small_forces: bool = Field(
+    near_field_forces: bool = Field(
         default=True, description="false leaves the film and the electrostatic laws out of the simulation"
     )
     laws: Named[Law] = Field(
         default=FrozenDict(), description="further laws by name, a user's own among them"
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _by_the_former_name(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping) or "small_forces" not in given:
+            return given
+        warnings.warn("ground.small_forces is now ground.near_field_forces", DeprecationWarning, stacklevel=2)
+        kept = {name: value for name, value in given.items() if name != "small_forces"}
+        return {"near_field_forces": given["small_forces"], **kept}
+
     @property
     def acting(self) -> Ground:
-        """The ground as it acts: without film and electrostatics where `small_forces` is off."""
-        if self.small_forces:
+        """The ground as it acts: without film and electrostatics where `near_field_forces` is off."""
+        if self.near_field_forces:
             return self
         small = {slot: None for slot, law in self._in_slots().items() if law.small}
-        return self.model_copy(update={**small, "small_forces": True})
+        return self.model_copy(update={**small, "near_field_forces": True})
 
     @property
     def acting_laws(self) -> Mapping[str, Law]:

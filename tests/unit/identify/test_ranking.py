@@ -9,9 +9,9 @@ import tarsus as ts
 from laboratory import LABORATORY
 from scene_files import scene
 from tarsus.base.errors import InputError
-from tarsus.identify.belief import Belief
 from tarsus.identify.candidates import Candidate, candidate_grid
 from tarsus.identify.features import Instrument, simulated
+from tarsus.identify.prior import Prior
 from tarsus.identify.ranking import RANKED, rank
 
 E = "ground.restitution.coefficient"
@@ -27,11 +27,11 @@ def ball() -> ts.Scene:
 
 
 def test_the_rebound_of_a_ball_tells_what_it_must():
-    belief = Belief((E,), np.array([0.6]), np.array([[0.1**2]]))
+    prior = Prior((E,), np.array([0.6]), np.array([[0.1**2]]))
     drop = Candidate(name="drop", signal=ts.Constant(level=0.0), record=1.2)
     tool = Instrument(length=0.01, share=0.02)
-    found = rank(ball(), [drop], belief, E, 3.0, kinds=("rebound",), instrument=tool, draws=8, step=0.5)
-    apex, d = np.exp(2.0 * np.log(0.6) + 2.0 * belief.draws(8)[:, 0]), 0.05  # h e^2
+    found = rank(ball(), [drop], prior, E, 3.0, kinds=("rebound",), instrument=tool, draws=8, step=0.5)
+    apex, d = np.exp(2.0 * np.log(0.6) + 2.0 * prior.draws(8)[:, 0]), 0.05  # h e^2
     slope = apex * np.sinh(2.0 * d) / d
     for repeats, std in ((1, found.ranked[0].std), (2, found.plan.std)):
         variance = 0.01**2 / repeats + (0.02 * apex) ** 2 + (apex * (np.cosh(2.0 * d) - 1.0)) ** 2
@@ -44,7 +44,7 @@ def test_the_rebound_of_a_ball_tells_what_it_must():
 
 def test_signals_without_contact_tell_nothing_of_restitution():
     grid = candidate_grid((100.0,), (0.3, 2.0), (0.25,))
-    found = rank(DEVICE, grid, Belief.of_scene(DEVICE, GROUND), E, 0.1, draws=4)
+    found = rank(DEVICE, grid, Prior.of_scene(DEVICE, GROUND), E, 0.1, draws=4)
     best, worst = found.ranked
     assert best.candidate.name == "100 Hz, 2 V, lambda 0.25" and best.gain > 0.5
     assert worst.gain == pytest.approx(0.0, abs=1e-12) and worst.std == pytest.approx(0.3)
@@ -53,21 +53,21 @@ def test_signals_without_contact_tell_nothing_of_restitution():
 
 def test_long_contacts_tell_the_growth_of_adhesion_and_different_ones_separate_it_from_its_start():
     device = ts.with_values(DEVICE, {A0: 150e-9})
-    belief = Belief.of_scene(device, (A0, A))
-    found = rank(device, candidate_grid((5.0, 15.0, 100.0), (6.0,), (0.25,)), belief, A, 20.0, draws=4)
+    prior = Prior.of_scene(device, (A0, A))
+    found = rank(device, candidate_grid((5.0, 15.0, 100.0), (6.0,), (0.25,)), prior, A, 20.0, draws=4)
     gains = {one.candidate.signal.frequency: one.gain for one in found.ranked}
     assert gains[5.0] > gains[15.0] > gains[100.0]
     grid = candidate_grid((5.0, 100.0), (8.0,), (0.25,))
-    alone = [rank(device, [one], belief, A, 20.0, draws=4).plan.std for one in grid]
-    plan = rank(device, grid, belief, A, 20.0, draws=4).plan
+    alone = [rank(device, [one], prior, A, 20.0, draws=4).plan.std for one in grid]
+    plan = rank(device, grid, prior, A, 20.0, draws=4).plan
     assert plan.std < 0.8 * min(alone) and {step[0].name for step in plan.steps} == {one.name for one in grid}
 
 
 def test_a_plan_keeps_its_budget():
     grid = candidate_grid((5.0, 50.0, 100.0), (6.0,), (0.25,))
-    belief = Belief.of_scene(DEVICE, (A0, A))
+    prior = Prior.of_scene(DEVICE, (A0, A))
     said = []
-    found = rank(DEVICE, grid, belief, A, 0.3, draws=2, progress=lambda k, n, what: said.append((k, n, what)))
+    found = rank(DEVICE, grid, prior, A, 0.3, draws=2, progress=lambda k, n, what: said.append((k, n, what)))
     assert found.plan.cost <= 0.3 * (1.0 + 1e-9)
     assert found.plan.cost == pytest.approx(sum(c.record for c, _ in found.plan.steps))
     notes = {one.candidate.signal.frequency: one.note for one in found.ranked}
@@ -75,7 +75,7 @@ def test_a_plan_keeps_its_budget():
     stds = [std for _, std in found.plan.steps]
     assert stds == sorted(stds, reverse=True) and stds[-1] == pytest.approx(found.plan.std)
     assert said[0] == (0, 3, grid[0].name) and len(said) == 3
-    empty = rank(DEVICE, grid, belief, A, 0.01, draws=2).plan
+    empty = rank(DEVICE, grid, prior, A, 0.01, draws=2).plan
     assert empty.steps == () and empty.cost == 0.0 and empty.std == pytest.approx(found.std)
 
 
@@ -88,48 +88,48 @@ def test_a_candidate_changes_signal_and_gap_and_nothing_else():
     assert changed.ground == DEVICE.ground
 
 
-def test_beliefs_come_from_draws_or_from_intervals():
+def test_priors_come_from_draws_or_from_intervals():
     random = np.random.default_rng(2)
     cov = np.array([[0.04, 0.03], [0.03, 0.09]])
-    belief = Belief.of_samples((A0, A), np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000)))
-    assert belief.covariance == pytest.approx(cov, rel=0.1)
-    assert np.log(belief.values) == pytest.approx([-18.0, -12.0], abs=0.02)
+    prior = Prior.of_samples((A0, A), np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000)))
+    assert prior.covariance == pytest.approx(cov, rel=0.1)
+    assert np.log(prior.values) == pytest.approx([-18.0, -12.0], abs=0.02)
     known = ts.with_values(DEVICE, {"provenance": {
         E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
     }})  # fmt: skip
-    assert Belief.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
+    assert Prior.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
     drawn = np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000))
-    mixed = Belief.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
+    mixed = Prior.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
     assert mixed.covariance[np.ix_([0, 2], [0, 2])] == pytest.approx(cov, rel=0.1)
     assert mixed.std[1] == pytest.approx(np.log(1.1) / 1.96, rel=1e-3) and mixed.covariance[0, 1] == 0.0
 
 
 def test_what_cannot_be_ranked_is_said_at_once():
-    belief = Belief.of_scene(DEVICE, (A0, A))
+    prior = Prior.of_scene(DEVICE, (A0, A))
     with pytest.raises(InputError) as refused:
-        rank(DEVICE, [], belief, E, 0.0)
+        rank(DEVICE, [], prior, E, 0.0)
     said = refused.value.problems
     assert len(said) == 3 and "no candidate" in said[0] and E in said[1] and "budget" in said[2]
     wrong = Candidate(name="x", signal=ts.Constant(level=1.0), drive="pxt", record=0.1)
     with pytest.raises(InputError, match="no drive 'pxt'; did you mean 'pzt'"):
-        rank(DEVICE, [wrong], belief, A, 1.0)
+        rank(DEVICE, [wrong], prior, A, 1.0)
     with pytest.raises(InputError, match="record"):
         Candidate(name="x", signal=ts.Constant(level=1.0), record=0.0)
     with pytest.raises(InputError, match="more than 2 draws"):
-        Belief.of_samples((A0, A), [[1.0, 2.0]])
+        Prior.of_samples((A0, A), [[1.0, 2.0]])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("parameter", [E, A])
 def test_the_signal_on_top_shrinks_the_interval_more_than_one_below(parameter):
-    """Records are made at 30 devices drawn from the belief, and its draws weighed by how likely they make each."""
-    belief = Belief.of_scene(DEVICE, GROUND)
+    """Records are made at 30 devices drawn from the prior, and its draws weighed by how likely they make each."""
+    prior = Prior.of_scene(DEVICE, GROUND)
     grid = candidate_grid((15.0, 50.0, 100.0), (2.0, 6.0), (0.0, 0.25))
-    found = rank(DEVICE, grid, belief, parameter, 1.0)
+    found = rank(DEVICE, grid, prior, parameter, 1.0)
     j = GROUND.index(parameter)
     tool, random = Instrument(), np.random.default_rng(8)
-    logs = belief.draws(512, seed=4)
-    rows = belief.values * np.exp(logs)
+    logs = prior.draws(512, seed=4)
+    rows = prior.values * np.exp(logs)
 
     def shrunk(candidate: Candidate) -> float:
         made = simulated(
@@ -149,7 +149,7 @@ def test_the_signal_on_top_shrinks_the_interval_more_than_one_below(parameter):
             weight[truth] = 0.0
             weight /= weight.sum()
             spread = np.sqrt(weight @ (logs[:, j] - weight @ logs[:, j]) ** 2)
-            gains.append(np.log(belief.std[j] / max(spread, 0.02)))
+            gains.append(np.log(prior.std[j] / max(spread, 0.02)))
         return float(np.mean(gains))
 
     top, middle, low = (found.ranked[k] for k in (0, len(grid) // 2, -1))

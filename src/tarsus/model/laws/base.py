@@ -57,7 +57,7 @@ class Law(Description):
     source: ClassVar[str] = ""
     """What to cite for the law, as ``run.citations()`` does: "Title, what it is, where, year"."""
     small: ClassVar[bool] = False
-    """Whether ``ground.small_forces = false`` leaves the law out of its slot."""
+    """Whether ``ground.near_field_forces = false`` leaves the law out of its slot."""
     loses: ClassVar[bool] = False
     """Whether the law only takes energy: its line in reports is a loss."""
     needs_electrode: ClassVar[bool] = False

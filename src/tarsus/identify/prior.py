@@ -11,17 +11,24 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import norm, qmc
 
 from tarsus.base.errors import InputError
+from tarsus.base.moved import renamed
 from tarsus.base.spec import float_paths, get_value
 from tarsus.identify.ranges import LEVEL
 from tarsus.model.scene import Scene
 
-__all__ = ["Belief", "read_draws", "unknown_paths"]
+__all__ = ["Prior", "read_draws", "unknown_paths"]
 
 Floats = NDArray[np.float64]
 
 
+def __getattr__(name: str) -> object:
+    if name == "Belief":
+        return renamed(__name__, "Belief", "Prior")
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+
+
 @dataclass(frozen=True)
-class Belief:
+class Prior:
     """What is known of np positive parameters: logarithms with a normal distribution.
 
     paths; values (np,): medians, SI; covariance (np, np) of the logarithms.
@@ -41,12 +48,12 @@ class Belief:
         if np.shape(self.values) != (count,) or np.shape(self.covariance) != (count, count):
             raise InputError(f"expected {count} values and a covariance of shape {(count, count)}")
         problems = [
-            f"{path}: a belief in logarithms needs a value above 0, got {value:g}"
+            f"{path}: a prior in logarithms needs a value above 0, got {value:g}"
             for path, value in zip(self.paths, self.values, strict=True)
             if not value > 0.0
         ]
         problems += [
-            f"{path}: a belief needs a spread above 0"
+            f"{path}: a prior needs a spread above 0"
             for path, variance in zip(self.paths, np.diag(self.covariance), strict=True)
             if not variance > 0.0
         ]
@@ -54,12 +61,12 @@ class Belief:
             raise InputError(problems)
 
     @classmethod
-    def of_samples(cls, paths: Sequence[str], samples: ArrayLike) -> Belief:
+    def of_samples(cls, paths: Sequence[str], samples: ArrayLike) -> Prior:
         """From draws (ns, np), all positive: a bootstrap or a posterior."""
         rows = np.asarray(samples, dtype=float)
         rows = rows[np.isfinite(rows).all(axis=1)]
         if len(rows) <= len(paths) or not np.all(rows > 0.0):
-            raise InputError(f"a belief needs more than {len(paths)} draws, all above 0")
+            raise InputError(f"a prior needs more than {len(paths)} draws, all above 0")
         logs = np.log(rows)
         covariance = np.cov(logs, rowvar=False, ddof=1).reshape(len(paths), len(paths))
         return cls(tuple(paths), np.exp(np.median(logs, axis=0)), covariance)
@@ -71,7 +78,7 @@ class Belief:
         paths: Sequence[str],
         spread: float = 0.3,
         draws: Mapping[str, Floats] | None = None,
-    ) -> Belief:
+    ) -> Prior:
         """From a scene's values and what is known of them.
 
         Parameters

@@ -1,0 +1,124 @@
+"""Command lines of the documentation, run as they are printed, page by page in a folder where nothing is yet."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from calibrate.toys import ball_study
+
+ROOT = Path(__file__).parents[2]
+PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
+PAGES |= {"CONTRIBUTING.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")}
+
+NOT_RUN = re.compile(r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter |tarsus open|.*tcp://|qsub ")
+"""Lines that install, open a window, or need a cluster: `benchmarks/newcomer.py` and tests/cluster do those."""
+
+SMALLER = {
+    "--candidates 3000": "--candidates 64 --look 2",
+    "--steps 20": "--steps 6 --hidden 2 --training 2 --candidates 64 --duration '10 ms'",
+    '--duration "0.4 s" -o gaits': '--candidates 64 --look 2 --duration "50 ms" -o gaits',
+    'um/s" -o out': 'um/s" --set "duration=10 ms" --count 4 --draws 2 -o out',
+    "=0.15:0.5 -o landing": "=0.15:0.5 --effort 0.02 -o landing",
+    "tarsus calibrate cantilever -o fit": "tarsus devices",
+    "tarsus calibrate cantilever-1 -o fit1": "tarsus devices",
+    '--slurm "--partition=main --time=2:00:00 --cpus-per-task=8" --tasks 100': "--tasks 4",
+    '--slurm "--partition=main --time=2:00:00" --tasks 100': "--tasks 4",
+    "-o /shared/out --tasks 100": "-o another --tasks 3",
+    "/shared/out/array": "another/array",
+    "seq 0 99": "seq 0 2",
+    "/shared/out": "shared",
+    "identified/identified.toml": "cantilever",
+}
+"""What would take minutes, asked for in small; folders that a page does not make."""
+
+
+def nothing(folder: Path) -> None:
+    """Nothing is there."""
+
+
+def examples(folder: Path) -> None:
+    (folder / "examples").symlink_to(ROOT / "examples")
+
+
+def sweep_study(folder: Path) -> None:
+    """The study of the page of sweeps, with fewer and shorter runs."""
+    (text,) = re.findall(r"```toml\n(name.*?)```", PAGES["sweeps.md"], re.DOTALL)
+    text = text.replace("0.1 s", "10 ms").replace("count = 9", "count = 2").replace("count = 5", "count = 2")
+    (folder / "my-study.toml").write_text(text, encoding="utf-8")
+
+
+def table_study(folder: Path) -> None:
+    """A study of a table as small as they come, by the name that the page gives it."""
+    file = ball_study(folder, "50,1.5,14\n90,1,30\n120,,\n", generations=0, leave_out=0)
+    Path(file).rename(folder / "my-study.toml")
+
+
+HERE: dict[str, tuple[Callable[[Path], None], tuple[str, ...], str]] = {
+    "CONTRIBUTING.md": (examples, ("out/report.html",), ""),
+    "add-a-law.md": (examples, ("out/report.html", "pulled/report.html"), ""),
+    "calibrate.md": (table_study, ("out/calibration.json", "out/branch-1.toml"), "slow"),
+    "determined.md": (nothing, (), "slow"),
+    "gaits.md": (nothing, ("gaits/gait.h", "adaptive/adapt.json"), "slow"),
+    "gallery.md": (nothing, ("out/report.html", "hexapod/reproduction.html"), "slow"),
+    "identify.md": (nothing, ("result/identified.toml",), "slow"),
+    "install.md": (nothing, ("mine/report.html", "result/identified.toml", "own/campaign.toml"), "slow"),
+    "landing.md": (nothing, ("landing/landing.h",), "slow"),
+    "scale.md": (sweep_study, ("out/sweep.nc", "shared/array/1.sh", "another/sweep.nc"), "slow"),
+    "sweeps.md": (sweep_study, ("out/sweep.nc", "mine/sweep.nc"), "slow"),
+    "tutorial-gait.md": (nothing, ("gaits/gait.h",), "slow"),
+    "tutorial-landing.md": (nothing, ("soft/landing.h",), "slow"),
+    "yield.md": (nothing, ("out/yield.json",), "slow"),
+}
+"""What a page's lines need, files that must be there afterwards, and whether they take more than some seconds."""
+
+
+def lines(page: str) -> list[str]:
+    """Command lines of a page that are run, in small."""
+    found = []
+    for block in re.findall(r"^```(?:bash|sh|console)\n(.*?)^```", PAGES[page], re.DOTALL | re.MULTILINE):
+        for line in re.sub(r"\\\n\s*", "", block).splitlines():
+            if line.strip() and not NOT_RUN.match(line):
+                for whole, small in SMALLER.items():
+                    line = line.replace(whole, small)
+                found.append(line)
+    return found
+
+
+def test_every_page_with_command_lines_is_run():
+    assert {page for page in PAGES if lines(page)} == set(HERE)
+    printed = "\n".join(re.sub(r"\\\n\s*", "", text) for text in PAGES.values())
+    assert [whole for whole in SMALLER if whole not in printed] == []
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=[pytest.mark.slow] if mark else []) for page, (_, _, mark) in HERE.items()],
+)
+def test_the_command_lines_of_a_page_run(page, tmp_path):
+    prepare, written, _ = HERE[page]
+    prepare(tmp_path)
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    (programs / "tarsus").write_text(
+        f'#!/bin/sh\nexec "{sys.executable}" -m tarsus.cli "$@"\n', encoding="utf-8"
+    )
+    (programs / "tarsus").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "BROWSER": "true"}
+    script = "set -e\n" + "\n".join(lines(page))
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert done.returncode == 0, f"{script}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    assert [name for name in written if not (tmp_path / name).is_file()] == []
