@@ -12,7 +12,7 @@ import tarsus as ts
 from tarsus.report.circular import dials
 from tarsus.report.run_page import report_html
 from tarsus.report.series import Trace, last_turns, point_trace
-from tarsus.report.style import figure_style
+from tarsus.report.sheet import figure_style
 from tarsus.study.impacts import creation_warning
 from tarsus_reproduce.impacts import impact_energies
 from tarsus_reproduce.mixtures import packaged_members

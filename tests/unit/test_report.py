@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import re
 import subprocess
 import sys
@@ -19,7 +20,8 @@ from tarsus.report import write_report
 from tarsus.report.html import amount, number
 from tarsus.report.run_page import MOST_EVENTS, report_html
 from tarsus.report.series import contact_intervals, drive_period, series_of
-from tarsus.report.style import decimate, figure_style, scale_of, stack, to_svg, upright
+from tarsus.report.sheet import Sheet, figure_style, to_svg
+from tarsus.report.style import decimate, scale_of, upright
 from tarsus.report.values import ValueRow, grouped, value_rows
 from unit.html_page import Page
 from unit.sample_run import EVENT, SampleRun, make_run, make_scene
@@ -176,15 +178,18 @@ def test_settings_of_matplotlib_are_left_alone() -> None:
     before = dict(matplotlib.rcParams)
     with figure_style():
         inside = dict(matplotlib.rcParams)
-        to_svg(stack([1.0])[0], "a panel")
+        sheet = Sheet(7.4)
+        sheet.stack([1.0])
+        to_svg(sheet.figure, "a panel")
     assert dict(matplotlib.rcParams) == before != inside
 
 
 def test_the_report_of_a_run_does_without_matplotlib(run: SampleRun, monkeypatch) -> None:
     """It would take longer to load than all the rest of the report."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.delitem(sys.modules, "tarsus.report.sheet")
     with pytest.raises(ImportError):
-        stack([1.0])
+        importlib.import_module("tarsus.report.sheet")
     assert "<svg" in report_html(run)
 
 

@@ -93,9 +93,9 @@ def page(title: str, body: str) -> str:
         headings.append((f"part-{len(headings) + 1}", Markup(found[1])))
         return f'<h2 id="{headings[-1][0]}">{found[1]}</h2>'
 
-    body = _MICRO.sub("µ", _HEADING.sub(marked, body))
+    body = Markup(_MICRO.sub("µ", _HEADING.sub(marked, body)))
     first = body.find('<h2 id="part-1">')
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
     charts = '<div class="charts"' in body
-    return rendered("base.html", title=title, body=Markup(body), charts=charts)
+    return rendered("base.html", title=title, body=body, charts=charts)

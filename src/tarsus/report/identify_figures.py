@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,17 +13,24 @@ from tarsus.identify.heldout import Comparison
 from tarsus.identify.step import Curve, Panel
 from tarsus.identify.verdict import Assessment
 from tarsus.report.figures import Plate
-from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, INK, VERMILION, Scale, decimate, scale_of
+from tarsus.report.html import Column, number, table
+from tarsus.report.sheet import Sheet, few_ticks, figure_style, plate, to_svg
+from tarsus.report.style import BLUE, INK, VERMILION, WIDTH_IN, Scale, decimate, scale_of
 
-MOST_PANELS = 8
+MOST_PANELS = 6
 """Panels of one figure; of more, the first ones."""
 
 PERIODS = 1.0
 """Drive periods of a held-out record that are drawn, after transients."""
 
-_POINTS = 600
-_TOLD, _STRONG = 0.3, 0.7
+_POINTS = 400
+_TOLD = 0.3
+
+TITLE_LETTERS = 28
+"""Letters in a line of a panel's title: as many as a third of a page holds."""
+
+MOST_PAIRS = 12
+"""Pairs of numbers that a narrow screen lists, on which their table of colours would be unreadable."""
 
 
 ON_LIGHT, ON_DARK = "#1a1a1a", "#fdfdfd"
@@ -36,8 +44,10 @@ def panels(shown: Sequence[Panel], caption: str) -> Plate:
     """Panels three side by side, below each other on narrow paper: measured as points, fitted as lines."""
     kept = list(shown[:MOST_PANELS])
 
+    lines = max((-(-len(panel.title) // TITLE_LETTERS) for panel in kept), default=1)
+
     def draw(sheet: Sheet) -> None:
-        for axes, panel in zip(sheet.grid(len(kept), 1.35, across=3, title=True), kept, strict=True):
+        for axes, panel in zip(sheet.grid(len(kept), 1.35, across=3, title=lines), kept, strict=True):
             _draw(axes, panel, _POINTS // (2 if sheet.narrow else 1))
 
     return plate(draw, caption)
@@ -59,15 +69,16 @@ def correlations(judged: Assessment) -> Plate:
     labels = [short_name(name) for name in judged.names]
     shown = np.where(np.tri(count, k=-1, dtype=bool), judged.correlation, np.nan)
 
-    def draw(sheet: Sheet) -> None:
+    pairs = sorted(np.argwhere(np.abs(np.nan_to_num(shown)) >= _TOLD).tolist(), key=lambda ij: -abs(shown[*ij]))
+    caption = "Correlations of the numbers over their draws, in per cent where 30 or more."
+    with figure_style():
+        sheet = Sheet(WIDTH_IN)
         beside = 0.15 + 0.052 * max(map(len, labels))
-        side = min(sheet.width - beside - 0.6, 0.3 * count)
-        axes = sheet.square(side, beside)
+        axes = sheet.square(min(WIDTH_IN - beside - 0.6, 0.26 * count), beside)
         image = axes.imshow(shown, cmap=OPPOSED, vmin=-1.0, vmax=1.0)
-        for i, j in np.argwhere(np.abs(np.nan_to_num(shown)) >= (2.0 if sheet.narrow else _TOLD)):
-            value = float(shown[i, j])
-            color = ON_LIGHT if abs(value) <= 0.7 else ON_DARK
-            axes.text(j, i, f"{100 * value:.0f}", ha="center", va="center", fontsize=6.0, color=color)
+        for i, j in pairs:
+            color = ON_LIGHT if abs(shown[i, j]) <= 0.7 else ON_DARK
+            axes.text(j, i, number(100 * shown[i, j], 2), ha="center", va="center", fontsize=6.0, color=color)
         axes.set_xticks(range(count), labels, rotation=90, fontsize=6.5)
         axes.set_yticks(range(count), labels, fontsize=6.5)
         axes.tick_params(length=0.0)
@@ -75,13 +86,10 @@ def correlations(judged: Assessment) -> Plate:
             spine.set_visible(False)
         bar = sheet.figure.colorbar(image, ax=axes, fraction=0.04, pad=0.03, location="top", shrink=0.6)
         bar.outline.set_visible(False)
-
-    pairs = sorted(np.argwhere(np.abs(np.nan_to_num(shown)) >= _STRONG).tolist(), key=lambda ij: -abs(shown[*ij]))
-    strong = "; ".join(f"{labels[i]} and {labels[j]} {100 * shown[i, j]:.0f}".replace("-", "−") for i, j in pairs[:6])
-    return plate(
-        draw, "Correlations of the numbers over their draws, in per cent where 30 or more."
-        + f" Strongest: {strong}." * bool(strong),
-    )  # fmt: skip
+        picture = to_svg(sheet.figure, caption)
+    rows = [[labels[i], labels[j], f"{number(100 * shown[i, j], 2)} %"] for i, j in pairs[:MOST_PAIRS]]
+    head = (Column("correlated", number=False), Column("with", number=False), Column("by"))
+    return Plate.of_both(picture, table(head, rows), caption)
 
 
 def short_name(path: str) -> str:
@@ -124,7 +132,7 @@ def _draw(axes: Axes, panel: Panel, most: int) -> None:
             axes.errorbar(x, y, yerr=bars, fmt=".", ms=3.0, color=color, elinewidth=0.6, zorder=2)
         else:
             axes.plot(x, y, ".", ms=1.6, color=color, zorder=2)
-    axes.set_title(panel.title, loc="left")
+    axes.set_title(fill(panel.title, TITLE_LETTERS), loc="left")
     axes.set_xlabel(f"{panel.x_label} ({across.label})" if across.label else panel.x_label)
     axes.set_ylabel(f"{panel.y_label} ({up.label})" if up.label else panel.y_label)
     few_ticks(axes, x=4, y=5)

@@ -57,7 +57,7 @@ def picture(pair: Pair) -> Plate:
     high = scale_of("m", max(float(series["gap"][pair.foot].max()) for series in pair.series))
 
     def draw(sheet: Sheet) -> None:
-        sides = sheet.stacks(2, [1.7, 0.75], joined=True, title=True)
+        sides = sheet.stacks(2, [1.7, 0.75], joined=True, title=1)
         for column, (top, bottom) in enumerate(sides):
             _side(pair, column, (top, bottom), clock, high)
             if sheet.narrow or not column:

@@ -52,8 +52,8 @@ def nyquist(fit: ModalFit) -> Plate:
     modes = fit.modes[:MOST_CURVES]
 
     def draw(sheet: Sheet) -> None:
-        for axes, mode in zip(sheet.grid(len(modes), 1.75, across=3, title=True), modes, strict=True):
-            measured, fitted = _mobility(fit, mode)
+        for axes, mode in zip(sheet.grid(len(modes), 1.75, across=3, title=1), modes, strict=True):
+            measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
             scale = scale_of("", np.abs(measured))
             axes.plot(np.real(measured) / scale.step, np.imag(measured) / scale.step, ".", ms=3.0, color=INK)
             axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE)

@@ -27,9 +27,6 @@ __all__ = ["Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
 LEFT, RIGHT, BELOW = 0.68, 0.1, 0.44
 """Margins around a panel [inch]: value labels and axis label; last tick label; ticks and label of the axis below."""
 
-TITLE = 0.2
-"""Height of a panel's title [inch]."""
-
 LETTER, HANDLE = 0.062, 0.42
 """Of a legend [inch]: width of a letter, and of a sign with its gaps."""
 
@@ -100,25 +97,26 @@ class Sheet:
         return self.stacks(1, heights, gap=gap)[0]
 
     def stacks(
-        self, count: int, heights: Sequence[float], *, across: int = 2, left: float = LEFT, title: bool = False,
+        self, count: int, heights: Sequence[float], *, across: int = 2, left: float = LEFT, title: int = 0,
         joined: bool = False, gap: float = 0.14,
     ) -> list[list[Axes]]:  # fmt: skip
         """Stacks of panels of the given heights [inch], row by row: so many across, on narrow paper below each other.
 
-        Panels of a stack share the horizontal axis. left: room for the words beside a panel; title: room for one above;
+        Panels of a stack share the horizontal axis. left: room for the words beside a panel; title: lines of one above;
         joined: panels beside each other share the vertical axis and its words; gap: between panels of a stack.
         """
         columns = 1 if self.narrow else min(across, count)
         between = 0.14 if joined else left
         wide = (self.width - left - RIGHT - (columns - 1) * (between + RIGHT)) / columns
-        tall = TITLE * title + sum(heights) + gap * (len(heights) - 1) + BELOW
+        above = 0.05 + 0.15 * title if title else 0.0
+        tall = above + sum(heights) + gap * (len(heights) - 1) + BELOW
         total = -(-count // columns) * tall + 0.06
         self.figure.set_size_inches(self.width, total)
         stacks: list[list[Axes]] = []
         for k in range(count):
             row, column = divmod(k, columns)
             beside = stacks[k - column] if joined and column else None
-            x, top = left + column * (wide + between + RIGHT), total - 0.06 - row * tall - TITLE * title
+            x, top = left + column * (wide + between + RIGHT), total - 0.06 - row * tall - above
             panels: list[Axes] = []
             for i, height in enumerate(heights):
                 place = (x / self.width, (top - height) / total, wide / self.width, height / total)

@@ -74,7 +74,7 @@ def walks_figure(examples: Sequence[Example], title: str) -> Plate:
     way = scale_of("m", *(one["body"].values[0] for one in series))
 
     def draw(sheet: Sheet) -> None:
-        grid = sheet.stacks(len(examples), [1.4, 1.4], joined=True, title=True)
+        grid = sheet.stacks(len(examples), [1.4, 1.4], joined=True, title=1)
         for (top, low), example, one in zip(grid, examples, series, strict=True):
             for axes, scale, body, feet in (
                 (top, up, one["body"].values[1], one["gap"].values),

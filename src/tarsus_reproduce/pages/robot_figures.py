@@ -147,7 +147,7 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
     numbers = np.array([mode.number for mode in modes])
 
     def draw(sheet: Sheet) -> None:
-        panels = sheet.grid(len(modes) + 1, 1.05, across=4, left=0.45, title=True)
+        panels = sheet.grid(len(modes) + 1, 1.05, across=4, left=0.45, title=1)
         for axes, mode in zip(panels, modes, strict=False):
             shape = np.array(mode.shape)
             shape = shape * np.sign(shape @ column) / np.abs(shape).max()

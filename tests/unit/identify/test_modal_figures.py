@@ -7,7 +7,7 @@ from identify.test_modal import responses
 from tarsus.identify import identify_modes
 from tarsus.records.measurement import Quantity
 from tarsus.report.modal_figures import nyquist, stabilisation, synthesis
-from tarsus.report.style import figure_style
+from tarsus.report.sheet import figure_style
 
 
 def test_figures_of_a_fit():

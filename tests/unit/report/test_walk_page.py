@@ -13,7 +13,7 @@ from tarsus.files.store import read_run, write_run
 from tarsus.report import figures
 from tarsus.report.motion import AIR, SLIPPING, STUCK, Motion, motion_of, whole_motion
 from tarsus.report.run_page import MOST_FEET_LISTED, report_html
-from tarsus.report.style import figure_style
+from tarsus.report.sheet import figure_style
 from tarsus.report.walk_figures import footfalls, ground_forces, travel
 from tarsus.solve.run import Run
 from unit.html_page import Page

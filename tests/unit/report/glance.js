@@ -1,0 +1,125 @@
+// What a reader would see at a glance that is wrong with a page: asked of the page itself, answered to its frame.
+(() => {
+"use strict";
+const faults = [], at = (what) => `${what.slice(0, 60)}`;
+addEventListener("error", (event) => faults.push(`script: ${event.message}`));
+const told = console.error;
+console.error = (...words) => { faults.push(`console: ${words.join(" ")}`); told(...words); };
+
+const seen = (element) => element.checkVisibility({ checkOpacity: true, checkVisibilityCSS: true });
+const beyond = (inner, outer, by) =>
+  inner.left < outer.left - by || inner.right > outer.right + by || inner.top < outer.top - by || inner.bottom > outer.bottom + by;
+
+/** Boxes of all text that is seen: its lines, without what is scrolled away. */
+function boxes() {
+  const found = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+    const parent = node.parentElement, text = node.data.trim();
+    if (!text || parent.closest("script, style, noscript, option, title, .skip") || !seen(parent)) continue;
+    const drawn = parent.closest("svg text"), range = document.createRange();
+    range.selectNodeContents(node);
+    const rects = drawn ? [parent.getBoundingClientRect()] : [...range.getClientRects()];
+    for (const { left, right, top, bottom } of rects) {
+      const box = { left, right, top, bottom, text, parent, drawn };
+      if (right - left > 1 && bottom - top > 1 && shownOf(box)) found.push(box);
+    }
+  }
+  return found;
+}
+
+/** Whether some of a box is within all that scrolls around it; text that is cut where nothing scrolls is a fault. */
+function shownOf(box) {
+  for (let one = box.parent; one && one !== document.body; one = one.parentElement) {
+    const style = getComputedStyle(one), frame = one.getBoundingClientRect();
+    const scrolls = /auto|scroll/.test(style.overflowX + style.overflowY);
+    const outside = box.right <= frame.left || box.left >= frame.right || box.bottom <= frame.top || box.top >= frame.bottom;
+    if (scrolls && outside) return false;
+    if (scrolls) {
+      box.left = Math.max(box.left, frame.left);
+      box.right = Math.min(box.right, frame.right);
+      box.top = Math.max(box.top, frame.top);
+      box.bottom = Math.min(box.bottom, frame.bottom);
+    } else if ((style.overflowX === "hidden" || one.tagName === "svg") && beyond(box, frame, 2)) {
+      faults.push(`cut: ${at(box.text)}`);
+    }
+  }
+  return true;
+}
+
+const overlap = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 2 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 3;
+
+function overlapping(all) {
+  all.sort((a, b) => a.top - b.top);
+  all.forEach((a, i) => {
+    for (let j = i + 1; j < all.length && all[j].top < a.bottom; j++) {
+      const b = all[j], fixed = (one) => one.parent.closest(".contents, thead");
+      if (overlap(a, b) && !fixed(a) && !fixed(b)) faults.push(`over each other: ${at(a.text)} | ${at(b.text)}`);
+    }
+  });
+}
+
+const parts = (color) => color.match(/[\d.]+/g).map(Number);
+function luminance([r, g, b]) {
+  const [x, y, z] = [r, g, b].map((part) => (part / 255 <= 0.03928 ? part / 255 / 12.92 : ((part / 255 + 0.055) / 1.055) ** 2.4));
+  return 0.2126 * x + 0.7152 * y + 0.0722 * z;
+}
+function ground(element) {
+  for (let one = element; one; one = one.parentElement) {
+    const color = parts(getComputedStyle(one).backgroundColor);
+    if (color.length === 3 || color[3] > 0.5) return color;
+  }
+  return [255, 255, 255];
+}
+function faint(all) {
+  const known = new Set();
+  for (const { parent, drawn, text } of all) {
+    if (known.has(parent)) continue;
+    known.add(parent);
+    const style = getComputedStyle(parent), ink = parts(drawn ? style.fill : style.color);
+    if (drawn && ["rgb(26, 26, 26)", "rgb(253, 253, 253)"].includes(style.fill)) continue; // on fields of their own colour
+    const [a, b] = [luminance(ink), luminance(ground(parent))], ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    const large = !drawn && parseFloat(style.fontSize) >= 24;
+    if (ratio < (large ? 3 : 4.5)) faults.push(`faint (${ratio.toFixed(2)}): ${at(text)}`);
+    const sharp = drawn ? parent.getScreenCTM().a ** 2 + parent.getScreenCTM().b ** 2 : 1;
+    if (parseFloat(style.fontSize) * Math.sqrt(sharp) < 7.5) faults.push(`tiny (${(parseFloat(style.fontSize) * Math.sqrt(sharp)).toFixed(1)} px): ${at(text)}`);
+  }
+}
+
+/** What those need who do not see the page, or have no mouse. */
+function reachable() {
+  const name = (one) => one.getAttribute("aria-label") || one.labels?.[0]?.textContent || one.textContent;
+  for (const one of document.querySelectorAll("button, input, select, a[href], summary")) {
+    if (!one.hidden && !name(one).trim()) faults.push(`no name: ${one.outerHTML.slice(0, 60)}`);
+  }
+  for (const one of document.querySelectorAll("svg, canvas")) {
+    const hidden = one.closest("[aria-hidden=true]") || one.closest(".u-wrap");
+    if (!hidden && !(one.getAttribute("aria-label") || "").trim()) faults.push(`no words for a picture: ${one.outerHTML.slice(0, 60)}`);
+  }
+  for (const one of document.querySelectorAll("main *")) {
+    const scrolls = /auto|scroll/.test(getComputedStyle(one).overflowX) && one.scrollWidth > one.clientWidth + 1;
+    if (scrolls && seen(one) && one.tabIndex < 0) faults.push(`scrolls but not by keys: ${one.outerHTML.slice(0, 60)}`);
+  }
+  const levels = [...document.querySelectorAll("h1, h2, h3, h4")].map((one) => Number(one.tagName[1]));
+  if (levels.filter((level) => level === 1).length !== 1 || levels.some((level, i) => level > (levels[i - 1] || 0) + 1)) faults.push(`headings: ${levels}`);
+  if (document.documentElement.lang !== "en") faults.push("no language");
+}
+
+function glance() {
+  const height = document.documentElement.scrollHeight;
+  document.querySelectorAll("details").forEach((one) => { one.open = true; });
+  const wide = document.documentElement.scrollWidth;
+  if (wide > innerWidth) faults.push(`the page is ${wide} px wide in ${innerWidth}`);
+  let all = [];
+  try {
+    all = boxes();
+    overlapping(all);
+    faint(all);
+    reachable();
+  } catch (error) {
+    faults.push(`the look itself: ${error.stack}`);
+  }
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  parent.postMessage(JSON.stringify({ width: innerWidth, height, dark, texts: all.length, faults: [...new Set(faults)] }), "*");
+}
+addEventListener("load", () => setTimeout(glance, 300));
+})();
