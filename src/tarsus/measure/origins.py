@@ -100,8 +100,8 @@ class _Told:
 def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> EventSlopes | None:
     """Derivatives of a measure of one run by fields of its events, period marks included, and by the drive period; SI
     units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump.
-    together: whether an event that is at the edge of a period to rounding moves with it, as what a drive's own edge lets
-    happen does while that edge stays where it is in the period.
+    together: whether an event that is at the edge of a period to rounding moves with it, as what a drive's own edge
+    lets happen does while that edge stays where it is in the period.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
     height) stays selected. With all times the measure grows like a power of them: that tells the last derivative.
