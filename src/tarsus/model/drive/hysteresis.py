@@ -77,6 +77,15 @@ class PrandtlIshlinskii(VoltageLaw):
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
         return free + self.states(v, history) @ self.plays()[1]
 
+    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
+        """Force (n, N) [N] along n sequences of voltages (n, N) [V], side by side."""
+        r, w = self.plays()
+        state, out = play_states(visited(history), r, np.zeros(len(r)))[-1], np.empty(volts.shape)
+        for i, v in enumerate(volts.T):
+            state = np.minimum(np.maximum(state, v[:, None] - r), v[:, None] + r)
+            out[:, i] = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant + state @ w
+        return out
+
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
         r, w, _, states = self._along(track, history)

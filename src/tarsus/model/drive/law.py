@@ -27,6 +27,10 @@ class VoltageLaw(Description, ABC):
         `history` [V] was visited before; every drive starts at 0 V.
         """
 
+    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
+        """Force (n, N) [N] along n sequences of voltages (n, N) [V], each after the same `history`."""
+        return np.array([self.force(row, history) for row in volts])
+
     @abstractmethod
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where the force changes its formula, with the cubic of the voltage on each part."""
