@@ -63,9 +63,7 @@ def test_a_drive_at_fixed_times(law, wave):
     assert not any(rest)
     for channel, one in enumerate((found["pull"].force, found["pull"].volts)):
         starts = one.pieces.start
-        when = np.concatenate(
-            [a + (b - a) * np.array([0.1, 0.45, 0.9]) for a, b in pairwise(starts)]
-        )
+        when = np.concatenate([a + (b - a) * np.array([0.1, 0.45, 0.9]) for a, b in pairwise(starts)])
         when = when[when < 0.11]
         piece = np.searchsorted(starts, when, side="right") - 1
         a, b = starts[piece], starts[piece + 1]

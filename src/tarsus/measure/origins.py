@@ -24,8 +24,7 @@ __all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
 
 TOGETHER = 1e-9
 """Part of a period within which an event and the edge of a period may be in the other order, and part by which numbers
-must differ for one to be the larger: what a run is known to. Times that are equal to rounding move together: only what
-a drive's own edge lets happen is that exact."""
+must differ for one to be the larger: what a run is known to."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ class _Told:
     by: EventHistories
     height: float
     span: float
+    together: bool
     slopes: dict[str, Floats] = field(default_factory=dict)
 
     def add(self, name: str, events: Floats, values: Floats) -> None:
@@ -79,13 +79,16 @@ class _Told:
         if (np.abs(self.seen.flights.apex - self.height) <= TOGETHER * self.height).any():
             raise _Kink
 
-    def off_edges(self, own: Rows, times: Floats) -> None:
-        """Times (n,) of histories lie in their windows beyond doubt."""
+    def off_edges(self, own: Rows, times: Floats, fixed: NDArray[np.bool_] | None = None) -> None:
+        """Times (n,) of histories lie in their windows beyond doubt; those that are fixed, or move with the edge that
+        they are at, may lie at one."""
+        still = np.full(len(times), self.together) if fixed is None else fixed | self.together
         windows = self.seen.windows
         first, count = windows.first[own], windows.count[own]
         k = np.clip(windows.number(own, times), 0, count)
         for edge in (windows.edges[first + k], windows.edges[first + np.minimum(k + 1, count)]):
-            if ((np.abs(times - edge) <= TOGETHER * self.span) & self._apart(times, edge)).any():
+            near = np.abs(times - edge) <= TOGETHER * self.span
+            if (near & (self._apart(times, edge) | ~still)).any():
                 raise _Kink
 
     @staticmethod
@@ -94,9 +97,11 @@ class _Told:
         return np.abs(times - others) > 8.0 * np.spacing(np.abs(others))
 
 
-def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
+def event_slopes(judgement: Judgement, name: str, *, together: bool = False) -> EventSlopes | None:
     """Derivatives of a measure of one run by fields of its events, period marks included, and by the drive period; SI
     units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump.
+    together: whether an event that is at the edge of a period to rounding moves with it, as what a drive's own edge
+    lets happen does while that edge stays where it is in the period.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
     height) stays selected. With all times the measure grows like a power of them: that tells the last derivative.
@@ -121,7 +126,7 @@ def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
     columns = {one: np.asarray(events[one]) for one in ("foot", "kind", "speed_before", "apex")}
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
-    told = _Told(seen, by, judgement.height, float(judgement.spans[0]))
+    told = _Told(seen, by, judgement.height, float(judgement.spans[0]), together)
     weights = np.where(np.isfinite(values), share[own] / np.maximum(moments.count[own], 1), 0.0)
     try:
         rule(told, weights)
@@ -143,8 +148,8 @@ def _contact(told: _Told, weights: Floats) -> None:
     low, high = windows.edges[first], windows.edges[first + count]
     met = np.minimum(end, high) > np.maximum(start, low)
     told.clear()
-    told.off_edges(own, start)
-    told.off_edges(own, end)
+    told.off_edges(own, start, begun == 0.0)
+    told.off_edges(own, end, ended == 0.0)
     for times, events, moves, sign in ((start, begun, start > low, -1.0), (end, ended, end < high, 1.0)):
         some = np.flatnonzero(met & moves)
         k = np.minimum(windows.number(own[some], times[some]), count[some] - 1)
@@ -153,7 +158,7 @@ def _contact(told: _Told, weights: Floats) -> None:
 
 def _peak(told: _Told, weights: Floats) -> None:
     tops = told.seen.histories.tops
-    told.off_edges(tops.own, tops.time)
+    told.off_edges(tops.own, tops.time, np.ones(len(tops.own), dtype=bool))
     found, cell = told.seen.until(tops.own, tops.time)
     told.add_largest("apex", cell, tops.value[found], tops.time[found], told.by.tops.time[found], weights)
 
@@ -171,7 +176,7 @@ def _mean_apex(told: _Told, weights: Floats) -> None:
     flights = told.seen.flights
     hops = flights.hops(told.height)
     told.clear()
-    told.off_edges(flights.own[hops], flights.apex_time[hops])
+    told.off_edges(flights.own[hops], flights.apex_time[hops], np.ones(len(hops), dtype=bool))
     found, cell = told.seen.inside(flights.own[hops], flights.apex_time[hops])
     count = sums(cell, len(weights))
     told.add("apex", told.by.flights.apex_time[hops][found], weights[cell] / count[cell])
@@ -222,7 +227,7 @@ def _count(told: _Told, weights: Floats) -> None:
     begin within a window."""
     flights, counting = told.seen.flights, told.seen.counting
     told.clear()
-    told.off_edges(flights.own, flights.start)
+    told.off_edges(flights.own, flights.start, flights.start == 0.0)
     told.off_edges(told.seen.histories.impacts.own, told.seen.histories.impacts.time)
     found = flights.seen(told.height)
     stay = flights.start[found[1:]] - flights.end[found[:-1]]

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value, with_values
-from tarsus.core.arrays import E_APEX, E_FOOT, E_TIME
+from tarsus.core.arrays import E_APEX, E_FOOT, E_KIND, E_TIME
 from tarsus.measure import TOGETHER, Judgement, RunTable, event_slopes, measured, periods_used
 from tarsus.measure.history import RESOLUTION
 from tarsus.model.scene import Scene
@@ -94,7 +95,7 @@ def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, ND
             log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
         )
 
-    known = row_slopes(log, feet, name)
+    known = row_slopes(log, feet, name, together=True)
     if known is None:
         return differences(log)
     rows, period = known
@@ -103,19 +104,35 @@ def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, ND
         rows[used] @ log.slopes[used] + period * log.by_period,
         np.zeros(len(log.by_period), dtype=bool),
     )
-    moved = np.flatnonzero(log.by_period)
-    if len(moved) and jumps(log):
+    apart = _leave_edges(log)
+    if log.by_period.any() and jumps(log):
+        apart |= log.by_period != 0.0
+    moved = np.flatnonzero(apart)
+    if len(moved):
         part = replace(log, slopes=log.slopes[..., moved], by_period=log.by_period[moved], ways=None)
         slopes[moved], kinked[moved] = differences(part)
     return slopes, kinked
 
 
-def row_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, float] | None:
+def _leave_edges(log: Log) -> NDArray[np.bool_]:
+    """Along which derivatives (P,) an event leaves the edge of a period that it is at."""
+    rows, kinds = log.rows, (EventKind.PERIOD_MARK, EventKind.CONTACT_AT_START)
+    time = rows[:, E_TIME]
+    turns = np.round(time / log.period)
+    exact = np.abs(time - turns * log.period) <= 8.0 * np.spacing(time)
+    at = np.flatnonzero(exact & (time > 0.0) & ~np.isin(rows[:, E_KIND], kinds))
+    ways = np.abs(log.slopes[at, E_TIME] - turns[at, None] * log.by_period)
+    # of what moves with it to rounding nothing is left in a difference over `LARGEST`
+    return np.asarray((ways > 1e-9 * np.abs(turns[at, None] * log.by_period)).any(axis=0))
+
+
+def row_slopes(log: Log, feet: Sequence[str], name: str, *, together: bool) -> tuple[Floats, float] | None:
     """Derivatives of a measure by event rows (ne, 12) in the order in which the engine met them, and by the drive
-    period, with which the marks move; None where they are not known, or the measure may have a kink or a jump."""
+    period, with which the marks move; None where they are not known, or the measure may have a kink or a jump. together
+    as for `tarsus.measure.event_slopes`."""
     place, given = event_order(log.rows)
     table = table_of(replace(log, ways=None), feet, log.rows[None], np.array([log.period]), np.zeros((1, 1)))
-    found = event_slopes(Judgement(table), name)
+    found = event_slopes(Judgement(table), name, together=together)
     if found is None:
         return None
     rows = np.zeros_like(log.rows)

@@ -40,14 +40,14 @@ STATES = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 _NAMES = EVENT_TYPE.names or ()
 
 
-def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
+def measure_seeds(log: Log, feet: tuple[str, ...], name: str, edges_move: bool) -> Seeds | None:
     """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which tells whether the
-    drive period moves.
+    drive period moves. edges_move: whether edges of drives do.
 
     None where its derivatives by events are not known, and where it may have a kink; by the period NaN
     where it has one there, infinite where it jumps with the number of periods.
     """
-    found = row_slopes(log, feet, name)
+    found = row_slopes(log, feet, name, together=not edges_move)
     if found is None:
         return None
     seeds, period = found

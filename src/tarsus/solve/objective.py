@@ -63,7 +63,11 @@ def gradient(
     """
     run = simulate(scene, duration, accuracy, gradients=wrt)
     when = None if times is None or isinstance(objective, str) else increasing(times)
-    parts = [_forwards(run, objective, when)] if isinstance(run, WalkGradientRun) else _parts(run, objective, when)
+    parts = (
+        [_forwards(run, objective, when)]
+        if isinstance(run, WalkGradientRun)
+        else _parts(run, objective, when)
+    )
     if len(parts) == 1:
         return parts[0]
     found = [
@@ -80,7 +84,9 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     rows = run.log.events
     log = Log(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)
     if isinstance(objective, str):
-        seeds = measure_seeds(log, run.foot_names, objective)
+        data = run.entered.data
+        edges_move = any(one.any() for one in (data.begin, data.end, data.loops, data.changes[:, 2]))
+        seeds = measure_seeds(log, run.foot_names, objective, edges_move)
     elif times is None:
         seeds = number_seeds(log, objective, np.zeros(0), None)
     else:
@@ -91,8 +97,15 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     if np.isnan(seeds.period):
         forwards |= set(np.flatnonzero(moved).tolist())
     backwards = run.along([p for p in range(len(run.paths)) if p not in forwards])
-    settings, recorded = recording(run.plan, run.duration, run.accuracy or RECORDED), Recorded(run.raw, run.notes)
-    found = swept(run.plan, run.raw.book, backwards.entered, recorded, settings, seeds) if backwards.paths else None
+    settings, recorded = (
+        recording(run.plan, run.duration, run.accuracy or RECORDED),
+        Recorded(run.raw, run.notes),
+    )
+    found = (
+        swept(run.plan, run.raw.book, backwards.entered, recorded, settings, seeds)
+        if backwards.paths
+        else None
+    )
     if found is None:
         return [_forwards(run, objective, times)]
     values, flags = found
@@ -115,7 +128,9 @@ def _forwards(run: GradientRun, objective: str | NumberOf, times: Floats | None)
         for n, one in enumerate(rows):
             by = moved[run.paths[n // len(STEPS)]]
             there = {name: getattr(states, name) + along.ravel()[n] * getattr(by, name) for name in STATES}
-            out.append(float(objective(structured_events(np.ascontiguousarray(one)), replace(states, **there))))
+            out.append(
+                float(objective(structured_events(np.ascontiguousarray(one)), replace(states, **there)))
+            )
         return np.array(out)
 
     return run.told_along(lambda log: directional_slopes(log, values))
