@@ -84,6 +84,13 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     up = ts.branch(table(1.5), "signals.table.amplitude", 1.5, 1.54)
     flips = [point for point in up.special if point.kind == "flip"]
     assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
+    doubled = up.doubled(flips[0])
+    assert doubled.ended == "it leaves the range" and doubled.points[1].orbit.multiple == 2
+    last, alone = doubled.points[-1], ts.periodic(table(1.54))
+    assert last.at == 1.54 and last.orbit.kind == alone.kind == "stable, period 2, 2 impacts"
+    assert last.orbit.multipliers == pytest.approx(alone.multipliers, abs=1e-9)
+    with pytest.raises(ts.InputError, match="is 'orbit'"):
+        up.doubled(up.points[0])
     down = ts.branch(table(1.08), "signals.table.amplitude", 1.08, 1.0)
     folds = [point for point in down.special if point.kind == "fold"]
     assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
