@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,6 +63,17 @@ class Branch:
         found = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)) or "nothing special"
         return f"<Branch of {self.scene.name!r} along {self.path}: {len(self.points)} points, {found}>"
 
+    def doubled(self, flip: BranchPoint) -> Branch:
+        """The branch of twice the period that begins or ends in a flip of this one, over the same range.
+
+        Raises InputError for a point that is no flip.
+        """
+        if flip.kind != "flip":
+            raise InputError([f"{self.path} = {flip.at:g}: a period doubles in a flip, this point is '{flip.kind}'"])
+        found = list(_doubled(self, flip))
+        ended = found.pop().note
+        return replace(self, points=tuple(found), ended=ended)
+
     def to_dict(self) -> dict[str, object]:
         """Plain data, SI units."""
         return {
@@ -117,67 +128,95 @@ def _followed(
     progress: Callable[[float], None] | None,
 ) -> Iterator[BranchPoint]:  # fmt: skip
     """Points of the branch, and last one whose note says why it ends."""
-    low, high, span = min(start, end), max(start, end), abs(end - start)
-    sense, first = np.sign(end - start), periodic(scene, values={path: start}, multiple=multiple)
-    count = 0
+    bounds, span = (min(start, end), max(start, end)), abs(end - start)
+    heading, first = float(np.sign(end - start)), periodic(scene, values={path: start}, multiple=multiple)
     while True:
         follower = Follower.of(replace(first, scene=scene), path, span)
-        now = _first_point(follower, first, start, float(sense))
+        now = _first_point(follower, first, start, heading)
         if now is None:
             yield BranchPoint(start, "end", first, "the branch cannot be followed from its first orbit")
             return
         yield BranchPoint(now.at, "orbit", now.orbit)
-        step, lost, heading = FIRST, "", float(sense)
-        while low <= now.at <= high:
-            if follower.crowded(now):
-                follower, now = follower.moved(now)
-            ahead = follower.solve(
-                now.place + step * now.tangent,
-                now.tangent,
-                float(now.tangent @ now.place) + step,
-                now.tangent,
-            )
-            far = ahead is not None and float(now.tangent @ ahead.tangent) < TURN
-            if ahead is None or (far and (step > SHARP or ahead.sequence == now.sequence)):
-                step *= 0.5
-                if step < LEAST:
-                    lost = NOWHERE
-                    break
-                continue
-            if step > SHARP:
-                heading = float(np.sign(ahead.at - now.at))
-            changes = specials(follower, now, ahead)
-            for kind, at, note in changes:
-                yield BranchPoint(at.at, kind, at.orbit, note)
-            if any(kind == "grazing" for kind, *_ in changes):
-                lost = "an orbit grazes the ground, and no other begins there"
-                now = changes[-1][1]
-                break
-            count += 1
-            if progress is not None:
-                progress(ahead.at)
-            if count > MOST_POINTS:
-                yield BranchPoint(ahead.at, "end", ahead.orbit, f"more than {MOST_POINTS} points")
-                return
-            before, now, step = now, ahead, min(1.3 * step, MOST)
-            if low <= now.at <= high:
-                yield BranchPoint(now.at, "orbit", now.orbit)
-            else:
-                yield from _at_edge(follower, before, now, low if now.at < low else high)
-        if not lost:
-            yield BranchPoint(now.at, "end", now.orbit, "it leaves the range")
-            return
-        if lost == NOWHERE and (reason := why_lost(now)) is not None:
-            yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
-        again = _beyond(scene, path, now.at, heading, span, (low, high))
+        last, lost, heading = yield from _along(follower, now, heading, bounds, progress)
+        again = _beyond(scene, path, last.at, heading, span, bounds) if lost in (NOWHERE, GRAZED) else None
         if again is None:
-            yield BranchPoint(now.at, "end", now.orbit, lost)
+            yield BranchPoint(last.at, "end", last.orbit, lost)
             return
         start, first = again
-        sense = heading
+
+
+def _along(
+    follower: Follower, now: Point, heading: float, bounds: tuple[float, float],
+    progress: Callable[[float], None] | None,
+) -> Generator[BranchPoint, None, tuple[Point, str, float]]:  # fmt: skip
+    """Points of a branch after a first one: from the last of them why it ends, and the sense of the parameter there."""
+    low, high = bounds
+    step = FIRST
+    for _ in range(MOST_POINTS):
+        if follower.crowded(now):
+            follower, now = follower.moved(now)
+        ahead, step = _ahead(follower, now, step)
+        if ahead is None:
+            if (reason := why_lost(now)) is not None:
+                yield BranchPoint(now.at, reason[0], now.orbit, reason[1])
+            return now, NOWHERE, heading
+        if step > SHARP:
+            heading = float(np.sign(ahead.at - now.at))
+        changes = specials(follower, now, ahead)
+        for kind, at, note in changes:
+            yield BranchPoint(at.at, kind, at.orbit, note)
+        if any(kind == "grazing" for kind, *_ in changes):
+            return changes[-1][1], GRAZED, heading
+        if progress is not None:
+            progress(ahead.at)
+        if not low <= ahead.at <= high:
+            yield from _at_edge(follower, now, ahead, low if ahead.at < low else high)
+            return ahead, "it leaves the range", heading
+        now, step = ahead, min(1.3 * step, MOST)
+        yield BranchPoint(now.at, "orbit", now.orbit)
+    return now, f"more than {MOST_POINTS} points", heading
+
+
+def _ahead(follower: Follower, now: Point, step: float) -> tuple[Point | None, float]:
+    """The next point and the step to it, halved until there is one; None where there is none."""
+    while step >= LEAST:
+        level = float(now.tangent @ now.place) + step
+        ahead = follower.solve(now.place + step * now.tangent, now.tangent, level, now.tangent)
+        far = ahead is not None and float(now.tangent @ ahead.tangent) < TURN
+        if ahead is not None and not (far and (step > SHARP or ahead.sequence == now.sequence)):
+            return ahead, step
+        step *= 0.5
+    return None, step
+
+
+def _doubled(branch: Branch, flip: BranchPoint) -> Iterator[BranchPoint]:
+    """Points of the branch of twice the period that meets another one in a flip, and last one that says why it ends."""
+    ats = [point.at for point in branch.points]
+    bounds, orbit = (min(ats), max(ats)), replace(flip.orbit, scene=branch.scene)
+    follower = replace(Follower.of(orbit, branch.path, bounds[1] - bounds[0]), multiple=2 * orbit.multiple)
+    returns = orbit.map
+    values, vectors = np.linalg.eig(returns.free.T @ orbit.derivative)
+    away = returns.free @ np.real(vectors[:, int(np.argmin(np.abs(values + 1.0)))])
+    along = np.append(returns.free.T @ (away / follower.scale), 0.0)
+    along /= np.linalg.norm(along)
+    place = follower.place(flip.at, orbit.state, returns)
+    yield BranchPoint(flip.at, "flip", flip.orbit, flip.note)
+    step = FIRST
+    while step >= LEAST:
+        now = follower.solve(place + step * along, along, float(along @ place) + step, along)
+        if now is not None and abs(float(along @ (now.place - place))) > 0.5 * step:
+            break
+        step *= 0.5
+    else:
+        yield BranchPoint(flip.at, "end", flip.orbit, NOWHERE)
+        return
+    yield BranchPoint(now.at, "orbit", now.orbit)
+    last, lost, _ = yield from _along(follower, now, float(np.sign(now.at - flip.at)), bounds, None)
+    yield BranchPoint(last.at, "end", last.orbit, lost)
 
 
 NOWHERE = "no orbit was found any further"
+GRAZED = "an orbit grazes the ground, and no other begins there"
 TURN = 0.9
 """Least cosine between the tangents of neighbouring points: a sharper turn is taken in shorter steps."""
 SHARP = 1e-6

@@ -57,6 +57,7 @@ class WalkMap(ReturnMap):
     def beside(self, scene: Scene, phase: float, values: Mapping[str, float], shared: Shared) -> WalkMap:
         """The map with the same feet on the ground, of a scene with values in place of some of its own."""
         plan, rows, period, horizon = varied(scene, values, shared)
+        assert plan.legs is not None
         tables: Any = shared.get(("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon))
         start = phase * period
         since = [start + (one - self.start) for one in self.contacts.since or ()]

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import comb
 from typing import Any
 
 import numpy as np
@@ -51,11 +50,11 @@ STEP = 1e-4
 is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of
 rounding."""
 WIDTHS = tuple(10.0 ** -np.arange(2.0, 8.0))
-"""Steps of a difference of a structure's arrays, of eighth order. Of those side by side the two that agree best are
-taken: what is linear in its numbers needs a wide one, damping that follows from modes that nearly cancel a narrow one.
-"""
+"""Steps of a difference of a structure's arrays, of eighth order. That one is taken over which it agrees best with the
+one of lower order: what is linear in its numbers needs a wide one, damping that follows from modes that nearly cancel
+a narrow one."""
 AGREED = 1e-12
-"""Part of an array's largest derivative within which two steps need not be told apart: rounding leaves more."""
+"""Part of an array's largest derivative within which two orders need not be told apart: rounding leaves as much."""
 
 
 Direction = Mapping[str, float]
@@ -124,15 +123,19 @@ class Stencil:
         )
 
 
+def _slope_weights(places: Floats) -> Floats:
+    """Weights of the slope at zero of the polynomial through a value there and values at places."""
+    others = [np.delete(places, k) for k in range(len(places))]
+    return np.array(
+        [-np.sum(1.0 / places), *(np.prod(x / (x - y)) / y for x, y in zip(others, places, strict=True))]
+    )
+
+
 def _differences_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
     """Differences of an order, to both sides or to one: places, and weights of what is at zero and there."""
-    half = order // 2
-    both = [-((-1.0) ** k) * comb(order, half + k) / comb(order, half) / k for k in range(1, half + 1)]
-    side = [-((-1.0) ** k) * comb(order, k) / k for k in range(1, order + 1)]
-    steps, sides = np.arange(1.0, half + 1.0), np.arange(1.0, order + 1.0)
-    central = np.array([0.0, *(-one for one in reversed(both)), *both])
-    forward = np.array([-sum(side), *side])
-    return (np.append(-steps[::-1], steps), central), (sides, forward), (-sides, -forward)
+    side = np.arange(1.0, order + 1.0)
+    both = np.concatenate([-side[order // 2 - 1 :: -1], side[: order // 2]])
+    return tuple((places, _slope_weights(places)) for places in (both, side, -side))
 
 
 _STENCILS = {order: _differences_of(order) for order in (4, 8)}
@@ -342,9 +345,7 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
 
     Raises InputError where the structure changes its size.
     """
-    own = _arrays(plan.system)
-    best: dict[str, Floats] = {}
-    last, apart = best, np.inf
+    own, best, least = _arrays(plan.system), {}, np.inf
     for part in WIDTHS:
         try:
             stencil = Stencil.of(scene, direction, part, order=8)
@@ -356,17 +357,16 @@ def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSy
         if any(one["mass"].shape != own["mass"].shape for one in there):
             path = next(iter(direction))
             raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
+        inner = np.flatnonzero(np.abs(stencil.places) < 0.99 * np.abs(stencil.places).max())
+        rough = replace(stencil, places=stencil.places[inner], weights=_slope_weights(stencil.places[inner]))
         found = {name: stencil.slope(array, [one[name] for one in there]) for name, array in own.items()}
-        if last:
-            size = {name: np.abs(array).max(initial=0.0) or 1.0 for name, array in found.items()}
-            off = max(float(np.abs(found[name] - last[name]).max(initial=0.0)) / size[name] for name in own)
-            if off < apart:
-                best, apart = (last if off <= AGREED else found), off
-            if off <= AGREED:
-                break
-        else:
-            best = found
-        last = found
+        lesser = {name: rough.slope(array, [there[k][name] for k in inner]) for name, array in own.items()}
+        size = {name: np.abs(array).max(initial=0.0) or 1.0 for name, array in found.items()}
+        off = max(float(np.abs(found[name] - lesser[name]).max(initial=0.0)) / size[name] for name in own)
+        if off < least:
+            best, least = found, off
+        if off <= AGREED:
+            break
     return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
 
 

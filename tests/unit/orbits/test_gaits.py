@@ -7,6 +7,8 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.spec import with_values
+from tarsus.orbits.follow import Follower
+from tarsus.orbits.orbit import converge
 from tarsus.orbits.walking import WalkMap
 
 
@@ -61,6 +63,18 @@ def test_a_deviation_decays_by_the_largest_multiplier(gait):
     assert (sizes[7] / sizes[1]) ** (1.0 / 6.0) == pytest.approx(largest, rel=0.5)
 
 
+def test_a_gait_goes_on_at_a_higher_voltage_and_at_a_later_section(gait):
+    follower = Follower.of(gait, "gait.high", 1.0)
+    higher = converge(gait.scene, follower.map(14.2), gait.state, 1)
+    assert higher is not None and higher.kind[:28] == gait.kind[:28] and higher.travel > gait.travel
+    later, state = gait.map.later(gait.state, gait.events, 1)
+    again = converge(gait.scene, later, state, 1)
+    assert again is not None and list(later.contacts.held) != list(gait.map.contacts.held)
+    assert again.travel == pytest.approx(gait.travel, rel=1e-8)
+    np.testing.assert_allclose(np.abs(again.multipliers[0]), np.abs(gait.multipliers[0]), rtol=1e-6)
+
+
+@pytest.mark.slow
 def test_a_gait_is_followed_along_its_voltage(gait):
     found = ts.branch(gait.scene, "gait.high", 14.0, 14.2)
     assert found.ended == "it leaves the range"

@@ -9,6 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 import tarsus as ts
+from random_scenes import plain_scene
 from scene_files import scene
 
 TURN = 2.0 * math.pi
@@ -84,6 +85,13 @@ def test_the_branch_of_the_table_is_born_in_a_fold_and_doubles_in_a_flip():
     up = ts.branch(table(1.5), "signals.table.amplitude", 1.5, 1.54)
     flips = [point for point in up.special if point.kind == "flip"]
     assert [point.at for point in flips] == [pytest.approx(math.hypot(math.pi / 3.0, 10.0 / 9.0), abs=1e-9)]
+    doubled = up.doubled(flips[0])
+    assert doubled.ended == "it leaves the range" and doubled.points[1].orbit.multiple == 2
+    last, alone = doubled.points[-1], ts.periodic(table(1.54))
+    assert last.at == 1.54 and last.orbit.kind == alone.kind == "stable, period 2, 2 impacts"
+    assert last.orbit.multipliers == pytest.approx(alone.multipliers, abs=1e-9)
+    with pytest.raises(ts.InputError, match="is 'orbit'"):
+        up.doubled(up.points[0])
     down = ts.branch(table(1.08), "signals.table.amplitude", 1.08, 1.0)
     folds = [point for point in down.special if point.kind == "fold"]
     assert folds[0].at == pytest.approx(math.pi / 3.0, abs=1e-9)
@@ -94,6 +102,28 @@ def test_the_oscillator_grazes_at_its_published_amplitude():
     (grazing,) = [point for point in found.special if point.kind == "grazing"]
     assert grazing.at == pytest.approx(0.1, abs=1e-8)
     assert found.points[0].orbit.impacts == 0 and found.points[-1].orbit.impacts == 1
+
+
+@pytest.mark.parametrize("seed", [90, 131, 158, 167])
+def test_returns_of_random_scenes_differ_as_their_derivatives_say(seed):
+    """Of films and adhesion under up to three feet; three of them have a period of two of the drive's."""
+    orbit = ts.periodic(plain_scene(seed, legged=False))
+    free, size = orbit.map.free, orbit.map.scales(orbit.state)
+    sizes = np.abs(free.T @ size)
+    exact = free.T @ orbit.derivative * sizes / sizes[:, None]
+
+    def moved(step, column):
+        return orbit.map(orbit.state + step * sizes[column] * free[:, column], orbit.multiple).state
+
+    errors = []
+    for h in (1e-3, 3e-4, 1e-4):
+        rows = [
+            (8.0 * (moved(h, k) - moved(-h, k)) - moved(2.0 * h, k) + moved(-2.0 * h, k)) / (12.0 * h)
+            for k in range(len(sizes))
+        ]
+        slopes = free.T @ np.transpose(rows) / sizes[:, None]
+        errors.append(np.abs(exact - slopes).max() / np.abs(exact).max())
+    assert min(errors) <= 1e-8
 
 
 def test_requests_that_cannot_be_met_get_a_sentence():
