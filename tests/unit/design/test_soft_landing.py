@@ -14,8 +14,8 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.design.landing_files import header_text, landing_table, signal_text, write_landing
-from tarsus.design.over import Grounds, over_of
 from tarsus.design.learning import learn_on_hidden_grounds, prior_grounds
+from tarsus.design.over import Grounds, over_of
 from tarsus.design.request import Options, Sensor, request_of
 from tarsus.design.settling import regime_of, settled_periods
 from tarsus.design.soft_landing import _Designer
