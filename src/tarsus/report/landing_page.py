@@ -47,7 +47,7 @@ def landing_html(design: LandingDesign) -> str:
             _front(design),
         ]
         if design.learning is not None:
-            parts += ["<h2>Learning without a model</h2>\n", _learned(design),
+            parts += ["<h2>Learning on hidden grounds</h2>\n", _learned(design),
                       figure(landing_figures.learning(design), next(numbers))]  # fmt: skip
     parts += ["<h2>landing.h</h2>\n", f"<pre>{escape(header_text(design))}</pre>\n", _footer(design)]
     return page(f"{request.scene.name} – soft landing", "".join(parts))
