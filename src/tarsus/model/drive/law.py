@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, TrackSlopes
 
 __all__ = ["Cubic", "VoltageLaw"]
 
@@ -34,6 +34,13 @@ class VoltageLaw(Description, ABC):
     @abstractmethod
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where the force changes its formula, with the cubic of the voltage on each part."""
+
+    def remembered(
+        self, track: Track, history: Sequence[float], parts: Parts, slopes: TrackSlopes
+    ) -> Floats | float:
+        """Derivatives (Q, P) of the force on each part by what the drive has been through before it, from those of its
+        track."""
+        return 0.0
 
     @property
     def has_memory(self) -> bool:
