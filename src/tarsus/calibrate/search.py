@@ -9,18 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.polish import polish
+from tarsus.calibrate.polish import polish, residuals_of
 from tarsus.calibrate.problem import Problem
+from tarsus.calibrate.regressed import STEPS, Valleys, steps
 
 __all__ = [
     "Chain",
@@ -35,6 +34,8 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
+DOWN = 2.0 / 3.0
+"""Share of a generation's children that are steps down; the others keep the search from one valley."""
 LEVEL = 0.9
 """Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
 for each unknown)."""
@@ -99,22 +100,45 @@ def evolve(
     rng: np.random.Generator,
     without: int | None = None,
 ) -> Floats:
-    """Differential evolution from a population (np, nu); the last population."""
-    if generations == 0:
-        return start
-    chosen = problem.branches[branch]
+    """Differential evolution from a population (np, nu), most of whose children are steps down from the best valleys by
+    regressions over all visited sets; the last population."""
+    chosen, valleys, size = problem.branches[branch], Valleys(), len(start)
 
-    def cost(columns: Floats) -> Floats:
-        points = np.clip(np.atleast_2d(columns.T), 0.0, 1.0)
+    def cost(points: Floats) -> Floats:
         readings = archive.evaluate(chosen.run, points)
         return problem.total(problem.costs(readings, chosen), points, without)
 
-    population: Any = start  # scipy's own types know a name only
-    found = differential_evolution(
-        cost, [(0.0, 1.0)] * start.shape[1], init=population, maxiter=generations, tol=0.0, atol=0, vectorized=True,
-        updating="deferred", mutation=(0.4, 0.9), recombination=0.8, polish=False, rng=rng,
-    )  # fmt: skip
-    return np.asarray(found.population)
+    population, now = start.copy(), cost(start) if generations else np.zeros(size)
+    for _ in range(generations):
+        points, readings = archive.points(chosen.run)
+        residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points, without)
+        before = (residuals**2).sum(axis=1)
+        count = round(DOWN * size / len(STEPS)) if len(points) > 2 * (points.shape[1] + 1) else 0
+        bases = valleys.bases(points, before, max(count, 1)) if count else []
+        targets = rng.permutation(size)[: size - len(STEPS) * len(bases)]
+        asked = [steps(points, residuals, base, rng) for base in bases]
+        asked.append(_children(population, int(np.argmin(now)), targets, rng))
+        after = np.split(cost(np.concatenate(asked)), np.cumsum([len(one) for one in asked])[:-1])
+        for base, costs in zip(bases, after[:-1], strict=True):
+            valleys.tell(points[base], float(before[base]), float(costs.min()))
+        places = [*[-1] * (len(STEPS) * len(bases)), *targets.tolist()]
+        for place, child, low in zip(places, np.concatenate(asked), np.concatenate(after), strict=True):
+            own = place if place >= 0 else int(np.argmax(now))  # a step down takes the place of the worst
+            if low < now[own]:
+                population[own], now[own] = child, low
+    return population
+
+
+def _children(population: Floats, best: int, targets: Floats, rng: np.random.Generator) -> Floats:
+    """Children (n, nu) of members by number (n,): the best member and a difference of two, crossed with each; after
+    Storn and Price (J. Glob. Optim. 11, 1997)."""
+    size, nu = population.shape
+    pairs = np.array([rng.choice(size, 2, replace=False) for _ in targets], dtype=int).reshape(-1, 2)
+    moved = population[best] + rng.uniform(0.4, 0.9) * (population[pairs[:, 0]] - population[pairs[:, 1]])
+    own = rng.random(moved.shape) >= 0.8
+    own[np.arange(len(own)), rng.integers(nu, size=len(own))] = False
+    moved = np.where(own, population[targets], moved)
+    return np.where((moved < 0.0) | (moved > 1.0), rng.random(moved.shape), moved)
 
 
 def spread_over(points: Floats, count: int, first: int = 0) -> list[int]:

@@ -80,7 +80,7 @@ def landing(
     ringing
         greatest overshoot after release over the mean gap in the air, e.g. "20 %".
     learn
-        steps in which the landing is learned again on hidden grounds, without a model; 0 for none.
+        steps in which the landing is learned on hidden grounds; 0 for none.
     sensor
         what the learner is told: speed (a scalar) or contact (one bit).
     effort

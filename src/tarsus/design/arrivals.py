@@ -1,4 +1,4 @@
-"""A line of designs for grounds that are met sooner or later, and searches along it: by one bit a step, or by a scalar."""
+"""A line of designs for grounds that are met sooner or later, and searches along it by a bit or a scalar a step."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def by_bits(
 def by_scalars(
     line: ArrivalLine, step: Callable[[Floats], Landings], target: Target, hidden: int, steps: int
 ) -> tuple[list[Floats], Floats, Floats]:
-    """Speeds (nh,) of at most so many steps on hidden grounds, the softest design (nh, S) on each and its measure (nh,).
+    """Speeds (nh,) of at most so many steps on hidden grounds; the softest design (nh, S) of each, its measure (nh,).
 
     The softest of `FIRST_PLACES` is left by half their distance to one side, then to the other; where neither is
     softer, by half of that. A way that was softer is followed, and what lies behind it is known. Ends where no ground

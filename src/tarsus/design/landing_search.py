@@ -35,6 +35,9 @@ ROUNDS = 6
 NARROW, ABOUT_TRANSFERS = 0.01, 12
 """First step of the strategies about transfers, and how many of them: an eighth of a valley's size, for what stands
 behind a foot that is not let go is at rest within a few hundredths of the plateaus only."""
+VALLEYS = 24
+"""Valleys of the nominal ground that a search on many grounds judges for each that it follows: what is best on many
+lies far down the nominal order."""
 POLISHED, POLISHING = 2, 12
 """Valleys whose lowest points are sought by slopes at the end of a search, and how often slopes are asked for there."""
 
@@ -72,7 +75,7 @@ class Searcher:
         unknowns = self.request.step.unknowns(pairs)
         effort = self.request.options.effort * share * min(unknowns, 6) / 4.0
         return Budget(
-            max(int(2500 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
+            max(int(4000 * effort), 64), max(int(32 * effort), 2), max(int(48 * min(effort, 1.0)), 6)
         )
 
     def _shortened(self, count: int) -> int:
@@ -209,7 +212,7 @@ class Searcher:
         self, archive: Archive, cost: Callable[..., Floats], budget: Budget, count: int
     ) -> Archive:
         """The best of an archive judged by another cost, and followed down by it."""
-        rows = archive.best(max(8 * count, 64), near=0.03)
+        rows = archive.best(max(VALLEYS * count, 64), near=0.03)
         again = Archive.empty(archive.points.shape[1])
         again.add(
             archive.numbers[rows], archive.points[rows], cost(archive.numbers[rows], archive.points[rows])

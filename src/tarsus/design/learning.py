@@ -89,7 +89,12 @@ def learn_on_hidden_grounds(
 
 
 def _by_speeds(
-    plateaus: _Plateaus, line: ArrivalLine, step: Callable[[Floats], Landings], target: Target, steps: int, first: Landings
+    plateaus: _Plateaus,
+    line: ArrivalLine,
+    step: Callable[[Floats], Landings],
+    target: Target,
+    steps: int,
+    first: Landings,
 ) -> list[Floats]:
     """Along the line first. Then every step is the softest so far with all plateaus a little longer or shorter, and
     where that is softer it stays: a strategy of one parent and one child, whose step grows by what succeeds."""

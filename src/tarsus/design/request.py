@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import float_paths, with_values
-from tarsus.base.units import parse_quantity
+from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.base.workers import Workers
 from tarsus.design.over import Over, over_of
 from tarsus.design.pulses import Levels, OwnStep, Step
@@ -141,12 +141,9 @@ def request_of(
     chosen = tried(lambda: risk_of(risk)) if risk is not None else (Nominal() if grounds is None else Worst())
     if grounds is None and isinstance(chosen, Risk) and not isinstance(chosen, Nominal):
         problems.append(f"risk: '{chosen.name}' needs grounds to be judged on: give --over PATH=a:b")
-    if not 0 <= pairs <= MOST_PAIRS:
-        problems.append(f"pairs: expected 0 to {MOST_PAIRS}, got {pairs}")
-    if not options.shortest > 0.0:
-        problems.append(f"shortest: expected a time above 0 s, got {options.shortest:g} s")
-    if not options.effort > 0.0:
-        problems.append(f"effort: expected a factor above 0, got {options.effort:g}")
+    if not (isinstance(pairs, int) and 0 <= pairs <= MOST_PAIRS):
+        problems.append(f"pairs: expected a whole number from 0 to {MOST_PAIRS}, got {pairs}")
+    problems += _out_of_range(options)
     period = None if drive is None else tried(lambda: _period(scene, drive))
     moving = None
     if drive is not None and options.free:
@@ -156,14 +153,40 @@ def request_of(
     if problems or drive is None or plateaus is None or period is None or chosen is None:
         raise InputError(problems)
     support, lift = _held(scene, foot, drive, plateaus, period)
+    supported = _supported(scene, drive, period, support, lift)
+    room = 0.5 * min(supported, period - supported)
+    if 2 * pairs * options.shortest > room:
+        told, most = (format_quantity(float(f"{one:.4g}"), "s") for one in (options.shortest, room))
+        raise InputError(
+            f"shortest: {2 * pairs} plateaus of {told} do not fit into the {most} that an edge has, half of the time "
+            "to the next one"
+        )
     shared = (
-        period, support, lift, _supported(scene, drive, period, support, lift), options.shortest,
+        period, support, lift, supported, options.shortest,
         max(min(_slowest(scene), 0.25 * period), 2.0 * options.shortest), plateaus,
     )  # fmt: skip
     own = scene.waveforms[drive]
     if moving and isinstance(own, OnOff):
         return Request(scene, foot, drive, 1, OwnStep(*shared, own, moving), grounds, chosen, options)
     return Request(scene, foot, drive, pairs, Step(*shared), grounds, chosen, options)
+
+
+def _out_of_range(options: Options) -> list[str]:
+    """What is wrong with the numbers among the options."""
+    found = [
+        f"{name}: expected a share from 0 to 1, got {share:g}"
+        for name, share in (("contact", options.contact), ("lift", options.lift))
+        if not 0.0 <= share <= 1.0
+    ]
+    if not options.shortest > 0.0:
+        found.append(f"shortest: expected a time above 0 s, got {options.shortest:g} s")
+    if not options.effort > 0.0:
+        found.append(f"effort: expected a factor above 0, got {options.effort:g}")
+    if options.ringing is not None and not options.ringing >= 0.0:
+        found.append(f"ringing: expected an overshoot of 0 or more, got {options.ringing:g}")
+    if options.seed < 0:
+        found.append(f"seed: expected 0 or more, got {options.seed}")
+    return found
 
 
 def levels_of(given: Any, drive: Drive | None) -> Levels:
@@ -179,9 +202,12 @@ def levels_of(given: Any, drive: Drive | None) -> Levels:
         words: Sequence[Any] = given if not isinstance(given, str) else (
             given.strip().removeprefix("free=").split(":") if free else given.split(",")
         )  # fmt: skip
-        volts = tuple(
-            parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words
-        )
+        try:
+            volts = tuple(
+                parse_quantity(word.strip() if isinstance(word, str) else float(word), "V") for word in words
+            )
+        except InputError as error:
+            raise InputError([f"levels: {one}" for one in error.problems]) from None
         if free and len(volts) != 2:
             raise InputError(f"levels: free levels are free=low:high, such as free=-8V:8V, got '{given}'")
         found = Levels(tuple(sorted(set(volts))), free)

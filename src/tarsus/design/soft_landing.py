@@ -152,7 +152,7 @@ def landing(
     risk
         ``worst``, ``cvar:q``, ``mean`` or ``nominal``; worst with grounds and nominal without.
     learn
-        Steps in which the landing is learned again without a model, on hidden grounds; 0 for none.
+        Steps in which the landing is learned on hidden grounds, from a scalar or a bit a step; 0 for none.
     progress
         Called as ``progress(done, total, what)``.
     options
@@ -165,6 +165,8 @@ def landing(
         With every problem of the request: an unknown foot, levels beyond the drive's law, an empty box, a foot that
         never lands.
     """
+    if learn < 0:
+        raise InputError(f"learn: expected 0 or more steps, got {learn}")
     request = request_of(as_scene(scene), foot, pairs, levels, over, risk, Options(**options))
     return _Designer(request, progress or (lambda done, total, what: None)).design(learn)
 

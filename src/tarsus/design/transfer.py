@@ -108,8 +108,8 @@ class Transfer:
         )  # fmt: skip
 
     def moves(self, start: Floats, volts: Floats, spans: Floats) -> tuple[Floats, Floats, Floats]:
-        """States (n, 2n') at the end of plateaus, volts [V] and spans [s] (n, k), from states (n, 2n') or one (2n',) on,
-        and their derivatives (n, 2n', k) by the spans and by the volts."""
+        """States (n, 2n) at the end of plateaus, volts [V] and spans [s] (n, k), from states (n, 2n) or one (2n,)
+        on, and their derivatives (n, 2n, k) by the spans and by the volts."""
         segment = np.clip(np.searchsorted(self.volts, volts) - 1, 0, len(self.volts) - 2)
         places, steps = self.rest @ self.inverse.T, np.diff(self.volts)
         slopes = np.diff(places, axis=0)[segment] / steps[segment][..., None]
@@ -127,7 +127,7 @@ class Transfer:
         return (state @ back).real, *(np.moveaxis((one @ back).real, 1, 2) for one in (of_spans, of_volts))
 
     def ends(self, start: Floats, volts: Floats, spans: Floats) -> Floats:
-        """States (n, 2n') at the end of plateaus, as `moves` has them."""
+        """States (n, 2n) at the end of plateaus, as `moves` has them."""
         return self.moves(start, volts, spans)[0]
 
     def clear(self, start: Floats, volts: Floats, spans: Floats) -> NDArray[np.bool_]:
@@ -177,7 +177,7 @@ def transfers(
 class _Aim:
     """Transfers from the ground, over plateaus at the release and the landing edge, to the ground. Unknowns (n, 1 + nu)
     are the time to the arrival, as the root of its share of the longest plateau, and a point of the family's unit cube
-    (`Step.place`); aims (n, 2n') are where they are to end."""
+    (`Step.place`); aims (n, 2n) are where they are to end."""
 
     def __init__(self, transfer: Transfer, step: Step, family: Family) -> None:
         self.transfer, self.step, self.family = transfer, step, family
@@ -201,11 +201,11 @@ class _Aim:
         return np.concatenate(volts, axis=1), np.concatenate([release, lifted, landing, arrival], axis=1)
 
     def left(self, x: Floats) -> Floats:
-        """Square roots of the energy (n, 2n') that is left."""
+        """Square roots of the energy (n, 2n) that is left."""
         return (self.transfer.ends(self.transfer.held, *self.signals(x)) - self.aims) @ self.transfer.size.T
 
     def slopes(self, x: Floats) -> tuple[Floats, Floats]:
-        """The same and its derivatives (n, 2n', 1 + nu)."""
+        """The same and its derivatives (n, 2n, 1 + nu)."""
         (a, b), step = self.family.sizes, self.step
         volts, spans = self.signals(x)
         state, of_spans, of_volts = self.transfer.moves(self.transfer.held, volts, spans)

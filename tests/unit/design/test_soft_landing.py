@@ -14,8 +14,8 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.design.landing_files import header_text, landing_table, signal_text, write_landing
-from tarsus.design.over import Grounds, over_of
 from tarsus.design.learning import learn_on_hidden_grounds, prior_grounds
+from tarsus.design.over import Grounds, over_of
 from tarsus.design.request import Options, Sensor, request_of
 from tarsus.design.settling import regime_of, settled_periods
 from tarsus.design.soft_landing import _Designer
@@ -100,12 +100,14 @@ def test_the_signal_goes_into_any_scene_and_the_header_compiles(quick, scene, tm
     program += "  for (unsigned i = 0; i < LANDING_COUNT; ++i)\n"
     program += '    printf("%u %d ", landing_ticks[i], landing_millivolts[i]);\n  return 0;\n}\n'
     (folder / "main.c").write_text(program)
-    built = subprocess.run(
-        ["cc", "-std=c99", "-Wall", "-Werror", "-Wno-unused", "main.c", "-o", "main"], cwd=folder
-    )
-    assert built.returncode == 0
-    said = subprocess.run([folder / "main"], capture_output=True, text=True).stdout.split()
-    assert [int(word) for word in said[::2]] == ticks
+    for words in (("cc", "-std=c99"), ("c++", "-x", "c++", "-std=c++17")):
+        built = subprocess.run(
+            [*words, "-Wall", "-Wextra", "-pedantic", "-Werror", "main.c", "-o", "main"], cwd=folder
+        )
+        assert built.returncode == 0
+        said = subprocess.run([folder / "main"], capture_output=True, text=True).stdout.split()
+        assert [int(word) for word in said[::2]] == ticks
+        assert [int(word) for word in said[1::2]] == [round(1e3 * volts) for volts in quick.signal.levels]
     assert json.loads((folder / "landing.json").read_text())["worst"] is None
 
 
@@ -178,6 +180,13 @@ def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, se
         ({"over": {"signals.pzt.duty": (0.4, 0.6)}}, "is designed"),
         ({"risk": "worst"}, "needs grounds"),
         ({"pairs": 99}, "pairs"),
+        ({"learn": -3}, "learn: expected 0 or more steps, got -3"),
+        ({"pairs": 1.5}, "pairs: expected a whole number"),
+        ({"shortest": 0.003}, "shortest: 2 plateaus of 3 ms do not fit into the 5 ms"),
+        ({"levels": ("-8 V", "high")}, "levels: expected a voltage"),
+        ({"contact": 2.0}, "contact: expected a share"),
+        ({"ringing": -1.0}, "ringing: expected an overshoot"),
+        ({"seed": -1}, "seed: expected 0 or more"),
         ({"drive": "motor"}, "no drive 'motor'"),
         ({"tick": 1.0}, "tick"),
         ({"sensor": "sound"}, "sensor: expected speed or contact, got 'sound'"),
