@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,10 +12,13 @@ from tarsus.cli.options import (
     PAGES,
     UNCHANGED,
     Changes,
+    Count,
     Duration,
     Folder,
+    Grounds,
     Pages,
     Resume,
+    Risk,
     Seed,
     Work,
 )
@@ -38,7 +40,7 @@ class Gaits:
         ),
     ] = "none"
     dead: Annotated[str, Parameter(help="legs that do not move, with commas.")] = ""
-    candidates: Annotated[int, Parameter(help="gaits that are tried in all.")] = 4000
+    candidates: Annotated[Count, Parameter(help="gaits that are tried in all.")] = 4000
     duration: Duration = None
     seed: Seed = 0
 
@@ -61,13 +63,6 @@ Free = Annotated[
         "with commas, or repeated.",
     ),
 ]
-Over = Annotated[
-    list[str] | None,
-    Parameter(
-        negative=(),
-        help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
-    ),
-]
 
 
 def gait(
@@ -77,9 +72,9 @@ def gait(
     free: Free,
     output: Folder,
     objective: str = "speed,energy",
-    over: Over = None,
-    risk: str | None = None,
-    look: int = 48,
+    over: Grounds = None,
+    risk: Risk = None,
+    look: Count = 48,
     loss: str = "10 %",
     gaits: Gaits = GAITS,
     changes: Changes = UNCHANGED,
@@ -98,8 +93,6 @@ def gait(
         gait of the front.
     objective
         one to three of speed, energy, transport, slip, contact, support and sway, with commas.
-    risk
-        worst, cvar:q, mean or nominal; worst with --over, else nominal.
     look
         grounds that an attack on the front looks at before it climbs.
     loss
@@ -118,27 +111,21 @@ def gait(
     gait_request(
         the_scene, the_free, objective, grounds, risk, GaitOptions(**options)
     )  # before a file is touched
-    try:
-        with (
-            target.writing(resume=resume) as folder,
-            console.progress_bar("gaits") as progress,
-            work.workers() as workers,
-        ):
-            found = design(
-                the_scene, the_free, objective, grounds, risk, folder=folder, resume=resume,
-                progress=progress, seed=gaits.seed, threads=workers, **options,
-            )  # fmt: skip
-            write_front(found, folder)
-            if pages.report:
-                from tarsus.report.gait_page import write_gait_report
+    with (
+        console.resumable(),
+        target.writing(resume=resume) as folder,
+        console.progress_bar("gaits") as progress,
+        work.workers() as workers,
+    ):
+        found = design(
+            the_scene, the_free, objective, grounds, risk, folder=folder, resume=resume,
+            progress=progress, seed=gaits.seed, threads=workers, **options,
+        )  # fmt: skip
+        write_front(found, folder)
+        if pages.report:
+            from tarsus.report.gait_page import write_gait_report
 
-                write_gait_report(found, folder)
-    except KeyboardInterrupt:
-        from tarsus.cli.app import INTERRUPTED
-
-        kept = f"the walks so far are kept in {shlex.quote(str(output))}"
-        console.complain([f"interrupted; {kept}: the same line with --resume goes on"])
-        return INTERRUPTED
+            write_gait_report(found, folder)
     if pages.json:
         console.print_json(gait_table(found))
     else:
@@ -152,16 +139,16 @@ def adapt(
     /,
     *,
     free: Free,
-    over: Over,
+    over: Grounds,
     output: Folder,
     sense: str = "charge",
     objective: str = "speed",
-    steps: int = 20,
-    most: Annotated[int, Parameter(name="--gaits")] = 10,
-    hidden: int = 200,
-    training: int = 256,
+    steps: Count = 20,
+    most: Annotated[Count, Parameter(name="--gaits")] = 10,
+    hidden: Count = 200,
+    training: Count = 256,
     noise: str = "2 %",
-    repeats: int = 1,
+    repeats: Count = 1,
     gaits: Gaits = GAITS,
     changes: Changes = UNCHANGED,
     work: Work = HERE,
