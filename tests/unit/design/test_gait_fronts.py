@@ -8,6 +8,7 @@ import pytest
 import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.design import gait_fronts
+from tarsus.design.energy import RECOVERY
 from tarsus.design.front import undominated
 from tarsus.design.gait_files import gait_table, write_front
 from tarsus.design.gait_fronts import along, gait, search_of
@@ -71,6 +72,26 @@ def test_energy_is_that_of_every_rise_of_every_drive(scene):
         )
         assert walks.energy(point[None])[0] == pytest.approx(drawn, rel=1e-12)
     assert walks_of(scene).recovered_share() == pytest.approx(1.0 / 3.0)
+
+
+def drawn_by_steps(reservoir: float, cycles: int) -> float:
+    """Energy over C V^2 that a supply gives in the last of some cycles, in which an actuator is charged by two
+    reservoirs, empty at first, one after the other and then by the supply, and discharged into them and to ground."""
+    held, drawn = [0.0, 0.0], 0.0
+    for _ in range(cycles):
+        own = 0.0
+        for i in (0, 1, None, 1, 0):
+            if i is None:
+                drawn, own = 1.0 - own, 1.0
+            else:
+                own = held[i] = (own + reservoir * held[i]) / (1.0 + reservoir)
+    return drawn
+
+
+def test_charge_recovery_is_what_charging_in_three_steps_draws():
+    settled = [drawn_by_steps(reservoir, int(40 * reservoir)) for reservoir in (10.0, 100.0, 1000.0)]
+    assert settled == pytest.approx([0.35484, 0.33555, 0.33356], abs=1e-5)
+    assert settled[-1] == pytest.approx(1.0 - RECOVERY, rel=1e-3)
 
 
 def test_dead_legs_have_no_drive_and_keep_their_place():
