@@ -144,9 +144,9 @@ def adapt(
     sense: str = "charge",
     objective: str = "speed",
     steps: Count = 20,
-    most: Annotated[Count, Parameter(name="--gaits")] = 6,
+    most: Annotated[Count, Parameter(name="--gaits")] = 10,
     hidden: Count = 200,
-    training: Count = 96,
+    training: Count = 256,
     noise: str = "2 %",
     repeats: Count = 1,
     gaits: Gaits = GAITS,
@@ -154,7 +154,7 @@ def adapt(
     work: Work = HERE,
     pages: Pages = PAGES,
 ) -> int:
-    """Find a few gaits, and the rule that chooses among them by what the robot senses in its first steps.
+    """Find a few gaits, and the table that chooses among them by what the robot senses in its first steps.
 
     Parameters
     ----------
@@ -167,13 +167,13 @@ def adapt(
     objective
         one of speed, transport, slip, contact, support and sway.
     steps
-        walked with the first gait before the rule chooses.
+        walked with up to four of the gaits, the probes, before one is chosen.
     most
         how many gaits at most.
     hidden
-        hidden grounds that the rule is judged on.
+        hidden grounds that the choice is judged on.
     training
-        grounds that the rule is grown on.
+        grounds that the table is of.
     noise
         standard deviation of what is sensed, as a share of it.
     repeats
@@ -270,8 +270,10 @@ def _show_adapted(design: AdaptiveGait) -> None:
         told = ", ".join(
             f"{path.removeprefix('gait.')} {value:.4g}" for path, value in list(values.items())[:6]
         )
-        print(f"gait {number}{' (probe)' if number == design.probe else ''}: {told}")
+        print(f"gait {number}{' (probe)' if number in design.probes else ''}: {told}")
+    low, high = design.regret_interval
     print(
-        f"\nlost on {len(design.known)} hidden grounds: {100 * design.regret:.2g} %; the best single gait loses "
-        f"{100 * design.fixed_regret:.2g} %, the best of these each time {100 * design.choice_regret:.2g} %"
+        f"\nlost on {len(design.known)} hidden grounds: {100 * design.regret:.2g} % ({100 * low:.2g} to "
+        f"{100 * high:.2g} %); the best single gait loses {100 * design.fixed_regret:.2g} %, the best of these each "
+        f"time {100 * design.choice_regret:.2g} %"
     )

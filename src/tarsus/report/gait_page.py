@@ -224,22 +224,26 @@ def adapt_html(design: AdaptiveGait) -> str:
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
     one = design.request.objectives[0]
     words = " and ".join(sense.value for sense in design.sense)
+    count = len(design.probes)
+    told = f"probes: {count}, {design.probe_steps} steps each" if count else "no probe is worth its steps"
     lede = (
-        f"{one.name} of {design.request.scene.name}; sensed: {words}; the probe is walked for {design.steps} steps; "
+        f"{one.name} of {design.request.scene.name}; sensed: {words}; {told}; "
         f"judged on {len(design.known)} hidden grounds over {', '.join(design.grounds)}."
     )
+    low, high = design.regret_interval
     lost = [
-        ["the rule", f"{100 * design.regret:.2g} %"], ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
+        ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"],
+        ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
         ["always the best of these gaits", f"{100 * design.choice_regret:.2g} %"],
     ]  # fmt: skip
-    gaits = [[str(i) + (" (probe)" if i == design.probe else ""), values_in_words(own, units) or MISSING]
+    gaits = [[str(i) + (" (probe)" if i in design.probes else ""), values_in_words(own, units) or MISSING]
              for i, own in enumerate(design.gaits)]  # fmt: skip
     with figure_style():
         drawn = figure(_hidden_figure(design), 1)
     parts = [
         f"<h1>Adaptive gait: {escape(design.request.scene.name)}</h1>\n", f'<p class="lede">{escape(lede)}</p>\n',
-        "<h2>The rule</h2>\n",
-        table([Column("when", number=False), Column("gait")], [[said, str(gait)] for said, gait in design.table]),
+        "<h2>The choice</h2>\n",
+        table([Column("chosen", number=False), Column("gait")], [[said, str(gait)] for said, gait in design.table]),
         "<h2>The gaits</h2>\n", table([Column("gait", number=False), Column("values", number=False)], gaits),
         "<h2>What is lost</h2>\n",
         table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
