@@ -92,15 +92,16 @@ def _seconds(row: str) -> float:
 
 
 RUN_CELLS = """
-import ast, json, sys, time
+import ast, json, linecache, sys, time
 names = {"__name__": "__main__"}
-for text in json.load(open(sys.argv[1])):
-    wall, cpu = time.perf_counter(), time.process_time()
+for number, text in enumerate(json.load(open(sys.argv[1]))):
+    wall, cpu, where = time.perf_counter(), time.process_time(), f"cell {number}"
+    linecache.cache[where] = len(text), None, text.splitlines(keepends=True), where
     tree = ast.parse(text)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
-    exec(compile(tree, "cell", "exec"), names)
+    exec(compile(tree, where, "exec"), names)
     if last is not None:
-        repr(eval(compile(ast.Expression(last.value), "cell", "eval"), names))
+        repr(eval(compile(ast.Expression(last.value), where, "eval"), names))
     with open(sys.argv[2], "a") as log:
         log.write(f"{time.perf_counter() - wall} {time.process_time() - cpu}\\n")
 """

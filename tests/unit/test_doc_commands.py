@@ -11,10 +11,7 @@ from pathlib import Path
 
 import pytest
 from calibrate.toys import ball_study
-
-ROOT = Path(__file__).parents[2]
-PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
-PAGES |= {"CONTRIBUTING.md": (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")}
+from doc_pages import PAGES, ROOT, sweep_study
 
 NOT_RUN = re.compile(r"git clone|python3 -m venv|pip install|\.venv/bin/|jupyter |tarsus open|.*tcp://|qsub ")
 """Lines that install, open a window, or need a cluster: `benchmarks/newcomer.py` and tests/cluster do those."""
@@ -44,13 +41,6 @@ def nothing(folder: Path) -> None:
 
 def examples(folder: Path) -> None:
     (folder / "examples").symlink_to(ROOT / "examples")
-
-
-def sweep_study(folder: Path) -> None:
-    """The study of the page of sweeps, with fewer and shorter runs."""
-    (text,) = re.findall(r"```toml\n(name.*?)```", PAGES["sweeps.md"], re.DOTALL)
-    text = text.replace("0.1 s", "10 ms").replace("count = 9", "count = 2").replace("count = 5", "count = 2")
-    (folder / "my-study.toml").write_text(text, encoding="utf-8")
 
 
 def table_study(folder: Path) -> None:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import re
 import shlex
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+import doc_pages
 import numpy as np
 import pytest
+import xarray
+from doc_pages import ROOT
 
 import tarsus as ts
 
-ROOT = Path(__file__).parents[2]
-PAGES = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md")}
-PAGES |= {name: (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "CONTRIBUTING.md")}
+PAGES = doc_pages.PAGES | {"README.md": (ROOT / "README.md").read_text(encoding="utf-8")}
 
 ELSEWHERE = {
     "README.md": "examples/test_examples.py",
@@ -30,8 +33,6 @@ ELSEWHERE = {
     ),
 }  # fmt: skip
 """Pages whose Python other tests run."""
-
-NOT_RUN = {"scale.md": "needs a cluster that dask-jobqueue starts"}
 
 
 def blocks(page: str) -> list[str]:
@@ -105,6 +106,23 @@ def nothing(folder: Path) -> dict[str, Any]:
     return {}
 
 
+def cluster(folder: Path) -> dict[str, Any]:
+    """A study, and a cluster of one thread here in place of the one that dask-jobqueue would start."""
+    distributed = pytest.importorskip("distributed")
+    doc_pages.sweep_study(folder)
+
+    class SLURMCluster(distributed.LocalCluster):
+        def __init__(self, cores: int, memory: str, walltime: str) -> None:
+            super().__init__(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None)
+
+        def adapt(self, maximum_jobs: int) -> None:
+            """It has what it has."""
+
+    sys.modules["dask_jobqueue"] = ModuleType("dask_jobqueue")
+    sys.modules["dask_jobqueue"].__dict__["SLURMCluster"] = SLURMCluster
+    return {}
+
+
 def law(folder: Path) -> dict[str, Any]:
     (folder / "examples").symlink_to(ROOT / "examples")
     return {}
@@ -146,6 +164,12 @@ def identified(names: dict[str, Any]) -> None:
     assert "hysteresis" in names["chain"].steps
 
 
+def spread(names: dict[str, Any]) -> None:
+    del sys.modules["dask_jobqueue"]
+    names["cluster"].close()
+    assert xarray.open_dataset("out/sweep.nc").sizes["ground.adhesion.rate"] == 2
+
+
 def passed(names: dict[str, Any]) -> None:
     """That it ran is all there is to see."""
 
@@ -162,6 +186,7 @@ HERE: dict[str, Case] = {
     "index.md": (nothing, runs, ""),
     "legs.md": (nothing, leg, ""),
     "modal.md": (plate, modes, ""),
+    "scale.md": (cluster, spread, "slow"),
     "sweeps.md": (nothing, swept, ""),
     "walking.md": (nothing, runs, ""),
 }
@@ -170,7 +195,7 @@ HERE: dict[str, Case] = {
 
 def test_every_page_with_python_is_run():
     written = {page for page in PAGES if blocks(page)}
-    assert written == {*HERE, *ELSEWHERE, *NOT_RUN}
+    assert written == {*HERE, *ELSEWHERE}
     for page, test in ELSEWHERE.items():
         assert page in (ROOT / "tests" / test).read_text(encoding="utf-8"), page
 
@@ -189,12 +214,6 @@ def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch, capsys):
     ):  # which shows how to read a sweep before it makes one
         exec(compile(text, page, "exec", dont_inherit=True), names)
     check(names)
-
-
-@pytest.mark.parametrize("page", NOT_RUN)
-def test_what_is_not_run_is_python_at_least(page):
-    for text in blocks(page):
-        compile(text, page, "exec")
 
 
 def command_lines() -> list[tuple[str, str]]:

@@ -1,0 +1,89 @@
+"""Every verb, asked for what cannot be: a sentence and exit code 2, before anything is simulated or written."""
+
+from __future__ import annotations
+
+import pytest
+
+from tarsus.cli import app
+
+SCATTER = "yield millipede --scatter robot.drives.*.law.gain=5%"
+ADAPT = "design adapt millipede --free gait.duty --over ground.friction.coefficient=0.2:0.6 -o out"
+RANK = "recommend cantilever --parameter ground.adhesion.rate --budget"
+
+WRONG = [
+    ("devices x", "unexpected: x"),
+    ("show folder", "'folder' is a folder: expected a device by name"),
+    ("show run", "it holds scene.toml: give 'run/scene.toml'"),
+    ("show taken", "does not end in .toml"),
+    ("new device taken", "a device is a .toml file"),
+    ("new campaign folder", "holds no records"),
+    ("new spaceship x.toml", 'Choose from: "device"'),
+    ("check folder", "holds no campaign.toml"),
+    ("read folder", "name a file in it"),
+    ("read empty.csv", "is empty"),
+    ("read bare.csv", "give it with --channel NAME=UNIT"),
+    ("simulate nowhere", "no device is called 'nowhere'"),
+    ("simulate cantilever --set gap=1um", "did you mean 'robot.feet.tip.gap'?"),
+    ("simulate cantilever -o taken", "is a file, a folder is needed"),
+    ("simulate cantilever --law folder", "no such law file"),
+    ("compare cantilever folder", "compare two runs or two descriptions"),
+    ("open folder", "holds no run and no page"),
+    ("plot cantilever -o x.png", "name a folder that `simulate` or `sweep` wrote"),
+    ("plot folder -o x.jpg", "ending in .png"),
+    ("plot folder -o folder", "'folder' is a folder"),
+    ("movie cantilever -o x.gif", "only walkers"),
+    ("movie millipede -o x.mp4", "ending in .gif"),
+    ("movie millipede -o x.gif --periods 0", "--periods: expected a number of 1 or more, got 0"),
+    ("movie millipede -o taken/x.gif", "'taken' is a file"),
+    ("sweep cantilever-adhesoin", "did you mean 'cantilever-adhesion'?"),
+    ("sweep cantilever", "it is a calibration, not a sweep"),
+    ("sweep cantilever-adhesion --threads 0", "--threads: expected a number of 1 or more, got 0"),
+    ("sweep cantilever-adhesion --threads x", 'unable to convert "x"'),
+    (f"{SCATTER} --measure speed", "--measure: there is no measure 'speed'; did you mean 'mean_speed'?"),
+    (f"{SCATTER} --count 0", "--count: expected a number of 1 or more, got 0"),
+    (f"{SCATTER} --chunk soon", "--chunk: expected a number of runs, or a time"),
+    ("yield millipede --dead legs=9:99", "--dead, --weak: at most 99 dead"),
+    ("branch cantilever --along signals.pzt.amplitud=8V:4V", "did you mean 'signals.pzt.amplitude'?"),
+    (
+        "branch cantilever --along signals.pzt.amplitude=8V:4V --multiple 0",
+        "--multiple: expected a number of 1 or more",
+    ),
+    ("synthesize cantilever-capture -o out --rate 5V", "--rate: expected a frequency (Hz), got '5V'"),
+    ("synthesize cantilever-capture -o out --snr-db nan", "--snr-db: expected a finite number"),
+    ("identify folder", "no such file"),
+    ("calibrate cantilever-adhesion", "it is a sweep, not a calibration"),
+    ("calibrate cantilever --seed -1", "--seed: expected a number of 0 or more, got -1"),
+    (f"{RANK} 1s,2s", "--budget: expected a time (s)"),
+    (f"{RANK} 1s --hz 5,x", "--hz: expected a frequency (Hz), got 'x'"),
+    ("design landing cantilever --foot tipp -o out", "did you mean 'tip'?"),
+    ("design landing cantilever --foot tip -o out --pairs -1", "--pairs: expected a number of 0 or more"),
+    ("design gait cantilever --free gait.duty -o out", "does not walk"),
+    (f"{ADAPT} --sense smell", "'nothing', 'charge', 'slip'"),
+    ("design nothing", "See `tarsus design --help`"),
+    ("reproduce cantilever --rows folder", "cannot read the rows file 'folder'"),
+    ("reproduce cantilever --resume --overwrite", "give one of them"),
+    ("reproduce --threads 0", "See `tarsus reproduce --help`"),
+    ("bench x", "unexpected: x"),
+    ("doctor x", "unexpected: x"),
+    ("completion ksh", 'Did you mean "zsh"?'),
+]
+
+
+def test_every_verb_is_asked_for_something_wrong():
+    verbs = {words.split()[0] for words, _ in WRONG}
+    assert verbs == {*app.VERBS, "reproduce"}
+
+
+@pytest.mark.parametrize(("words", "said"), WRONG, ids=[words for words, _ in WRONG])
+def test_what_cannot_be_is_refused_in_a_sentence(tarsus, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    for name in ("folder", "run"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "run" / "scene.toml").touch()
+    for name, text in (("taken", "x"), ("empty.csv", ""), ("bare.csv", "a,b\n0,1\n1,2\n2,3\n")):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    refused = tarsus(*words.split())
+    assert (refused.code, refused.out) == (2, "")
+    assert any(said in one for one in refused.sentences), refused.err
+    assert sorted(tmp_path.rglob("*")) == before
