@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import tarsus as ts
 from random_scenes import plain_scene
 from survey import surveyed
-from tarsus.base.spec import get_value
+from tarsus.base.spec import float_paths, get_value
 from tarsus.plan.slots import slots
 
 Floats = NDArray[np.float64]
@@ -47,10 +47,21 @@ LATEST = 300
 
 
 def chosen(scene: ts.Scene, seed: int) -> list[str]:
-    """Some of the numbers of a scene that runs can differ in."""
+    """Some of the numbers of a scene that runs can differ in, and one of its structure."""
     known = list(slots(scene))
     rng = np.random.default_rng([seed, 7])
-    return [known[k] for k in sorted(rng.permutation(len(known))[:PATHS])]
+    found = [known[k] for k in sorted(rng.permutation(len(known))[:PATHS])]
+    of_structure = [path for path in float_paths(scene) if path.startswith("robot.structure.")]
+    alone = [path for path in of_structure if changes_alone(scene, path)]
+    return found + [alone[k] for k in rng.permutation(len(alone))[:1]]
+
+
+def changes_alone(scene: ts.Scene, path: str) -> bool:
+    """Whether a structure may differ in that number alone, which an entry of a symmetric matrix may not."""
+    matrix, *place = path.removeprefix("robot.structure.").split(".")
+    ratios = getattr(scene.robot.structure, "damping_ratios", None) is not None
+    symmetric = matrix == "mass" or (matrix == "stiffness" and ratios)
+    return not symmetric or place[0] == place[-1]
 
 
 def differences(scene: ts.Scene, path: str) -> tuple[Floats, Floats]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.base.workers import workers
 from tarsus.files.store import package_version
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
 from tarsus.model.laws.landing import AnyLanding, CaptureUnlessPulled, PullAsPrinted, RestituteFirst
@@ -243,7 +244,7 @@ def random_readings(
     seed: int,
     *,
     file: Path | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> Readings:
     """Judge readings 0 to ``count`` - 1 of a seed.
@@ -257,7 +258,7 @@ def random_readings(
     file
         Where finished readings are kept; those that are there already, of the same seed and version, are not run again.
     threads
-        Readings that are judged at a time.
+        Readings that are judged at a time; by default one for each processor that this process may use.
     progress
         Called as ``progress(done, count, what)``.
 
@@ -271,7 +272,7 @@ def random_readings(
     if missing:
         done[missing[0]] = judged_reading(base, seed, missing[0])  # compiles before the threads start
         _keep(file, seed, done[missing[0]])
-    with ThreadPoolExecutor(threads) as pool:
+    with ThreadPoolExecutor(workers(threads)) as pool:
         work = [pool.submit(judged_reading, base, seed, number) for number in missing[1:]]
         try:
             for future in as_completed(work):

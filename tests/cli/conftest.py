@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -12,6 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+PROGRESS = re.compile(r"[a-z ]+: (\d+ of \d+|\d+ s)\b")
+"""Lines that say how long work goes: on a slow machine, there are some."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +32,7 @@ class Result:
     @property
     def sentences(self) -> list[str]:
         """Lines on stderr, every one of which must be a sentence of ours."""
-        lines = self.err.splitlines()
+        lines = [line for line in self.err.splitlines() if not PROGRESS.match(line)]
         assert all(line.startswith("tarsus: ") for line in lines), self.err
         return [line.removeprefix("tarsus: ") for line in lines]
 

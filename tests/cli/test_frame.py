@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -81,6 +83,7 @@ def test_version(tarsus):
         ),
         (["simulate", "cantilever", "--lenght", "3"], "Unknown option: --lenght"),
         (["reproduce", "octopod"], "quadruped"),
+        (["reproduce", "--seeds"], "See `tarsus reproduce --help`"),
         (["devices", "everything"], "everything"),
     ],
 )
@@ -103,6 +106,39 @@ def test_an_interrupt_ends_with_a_sentence(tarsus, monkeypatch):
     result = tarsus("devices")
     assert result.code == 130
     assert "interrupted" in result.sentences[0]
+
+
+def test_an_interrupt_that_numpy_answers_is_one_too(tarsus, monkeypatch):
+    import tarsus.files.library as library
+
+    def interrupted():
+        raise TypeError("cannot compare") from KeyboardInterrupt()
+
+    monkeypatch.setattr(library, "device_names", interrupted)
+    assert tarsus("devices").code == 130
+
+
+def test_a_long_run_hears_an_interrupt():
+    """In one call of the engine, which would take minutes."""
+    words = [
+        sys.executable,
+        "-m",
+        "tarsus.cli",
+        "movie",
+        "millipede-30",
+        "-o",
+        "walk.gif",
+        "--duration",
+        "300 s",
+        "-v",
+    ]
+    hears = "import signal, os, sys; signal.signal(2, signal.default_int_handler); os.execv(sys.argv[1], sys.argv[1:])"
+    run = subprocess.Popen([sys.executable, "-c", hears, *words], stderr=subprocess.PIPE, text=True)
+    assert run.stderr is not None and "millipede-30" in run.stderr.readline()
+    time.sleep(1.0)
+    run.send_signal(signal.SIGINT)
+    assert "tarsus: interrupted" in run.communicate(timeout=60)[1]
+    assert run.returncode == 130
 
 
 def test_a_defect_ends_with_a_sentence_too(tarsus, monkeypatch):

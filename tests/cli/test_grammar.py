@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
+from pathlib import Path
 
 import pytest
 
@@ -19,7 +21,7 @@ def options():
             if not name.startswith("-"):
                 look(one[name], f"{verb} {name}".strip())
         if one.default_command is not None:
-            for argument in one.assemble_argument_collection():
+            for argument in one.assemble_argument_collection(parse_docstring=True):
                 for word in argument.names:
                     found[word][verb] = argument.parameter.help or ""
 
@@ -27,36 +29,76 @@ def options():
     return found
 
 
+WORDS = {
+    "a scene": ("--set", "--law"),
+    "laws": ("--law",),
+    "draws": ("--seed",),
+    "many runs": ("--threads", "--dask"),
+    "threads": ("--threads",),
+    "files": ("-o", "--output", "--overwrite"),
+    "a page": ("-o", "--output", "--overwrite", "--report"),
+    "goes on": ("--resume",),
+    "a time": ("--duration",),
+}
+"""The words that a verb must take for what it does, beside --json."""
+
+VERBS = {
+    "devices": (), "show": ("laws",), "new": (), "check": ("laws",), "read": (), "compare": ("laws",),
+    "open": ("laws",), "bench": (), "doctor": (), "completion": (),
+    "simulate": ("a scene", "a page", "a time"),
+    "plot": ("laws", "files"),
+    "movie": ("a scene", "files", "a time"),
+    "branch": ("a scene", "a page"),
+    "sweep": ("laws", "draws", "many runs", "a page", "goes on"),
+    "yield": ("a scene", "draws", "many runs", "a page", "goes on"),
+    "synthesize": ("a scene", "draws", "files"),
+    "identify": ("draws", "a page"),
+    "calibrate": ("laws", "draws", "many runs", "a page", "goes on"),
+    "recommend": ("a scene", "draws", "many runs"),
+    "design landing": ("a scene", "draws", "many runs", "a page"),
+    "design gait": ("a scene", "draws", "many runs", "a page", "goes on", "a time"),
+    "design adapt": ("a scene", "draws", "many runs", "a page", "a time"),
+    "reproduce": ("draws", "threads", "files", "goes on"),
+}  # fmt: skip
+"""What each verb does. A new verb is added here."""
+
+
+def test_every_verb_is_listed(options):
+    assert {verb for said in options.values() for verb in said} - {"", "design"} == set(VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_verb_takes_the_words_of_what_it_does_and_no_other(options, verb):
+    own = {word for does in VERBS[verb] for word in WORDS[does]}
+    own |= {"--json"} if verb != "completion" else set()  # which prints a script
+    shared = {word for words in WORDS.values() for word in words} | {"--json"}
+    assert {word for word in shared if verb in options[word]} == own
+
+
 @pytest.mark.parametrize(
-    "word",
-    ["--set", "--law", "--json", "--overwrite", "--threads", "--dask", "--duration", "--resume", "--report"],
+    "word", sorted({word for words in WORDS.values() for word in words} - {"-o", "--output"})
 )
 def test_a_word_means_the_same_in_every_verb(options, word):
-    said = {verb: text for verb, text in options[word].items() if verb not in ("sweep", "reproduce")}
-    assert len(said) >= 2 and len(set(said.values())) == 1, said
+    assert len(options[word]) >= 2 and len(set(options[word].values())) == 1, options[word]
 
 
-def test_every_verb_speaks_json(options):
-    silent = {"completion"}  # which prints a script
-    verbs = {verb for said in options.values() for verb in said} - {"", "design"}
-    assert verbs - set(options["--json"]) == silent
+def test_every_word_is_explained(options):
+    silent = {(verb, word) for word, said in options.items() for verb, text in said.items() if not text}
+    assert {(verb, word) for verb, word in silent if word != "*"} == set()
 
 
-def test_every_verb_that_draws_at_random_takes_a_seed(options):
-    drawing = {
-        "calibrate", "design adapt", "design gait", "design landing", "identify", "recommend", "reproduce", "sweep",
-        "synthesize", "yield",
-    }  # fmt: skip
-    assert set(options["--seed"]) == drawing
-
-
-def test_every_verb_that_makes_many_runs_takes_threads(options):
-    many = {"calibrate", "design adapt", "design gait", "design landing", "recommend", "sweep", "yield"}
-    assert set(options["--threads"]) >= many and set(options["--dask"]) >= many
-
-
-def test_every_verb_that_writes_a_folder_takes_overwrite(options):
-    assert set(options["-o"]) == set(options["--output"]) == set(options["--overwrite"])
+def test_the_page_of_the_command_line_names_every_verb_and_its_words(options):
+    page = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    for verb in VERBS:
+        line = " ".join(
+            one
+            for one in re.findall(r"^`(tarsus .*)`$", page, re.MULTILINE)
+            if f"{one} ".startswith(f"tarsus {verb} ")
+        )
+        for word in ("-o", "--seed", "--threads", "--resume", "--json"):
+            assert (word in line) == (verb in options[word]), f"{verb}: {word}"
+        for word in re.findall(r"--[a-z-]+", line.replace("--no-", "--")):
+            assert verb in options[word], f"{verb}: {word}"
 
 
 def test_quiet_leaves_results_and_errors(tarsus):

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import re
+import shutil
 
 import numpy as np
 import pytest
 import xarray
 
+from tarsus.cli import main
 from tarsus.report.saved import figure_of, offered
 
 
-@pytest.fixture
-def run(tarsus, tmp_path):
-    folder = tmp_path / "run"
-    assert tarsus("simulate", "cantilever", "--duration", "5 ms", "--no-report", "-o", folder).code == 0
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("plot") / "run"
+    assert main(["simulate", "cantilever", "--duration", "5 ms", "--no-report", "-q", "-o", str(folder)]) == 0
     return folder
+
+
+@pytest.fixture
+def run(simulated, tmp_path):
+    return shutil.copytree(simulated, tmp_path / "run")
 
 
 @pytest.fixture
@@ -31,14 +38,15 @@ def sweep(tarsus, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "begin"), [("a.png", b"\x89PNG"), ("a.svg", b"<?xml"), ("a.pdf", b"%PDF"), ("A.PNG", b"\x89PNG")]
+    ("name", "begin"),
+    [("a.pdf", b"%PDF"), ("A.PNG", b"\x89PNG")],  # others write SVG
 )
 def test_a_run_becomes_the_file_that_its_ending_says(tarsus, run, tmp_path, name, begin):
     found = tarsus("plot", run, "-o", tmp_path / name, "--json").json()
     assert found["name"] == "motion" and (tmp_path / name).read_bytes().startswith(begin)
 
 
-@pytest.mark.parametrize("name", ["impacts", "ledger", "gap", "kinetic_energy"])
+@pytest.mark.parametrize("name", ["impacts", "ledger"])
 def test_a_run_has_several_figures(tarsus, run, tmp_path, name):
     file = tmp_path / "a.svg"
     assert tarsus("plot", run, name, "-o", file).code == 0

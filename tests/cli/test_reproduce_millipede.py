@@ -29,7 +29,7 @@ def quick(monkeypatch, short_runs):
         devices.append(device)
         return short_runs
 
-    def draw(base, count, seed, *, file, progress):
+    def draw(base, count, seed, *, file, threads, progress):
         score = short_runs.outcomes[0].score
         return readings.Readings(seed, tuple(readings.Reading(n, {}, score) for n in range(count)))
 

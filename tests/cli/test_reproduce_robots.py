@@ -185,6 +185,8 @@ def test_a_device_that_cannot_bounce_is_refused(tarsus, save, hexapod, robot, sp
     assert said in sentence
 
 
+# Slow: a run that diverges, and its page.
+@pytest.mark.slow
 def test_a_map_that_creates_energy_is_announced_and_its_divergence_ends_with_1(
     tarsus, save, hexapod, tmp_path
 ):

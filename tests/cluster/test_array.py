@@ -180,6 +180,8 @@ for _ in range(20):
 """
 
 
+# Slow: 40 collections in two processes of their own.
+@pytest.mark.slow
 def test_tasks_that_collect_at_the_same_time_do_not_meet(alone, tmp_path):
     run_sweep(SWEEP, tmp_path)
     words = [sys.executable, "-c", COLLECTOR, str(tmp_path)]

@@ -8,8 +8,8 @@ import tarsus as ts
 from independent.compare import compare
 from random_scenes import branched_scene, plain_scene
 
-FAST = {"modal": (2, 5, 9, 13), "legged": (3, 22)}
-BRANCHED = {"modal": (2, 6), "legged": (3,)}
+FAST = {"modal": (2, 13), "legged": (22,)}
+BRANCHED = {"modal": (6,), "legged": (3,)}
 TIGHT = ts.Accuracy(gap=1e-10, drive=1e-11)
 """A walker's steps err by 1e-8 of a length unless it is asked for less, which would hide a drive's error."""
 

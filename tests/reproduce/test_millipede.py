@@ -170,6 +170,8 @@ def test_plain_data_holds_every_count_verdict_and_curve(found):
             )
 
 
+# Slow: eight figures drawn. The page from the command line is among the fast tests.
+@pytest.mark.slow
 def test_the_page_is_whole_and_needs_nothing_from_outside(found):
     text = millipede_html(found)
     page = Page(text)

@@ -37,7 +37,7 @@ def runs_of(robot: str) -> RobotRuns:
     return robot_runs(robot)
 
 
-@pytest.fixture(scope="module", params=["hexapod", "quadruped"])
+@pytest.fixture(scope="module", params=["hexapod", pytest.param("quadruped", marks=pytest.mark.slow)])
 def found(request: pytest.FixtureRequest) -> tuple[RobotReproduction, RobotRuns, str]:
     few = packaged_members(request.param)[:2] or None  # all of the mixture's members are in the slow lane
     reproduction = reproduce_robot(request.param, few, seeds=2)

@@ -23,12 +23,12 @@ STEPS = (1e-5, 1e-4, 1e-3)
 derivative is right if it agrees with one of three."""
 
 
-def differences(scene: ts.Scene, path: str, duration: float, values) -> list[np.ndarray]:
+def differences(scene: ts.Scene, path: str, duration: float, values, steps=STEPS) -> list[np.ndarray]:
     """Fourth-order differences of what ``values`` makes of tight runs, for every step over which no event comes or
     goes."""
     at = float(get_value(scene, path))
     out = []
-    for step in STEPS:
+    for step in steps:
         size = step * (abs(at) or 1.0)
         runs = [
             ts.simulate(with_values(scene, {path: at + k * size}), duration, TIGHT) for k in (-2, -1, 1, 2)
@@ -171,17 +171,86 @@ def test_energies_and_measures_as_differences_of_runs():
         return np.array([*(one.measures[name].value for name in names), *ledger, one.ledger.laws["film"]])
 
     terms = (*names, *(f"ledger.{one}" for one in LEDGER), "ledger.film")
-    for path, within in zip(paths, (1e-6, 1e-6, 1e-4), strict=True):
-        wanted = differences(scene, path, duration, numbers)
+    for path in paths:
+        wanted = differences(scene, path, duration, numbers, (1e-6, *STEPS))
         for k, name in enumerate(terms):
             got = np.array([run.gradient(name)[path]])
-            assert_near_one(got, [one[k : k + 1] for one in wanted], within, f"{path} {name}")
+            assert_near_one(got, [one[k : k + 1] for one in wanted], 1e-6, f"{path} {name}")
     own = ts.gradient("contact_duration", scene, paths[:1], duration, TIGHT)
     assert own[paths[0]] == pytest.approx(run.gradient("contact_duration")[paths[0]], rel=1e-8)
     hardest = ts.gradient(lambda events: events["speed_before"].max(), scene, paths[:1], duration, TIGHT)
     assert hardest[paths[0]] == pytest.approx(
         run.event_gradients[paths[0]]["speed_before"][np.argmax(run.events["speed_before"])], rel=1e-6
     )
+
+
+HEXAPOD = {
+    "robot.structure.stiffness.2.3": (
+        (-1.3680837116775597e-7, 1.643402096569237e-6, 3.5512199221683482e-6),
+        (-0.00022021201356458361, -0.00018316992156298874, -0.00016356273019473369),
+    ),
+    "robot.structure.damping.1.1": (
+        (-0.0020083506418345883, -0.015214460582107986, -0.028315618406742927),
+        (-4.6064155291954458, -3.8314849560492329, -1.8076674113230378),
+    ),
+    "robot.structure.mass.3.3": (
+        (107.96262728074134, 95.749526867537202, 81.53610687938052),
+        (-6322.9826999484187, -7603.1436540844578, -3130.3778942423436),
+    ),
+}
+"""Derivatives of time [s] and speed [m/s] of the first three impacts of the printed hexapod under a constant force: the
+exponential of its state matrix, Newton's method for the impacts and central differences of 1e-15, all in 50 digits."""
+
+
+def test_numbers_of_a_lumped_hexapod_as_in_fifty_digits():
+    """Its stiffnesses nearly cancel: its slowest mode has 2e-3 of the fastest's rate."""
+    scene = hexapod(signal=ts.Constant(level=-10.0), gap=4e-6, restitution=0.5)
+    run = ts.simulate(scene, 7e-4, gradients=list(HEXAPOD))
+    for path, wanted in HEXAPOD.items():
+        for name, want in zip(("time", "speed_before"), wanted, strict=True):
+            got = run.event_gradients[path][name][:3]
+            assert np.abs(got - want).max() <= 1e-9 * np.abs(want).max(), (path, name)
+
+
+def test_a_stiffness_that_couples_coinciding_modes():
+    """Of x'' + w^2 x + k y = 0 and the like for y, from x = 1, y = 0: dy/dk = -t sin(w t) / 2w where k = 0."""
+    structure = ts.Lumped(coordinates=("a", "b"), mass=(1.0, 1.0), stiffness=(4.0, 4.0))
+    scene = ts.Scene(
+        name="two", robot=ts.Robot(structure=structure, drives={}, feet={"b": ts.Foot(point="b", gap=10.0)}),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.6)),
+        initial=ts.Initial(displacement=(1.0, 0.0)), duration=20.0,
+    )  # fmt: skip
+    coupled = {f"robot.structure.stiffness.{ends}": 1.0 for ends in ("0.1", "1.0")}
+    run = ts.simulate(scene, gradients={"coupling": coupled})
+    times = np.linspace(0.1, 19.9, 45)
+    got = run.state_gradients(times)["coupling"]
+    np.testing.assert_allclose(got.x[1], -times * np.sin(2.0 * times) / 4.0, atol=1e-11)
+    np.testing.assert_allclose(got.x[0], 0.0, atol=1e-11)
+
+
+def test_energies_by_a_stiffness_in_closed_form():
+    """A mass on a spring lifts itself off by nothing: under a constant force from rest it has done F x of work, and
+    F^2 (1 - cos wt)^2 / 2k of that is in the spring."""
+    force, mass, stiffness, duration = 0.3, 2.0, 5.0, 1.9
+    scene = ts.Scene(
+        name="pushed",
+        robot=ts.Robot(
+            structure=ts.Lumped(coordinates=("a",), mass=(mass,), stiffness=(stiffness,)),
+            drives={"push": ts.Drive(load=ts.PointLoad(weights={"a": 1.0}), law=ts.LinearForce(gain=force))},
+            feet={"a": ts.Foot(point="a", gap=1.0)},
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.6)),
+        signals={"push": ts.Constant(level=1.0)}, duration=duration,
+    )  # fmt: skip
+    path = "robot.structure.stiffness.0.0"
+    run = ts.simulate(scene, gradients=[path])
+    rate = np.sqrt(stiffness / mass)
+    c, by_rate = np.cos(rate * duration), duration * np.sin(rate * duration) / (2.0 * rate * mass)
+    work = force**2 * (by_rate / stiffness - (1.0 - c) / stiffness**2)
+    elastic = force**2 * (2.0 * (1.0 - c) * by_rate / stiffness - (1.0 - c) ** 2 / stiffness**2) / 2.0
+    assert run.gradient("ledger.work_in")[path] == pytest.approx(work, rel=1e-9)
+    assert run.gradient("ledger.elastic")[path] == pytest.approx(elastic, rel=1e-9)
+    assert run.gradient("ledger.kinetic")[path] == pytest.approx(work - elastic, rel=1e-9)
 
 
 def test_a_batch_has_the_gradients_of_its_runs():

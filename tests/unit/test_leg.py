@@ -90,7 +90,7 @@ def test_static_lift_equals_that_of_the_linearisation(leg, change):
     assert lift == pytest.approx(linear, rel=1e-6)
 
 
-@pytest.mark.parametrize("change", [{}, BENT], ids=["flat", "bent"])
+@pytest.mark.parametrize("change", [{}, pytest.param(BENT, marks=pytest.mark.slow)], ids=["flat", "bent"])
 def test_small_motion_equals_that_of_the_linearisation(leg, change):
     one = ts.with_values(leg, change)
     turns, times = np.array([1e-7, 0.0]), np.linspace(0.0, 0.008, 30)
@@ -117,7 +117,13 @@ def test_small_free_motion_has_the_frequency_of_the_linearisation(leg, change):
 
 
 @pytest.mark.parametrize(
-    "change", [{}, {**HEAVY}, {**HEAVY, **BENT}], ids=["as printed", "heavy", "heavy, bent"]
+    "change",
+    [
+        pytest.param({}, marks=pytest.mark.slow),
+        pytest.param(HEAVY, marks=pytest.mark.slow),
+        {**HEAVY, **BENT},
+    ],
+    ids=["as printed", "heavy", "heavy, bent"],
 )
 def test_without_dampers_energy_is_conserved(leg, change):
     one = ts.with_values(leg, {**change, **UNDAMPED})

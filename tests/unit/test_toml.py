@@ -102,7 +102,7 @@ def test_waveforms_round_trip_exactly(signal: dict[str, object]) -> None:
 PATHS = sorted(float_paths(load_scene("cantilever")))
 
 
-@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=40)
+@settings(suppress_health_check=[HealthCheck.too_slow], max_examples=12)
 @given(st.dictionaries(st.sampled_from(PATHS), st.floats(1e-3, 1.0), max_size=4))
 def test_any_values_round_trip_exactly(values: dict[str, float]) -> None:
     device = load_scene("cantilever")

@@ -37,9 +37,11 @@ class PathErrors(InputError):
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """``"; did you mean 'x'?"`` for the closest valid name, else a list of the valid ones, else nothing."""
+    """``"; did you mean 'x'?"`` for the closest valid name, or a path that ends in the name; else a list of the valid
+    ones, else nothing."""
     names = [str(v) for v in valid]
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.65)
+    ending = [n for n in names if name and n.endswith(f".{name}")]
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.65) or ending
     if close:
         return f"; did you mean '{close[0]}'?"
     if not names:

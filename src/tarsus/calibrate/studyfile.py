@@ -47,6 +47,8 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = study_path(name)
     raw = read_table(file)
+    if "vary" in raw:
+        raise InputError(f"{file}: varies values: it is a sweep, not a calibration")
     named = raw.pop("table", None)
     problems: list[str] = []
     table = None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -131,7 +132,7 @@ def _run(argv: list[str]) -> int:
     if argv and argv[0] in RENAMED:
         console.note([f"`tarsus {argv[0]}` is now `tarsus {RENAMED[argv[0]]}`; the former name will go"])
         argv = [RENAMED[argv[0]], *argv[1:]]
-    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv))
+    return told(lambda: _page() if argv in ([], ["--help"], ["-h"]) else _done(argv), argv)
 
 
 def _page() -> int:
@@ -145,8 +146,8 @@ def _done(argv: list[str]) -> object:
     return code
 
 
-def told(do: Callable[[], object]) -> int:
-    """The exit code of what is done.
+def told(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
+    """The exit code of what is done, by the command line ``argv``.
 
     Every failure ends as sentences on stderr and an exit code: 1 when the physics or a check failed, 2 for
     bad input, 130 when interrupted. A reader that closes the pipe early (`tarsus show ... | head`) is no error.
@@ -154,8 +155,8 @@ def told(do: Callable[[], object]) -> int:
     try:
         code = do()
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        console.complain(["interrupted, nothing further was written"])
+    except KeyboardInterrupt as stop:
+        console.complain([_interruption(stop, argv)])
         return INTERRUPTED
     except BrokenPipeError:
         # Python would complain again when it flushes stdout at exit.
@@ -164,6 +165,9 @@ def told(do: Callable[[], object]) -> int:
     except Exception as error:
         from tarsus.base.errors import InputError
 
+        if isinstance(error.__cause__, KeyboardInterrupt):  # numpy answers one in its own words
+            console.complain([_interruption(error.__cause__, argv)])
+            return INTERRUPTED
         if isinstance(error, InputError):
             console.complain(error.problems)
             return BAD_INPUT
@@ -184,6 +188,14 @@ def told(do: Callable[[], object]) -> int:
         )
         return FAILED
     return code if isinstance(code, int) else DONE
+
+
+def _interruption(stop: KeyboardInterrupt, argv: Sequence[str]) -> str:
+    """What to say of an interruption: of a verb that keeps what is finished, the line that goes on."""
+    if stop.args != (console.KEPT,):
+        return "interrupted, nothing further was written"
+    again = [*(word for word in argv if word not in ("--overwrite", "--resume")), "--resume"]
+    return f"interrupted; {console.KEPT}, continue with `{shlex.join(['tarsus', *again])}`"
 
 
 def _spent() -> str:
@@ -212,11 +224,13 @@ def _command(argv: list[str]) -> int:
 
 def _sentence(error: Any, argv: list[str]) -> str:
     """What is wrong with the words, where cyclopts says it in terms of programs."""
-    from cyclopts import MissingArgumentError, UnusedCliTokensError
+    from cyclopts import MissingArgumentError, UnusedCliTokensError, ValidationError
 
     error.verbose = False
     if isinstance(error, UnusedCliTokensError):
         return f"unexpected: {' '.join(error.unused_tokens or ())}."
+    if isinstance(error, ValidationError) and error.argument is not None and error.argument.tokens:
+        return f"{error.argument.tokens[0].keyword or error.argument.name}: {error.exception_message}."
     if isinstance(error, MissingArgumentError) and error.argument is not None and not error.argument.tokens:
         given = [name for name in error.argument.names if name in argv]
         return f"{given[0]} takes a value." if given else f"{error.argument.names[0]} is missing."
@@ -227,4 +241,7 @@ def _verb(argv: list[str]) -> str:
     """`verb ` when the line begins with one, for pointing at the right help page."""
     if argv[:1] == ["design"] and len(argv) > 1 and argv[1] in ("landing", "gait", "adapt"):
         return f"design {argv[1]} "
-    return f"{argv[0]} " if argv and argv[0] in VERBS else ""
+    from importlib.metadata import entry_points
+
+    known = (*VERBS, *(entry.name for entry in entry_points(group=COMMANDS)))
+    return f"{argv[0]} " if argv and argv[0] in known else ""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
-from tarsus.cli.options import PAGES, UNCHANGED, Changes, MaybeFolder, Pages
+from tarsus.cli.options import PAGES, UNCHANGED, Changes, MaybeFolder, Pages, at_least
 
 
 def branch(
@@ -13,7 +14,7 @@ def branch(
     *,
     along: str,
     changes: Changes = UNCHANGED,
-    multiple: int | None = None,
+    multiple: Annotated[int | None, at_least(1)] = None,
     output: MaybeFolder = None,
     pages: Pages = PAGES,
 ) -> int:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tarsus.cli.options import HERE, PAGES, LawFiles, MaybeFolder, Pages, Resume, Work
+from tarsus.cli.options import HERE, PAGES, LawFiles, MaybeFolder, MaybeSeed, Pages, Resume, Work
 
 
 def calibrate(
@@ -14,7 +14,7 @@ def calibrate(
     /,
     *,
     output: MaybeFolder = None,
-    seed: int | None = None,
+    seed: MaybeSeed = None,
     work: Work = HERE,
     resume: Resume = False,
     law: LawFiles = None,
@@ -29,8 +29,6 @@ def calibrate(
     output
         folder for the visited sets, calibration.json, mixture.json, a device file of every branch and report.html; by
         default the study's name with .calibration.
-    seed
-        of the search, instead of the study's own.
     """
     from tarsus.calibrate.account import calibration_table
     from tarsus.calibrate.calibrating import calibrate as run
@@ -41,25 +39,18 @@ def calibrate(
     described = load_study(study, requests.laws_of(law or ()))
     folder = output if output is not None else Path(f"{Path(study).stem}.calibration")
     target = pages.target(folder, "calibrate", CALIBRATION_FILES, resume=resume)
-    try:
-        with (
-            target.writing(resume=resume),
-            console.progress_bar("sets", time_left=True) as progress,
-            work.workers() as workers,
-        ):
-            result = run(described, folder, seed=seed, threads=workers, resume=resume, progress=progress)
-            table = calibration_table(result)
-            if pages.report:
-                from tarsus.report.calibrate_page import write_calibration_report
+    with (
+        console.resumable(),
+        target.writing(resume=resume),
+        console.progress_bar("sets", time_left=True) as progress,
+        work.workers() as workers,
+    ):
+        result = run(described, folder, seed=seed, threads=workers, resume=resume, progress=progress)
+        table = calibration_table(result)
+        if pages.report:
+            from tarsus.report.calibrate_page import write_calibration_report
 
-                write_calibration_report(table, folder / "report.html")
-    except KeyboardInterrupt:
-        from tarsus.cli.app import INTERRUPTED
-
-        console.complain(
-            [f"interrupted; visited sets are kept, continue with `{_again(study, folder, law or (), seed)}`"]
-        )
-        return INTERRUPTED
+            write_calibration_report(table, folder / "report.html")
     if pages.json:
         console.print_json(table)
     else:
@@ -69,14 +60,6 @@ def calibrate(
     if lost:
         console.complain(["no run of some fitted rows reached its end; the calibration means nothing there"])
     return 1 if lost else 0
-
-
-def _again(study: str, folder: Path, laws: Sequence[Path], seed: int | None) -> str:
-    """The command line that goes on."""
-    import shlex
-
-    words = ["tarsus", "calibrate", study, "-o", str(folder), *(w for f in laws for w in ("--law", str(f)))]
-    return shlex.join([*words, *([] if seed is None else ["--seed", str(seed)]), "--resume"])
 
 
 def _show(table: Mapping[str, Any]) -> None:

@@ -75,15 +75,22 @@ def os_sentence(error: OSError) -> str:
     return f"Cannot use {where}: {reason}."
 
 
-def _watched() -> bool:
-    """Whether somebody sees what moves on stderr, and wants to."""
-    return sys.stderr.isatty() and voice() > Voice.QUIET
-
-
 def say(text: str) -> None:
-    """One line for the person watching: on stderr, and only when stderr is a terminal."""
-    if _watched():
+    """One line on stderr about how work goes, unless nothing but results is asked for."""
+    if voice() > Voice.QUIET:
         print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def resumable() -> Iterator[None]:
+    """Of work whose finished parts are kept: an interruption in the block says so, and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(KEPT) from None
+
+
+KEPT = "finished parts are kept"
 
 
 def print_json(value: Any) -> None:
@@ -146,9 +153,13 @@ def progress_bar(title: str, *, time_left: bool = False) -> Iterator[Progress]:
 
 @contextmanager
 def spinner(text: str) -> Iterator[None]:
-    """A moving line on stderr for the length of the block; silent when stderr is no terminal."""
-    if not _watched():
+    """A moving line on stderr for the length of the block; plain lines where stderr is no terminal."""
+    if voice() is Voice.QUIET:
         yield
+        return
+    if not sys.stderr.isatty():
+        with Lines(text, False):
+            yield
         return
     from rich.console import Console
 

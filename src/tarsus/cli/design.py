@@ -7,7 +7,20 @@ from typing import Annotated, Any
 from cyclopts import App, Parameter
 
 from tarsus.cli import design_gait
-from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Folder, Many, Pages, Seed, Work
+from tarsus.cli.options import (
+    HERE,
+    PAGES,
+    UNCHANGED,
+    Changes,
+    Folder,
+    Grounds,
+    Many,
+    Pages,
+    Risk,
+    Seed,
+    Work,
+    at_least,
+)
 
 design = App(name="design", help="What a description or a signal should be, given what it should do.")
 design.command(design_gait.gait)
@@ -21,17 +34,17 @@ def landing(
     *,
     foot: str,
     output: Folder,
-    pairs: int = 1,
+    pairs: Annotated[int, at_least(0)] = 1,
     levels: Annotated[str, Parameter(allow_leading_hyphen=True)] = "-8 V, 8 V",
-    over: Many = None,
-    risk: str | None = None,
+    over: Grounds = None,
+    risk: Risk = None,
     objective: str = "speed",
     drive: str | None = None,
     free: Many = None,
     tick: str = "1 us",
     shortest: str = "10 us",
     ringing: str | None = None,
-    learn: int = 0,
+    learn: Annotated[int, at_least(0)] = 0,
     sensor: str = "speed",
     effort: float = 1.0,
     seed: Seed = 0,
@@ -53,10 +66,6 @@ def landing(
         pairs of switchings beside the step's two edges, at most.
     levels
         voltages, e.g. "-8 V, 8 V", or free=-8V:8V for any between; the lowest and the highest are held.
-    over
-        PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.
-    risk
-        worst, cvar:q, mean or nominal; worst with --over, else nominal.
     objective
         speed, impulse or touchdowns.
     drive

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,10 +12,13 @@ from tarsus.cli.options import (
     PAGES,
     UNCHANGED,
     Changes,
+    Count,
     Duration,
     Folder,
+    Grounds,
     Pages,
     Resume,
+    Risk,
     Seed,
     Work,
 )
@@ -38,7 +40,7 @@ class Gaits:
         ),
     ] = "none"
     dead: Annotated[str, Parameter(help="legs that do not move, with commas.")] = ""
-    candidates: Annotated[int, Parameter(help="gaits that are tried in all.")] = 4000
+    candidates: Annotated[Count, Parameter(help="gaits that are tried in all.")] = 4000
     duration: Duration = None
     seed: Seed = 0
 
@@ -61,13 +63,6 @@ Free = Annotated[
         "with commas, or repeated.",
     ),
 ]
-Over = Annotated[
-    list[str] | None,
-    Parameter(
-        negative=(),
-        help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
-    ),
-]
 
 
 def gait(
@@ -77,9 +72,9 @@ def gait(
     free: Free,
     output: Folder,
     objective: str = "speed,energy",
-    over: Over = None,
-    risk: str | None = None,
-    look: int = 48,
+    over: Grounds = None,
+    risk: Risk = None,
+    look: Count = 48,
     loss: str = "10 %",
     gaits: Gaits = GAITS,
     changes: Changes = UNCHANGED,
@@ -98,8 +93,6 @@ def gait(
         gait of the front.
     objective
         one to three of speed, energy, transport, slip, contact, support and sway, with commas.
-    risk
-        worst, cvar:q, mean or nominal; worst with --over, else nominal.
     look
         grounds that an attack on the front looks at before it climbs.
     loss
@@ -118,27 +111,21 @@ def gait(
     gait_request(
         the_scene, the_free, objective, grounds, risk, GaitOptions(**options)
     )  # before a file is touched
-    try:
-        with (
-            target.writing(resume=resume) as folder,
-            console.progress_bar("gaits") as progress,
-            work.workers() as workers,
-        ):
-            found = design(
-                the_scene, the_free, objective, grounds, risk, folder=folder, resume=resume,
-                progress=progress, seed=gaits.seed, threads=workers, **options,
-            )  # fmt: skip
-            write_front(found, folder)
-            if pages.report:
-                from tarsus.report.gait_page import write_gait_report
+    with (
+        console.resumable(),
+        target.writing(resume=resume) as folder,
+        console.progress_bar("gaits") as progress,
+        work.workers() as workers,
+    ):
+        found = design(
+            the_scene, the_free, objective, grounds, risk, folder=folder, resume=resume,
+            progress=progress, seed=gaits.seed, threads=workers, **options,
+        )  # fmt: skip
+        write_front(found, folder)
+        if pages.report:
+            from tarsus.report.gait_page import write_gait_report
 
-                write_gait_report(found, folder)
-    except KeyboardInterrupt:
-        from tarsus.cli.app import INTERRUPTED
-
-        kept = f"the walks so far are kept in {shlex.quote(str(output))}"
-        console.complain([f"interrupted; {kept}: the same line with --resume goes on"])
-        return INTERRUPTED
+            write_gait_report(found, folder)
     if pages.json:
         console.print_json(gait_table(found))
     else:
@@ -152,22 +139,22 @@ def adapt(
     /,
     *,
     free: Free,
-    over: Over,
+    over: Grounds,
     output: Folder,
     sense: str = "charge",
     objective: str = "speed",
-    steps: int = 20,
-    most: Annotated[int, Parameter(name="--gaits")] = 6,
-    hidden: int = 200,
-    training: int = 96,
+    steps: Count = 20,
+    most: Annotated[Count, Parameter(name="--gaits")] = 10,
+    hidden: Count = 200,
+    training: Count = 256,
     noise: str = "2 %",
-    repeats: int = 1,
+    repeats: Count = 1,
     gaits: Gaits = GAITS,
     changes: Changes = UNCHANGED,
     work: Work = HERE,
     pages: Pages = PAGES,
 ) -> int:
-    """Find a few gaits, and the rule that chooses among them by what the robot senses in its first steps.
+    """Find a few gaits, and the table that chooses among them by what the robot senses in its first steps.
 
     Parameters
     ----------
@@ -180,13 +167,13 @@ def adapt(
     objective
         one of speed, transport, slip, contact, support and sway.
     steps
-        walked with the first gait before the rule chooses.
+        walked with up to four of the gaits, the probes, before one is chosen.
     most
         how many gaits at most.
     hidden
-        hidden grounds that the rule is judged on.
+        hidden grounds that the choice is judged on.
     training
-        grounds that the rule is grown on.
+        grounds that the table is of.
     noise
         standard deviation of what is sensed, as a share of it.
     repeats
@@ -283,8 +270,10 @@ def _show_adapted(design: AdaptiveGait) -> None:
         told = ", ".join(
             f"{path.removeprefix('gait.')} {value:.4g}" for path, value in list(values.items())[:6]
         )
-        print(f"gait {number}{' (probe)' if number == design.probe else ''}: {told}")
+        print(f"gait {number}{' (probe)' if number in design.probes else ''}: {told}")
+    low, high = design.regret_interval
     print(
-        f"\nlost on {len(design.known)} hidden grounds: {100 * design.regret:.2g} %; the best single gait loses "
-        f"{100 * design.fixed_regret:.2g} %, the best of these each time {100 * design.choice_regret:.2g} %"
+        f"\nlost on {len(design.known)} hidden grounds: {100 * design.regret:.2g} % ({100 * low:.2g} to "
+        f"{100 * high:.2g} %); the best single gait loses {100 * design.fixed_regret:.2g} %, the best of these each "
+        f"time {100 * design.choice_regret:.2g} %"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tarsus.cli.options import UNCHANGED, Changes, Duration, Folder, Json, Overwrite
+from tarsus.cli.options import UNCHANGED, Changes, Count, Duration, Folder, Json, Overwrite
 
 
 def movie(
@@ -13,7 +13,7 @@ def movie(
     /,
     *,
     output: Folder,
-    periods: int = 2,
+    periods: Count = 2,
     width: int = 720,
     changes: Changes = UNCHANGED,
     duration: Duration = None,
@@ -39,7 +39,7 @@ def movie(
     from tarsus.files.store import read_run
     from tarsus.report.movie import write_movie
 
-    options.new_file(output, overwrite)
+    options.check_new_file(output, (".gif",), overwrite)
     run: Any
     if Path(walk).is_dir():
         if changes.set_ or duration:
@@ -47,7 +47,9 @@ def movie(
         run = read_run(walk, changes.laws())
     else:
         scene = changes.scene(walk)
-        run = tarsus.simulate(scene, requests.duration_for(scene, duration))
+        seconds = requests.duration_for(scene, duration)
+        with console.spinner("simulating"):
+            run = tarsus.simulate(scene, seconds)
     with console.spinner("drawing"):
         path = write_movie(run, output, width=width, periods=periods)
     if json:

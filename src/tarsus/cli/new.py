@@ -91,8 +91,8 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
     lines = [
         '# Which record serves which step; see the page "Identification" of the documentation.',
         f'name = "{folder.resolve().name}"',
-        "# What is known beforehand: a device, or a scene file beside this one.",
-        f'device = "{device or "device.toml"}"',
+        "# What is known beforehand: a device, or a scene file, named from this folder.",
+        f'device = "{_from(folder, device)}"',
         "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
     ]
@@ -118,11 +118,25 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
         lines += [
             f'drive = "{record.drive}"' if record.drive else '# drive = "the channel that recorded the volts"'
         ]
+        if not any(line.startswith("# signal = ") for line in lines):
+            lines += [
+                "# what drove it, of modal, loops, ramps and bounces, such as",
+                '# signal = { kind = "ramped_square", amplitude = "8 V", frequency = "5 Hz", duty = 0.25 }',
+            ]
         lines += [
             f'# channel "{one.name}" [{one.quantity.unit}] looks at point "{one.at}"'
             for one in record.channels
         ]
     return "\n".join(lines) + "\n", remarks
+
+
+def _from(folder: Path, device: str | None) -> str:
+    """A device by name, or its file as named from the folder of the campaign."""
+    import os
+
+    if device is None or not Path(device).is_file():
+        return device or "device.toml"
+    return Path(os.path.relpath(device, folder)).as_posix()
 
 
 def _repeats(names: list[str]) -> dict[str, list[str]]:

@@ -20,6 +20,18 @@ if TYPE_CHECKING:
 FLAG = Parameter(negative=(), show_default=False)
 """A word that is given or not: there is no --no- form."""
 
+
+def at_least(least: int) -> Parameter:
+    """Of a number: smaller ones are refused."""
+
+    def check(_: object, value: float | None) -> None:
+        if value is not None and value < least:
+            raise ValueError(f"expected a number of {least} or more, got {value:g}")
+
+    return Parameter(validator=check)
+
+
+Count = Annotated[int, at_least(1)]
 LawFiles = Annotated[
     list[Path] | None, Parameter(negative=(), help="a Python file with laws of your own; may be repeated.")
 ]
@@ -33,12 +45,33 @@ Resume = Annotated[
     bool, FLAG, Parameter(help="continue what the folder holds; what is finished is not done again.")
 ]
 Report = Annotated[bool, Parameter(help="write report.html.")]
-Seed = Annotated[int, Parameter(help="of everything that is drawn at random.")]
+_SEED = Parameter(help="of everything that is drawn at random; without it the verb's or the study's own.")
+Seed = Annotated[int, at_least(0), _SEED]
+MaybeSeed = Annotated[int | None, at_least(0), _SEED]
 Duration = Annotated[
     str | None,
     Parameter(allow_leading_hyphen=True, help='how long, e.g. "200 ms"; the scene\'s own when left out.'),
 ]
 Many = Annotated[list[str] | None, Parameter(negative=())]
+Threads = Annotated[
+    int | None,
+    at_least(1),
+    Parameter(
+        help="worker threads; by default one for each processor that this process may use. The result does not "
+        "depend on them."
+    ),
+]
+Grounds = Annotated[
+    list[str] | None,
+    Parameter(
+        name="--over",
+        negative=(),
+        help="PATH=a:b, a number that is not known, from a to b; may be repeated. Or a draws.npz of `tarsus identify`.",
+    ),
+]
+Risk = Annotated[
+    str | None, Parameter(help="worst, cvar:q, mean or nominal; worst with --over, else nominal.")
+]
 
 
 @Parameter(name="*")
@@ -77,13 +110,7 @@ UNCHANGED = Changes()
 class Work:
     """Who makes the runs."""
 
-    threads: Annotated[
-        int | None,
-        Parameter(
-            help="worker threads; by default one for each processor that this process may use. The result does not "
-            "depend on them."
-        ),
-    ] = None
+    threads: Threads = None
     dask: Annotated[
         str | None,
         Parameter(
@@ -120,7 +147,7 @@ class Pages:
 
         if resume and self.overwrite:
             raise InputError(
-                "--resume continues what the folder holds and --overwrite begins again: give one"
+                "--resume continues what the folder holds and --overwrite begins again: give one of them"
             )
         target = OutputFolder(folder, verb, tuple(files), self.overwrite, resumable=resume is not None)
         target.check(resume=bool(resume))
@@ -130,12 +157,18 @@ class Pages:
 PAGES = Pages()
 
 
-def new_file(file: Path, overwrite: bool) -> Path:
-    """A file to write; `InputError` where one is there that is not to be replaced."""
+def check_new_file(file: Path, endings: Sequence[str], overwrite: bool) -> None:
+    """`InputError` where a file cannot be written: another ending, a folder, or one that is not to be replaced."""
     from tarsus.base.errors import InputError
+    from tarsus.files.output import check_writable
 
-    if file.exists() and not overwrite:
-        raise InputError(
-            f"'{file}' is there already; give another name with -o, or --overwrite to replace it"
-        )
-    return file
+    problems = []
+    if file.suffix.lower() not in endings:
+        problems.append(f"'{file}': expected a name ending in {', '.join(endings)}")
+    if file.is_dir():
+        problems.append(f"'{file}' is a folder: give the name of a file with -o")
+    elif file.exists() and not overwrite:
+        problems.append(f"'{file}' is there already; give another name with -o, or --overwrite to replace it")
+    if problems:
+        raise InputError(problems)
+    check_writable(file.parent)

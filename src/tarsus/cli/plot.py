@@ -42,13 +42,10 @@ def plot(
     only
         of a series: a foot, point or drive by name; may be repeated.
     """
-    from tarsus.base.errors import InputError
     from tarsus.cli import console, options
     from tarsus.report.saved import FORMATS, write_figure
 
-    if output.suffix.lower() not in FORMATS:
-        raise InputError(f"'{output}': a figure is a file that ends in {', '.join(FORMATS)}")
-    options.new_file(output, overwrite)
+    options.check_new_file(output, FORMATS, overwrite)
     with console.spinner("drawing"):
         drawn, axes = _axes(saved, name, over, only, law)
         file = write_figure(axes, output)
@@ -120,7 +117,9 @@ def _opened(file: Path) -> Any:
     from tarsus.base.errors import InputError
 
     if not file.is_file():
-        raise InputError(f"there is no '{file}'")
+        raise InputError(
+            f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file"
+        )
     try:
         return xarray.open_dataset(file, engine="h5netcdf")
     except (OSError, ValueError) as error:

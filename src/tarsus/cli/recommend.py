@@ -57,32 +57,27 @@ def recommend(
     spread
         standard deviation of what has no interval, as a share of it.
     """
-    from tarsus.base.errors import InputError
-    from tarsus.cli import console
+    from tarsus.cli import console, requests
     from tarsus.identify.belief import Belief, read_draws, unknown_paths
     from tarsus.identify.candidates import grid_about
     from tarsus.identify.ranking import rank
 
     scene = changes.scene(device)
-    problems: list[str] = []
-    lists = {
-        name: _numbers(f"--{name}", text, unit, problems)
-        for name, text, unit in (
-            ("hz", hz, "Hz"),
-            ("volts", volts, "V"),
-            ("ramp", ramp, "1"),
-            ("gap", gap, "m"),
-        )
-    }
-    seconds = _number("--budget", budget, "s", problems)
-    share = _number("--spread", spread, "1", problems)
-    if problems:
-        raise InputError(problems)
+    lists = requests.quantity_lists_of(
+        ("budget", "spread"),
+        hz=(hz, "Hz"),
+        volts=(volts, "V"),
+        ramp=(ramp, "1"),
+        gap=(gap, "m"),
+        budget=(budget, "s"),
+        spread=(spread, "1"),
+    )
+    (seconds,), (share,) = lists.pop("budget"), lists.pop("spread")
     paths = unknown_paths(scene, [parameter, *(unknown or ())])
     beside = Path(device).parent / "draws.npz"
     draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
     belief = Belief.of_scene(scene, paths, share, draws)
-    grid = grid_about(scene, lists["hz"], lists["volts"], lists["ramp"], lists["gap"])
+    grid = grid_about(scene, *(lists.get(name) for name in ("hz", "volts", "ramp", "gap")))
     with console.progress_bar("signals", time_left=True) as progress, work.workers() as workers:
         found = rank(scene, grid, belief, parameter, seconds, seed=seed, threads=workers, progress=progress)
     if json:
@@ -90,25 +85,6 @@ def recommend(
     else:
         _print(found, scene, paths)
     return 0
-
-
-def _numbers(option: str, text: str | None, unit: str, problems: list[str]) -> list[float] | None:
-    """SI numbers of a list with commas; what is wrong with them is added to ``problems``."""
-    return (
-        None if text is None else [_number(option, word.strip(), unit, problems) for word in text.split(",")]
-    )
-
-
-def _number(option: str, text: str, unit: str, problems: list[str]) -> float:
-    """One SI number; what is wrong with it is added to ``problems``."""
-    from tarsus.base.errors import InputError
-    from tarsus.base.units import parse_quantity
-
-    try:
-        return parse_quantity(text, unit)
-    except InputError as error:
-        problems += [f"{option}: {problem}" for problem in error.problems]
-        return 0.0
 
 
 def _known(std: float) -> str:

@@ -107,16 +107,9 @@ def laws_of(law_files: Sequence[Path]) -> dict[str, type[Law]]:
 
 def duration_for(scene: Scene, text: str | None) -> float:
     """Duration [s] of a run: the one asked for, else the scene's own; absurd ones are refused."""
-    from tarsus.base.units import parse_quantity
     from tarsus.study.cost import MOST_STEPS, estimated_steps
 
-    if text is None:
-        seconds = scene.duration
-    else:
-        try:
-            seconds = parse_quantity(text, "s")
-        except InputError as error:
-            raise InputError([f"--duration: {problem}" for problem in error.problems]) from error
+    seconds = quantities_of(duration=(text, "s")).get("duration", scene.duration)
     if not seconds > 0.0:
         raise InputError(f"--duration: expected a time (s) above 0, got '{text}'")
     steps = estimated_steps(scene, seconds)
@@ -171,8 +164,6 @@ def ends(start: str, end: str, unit: str, option: str) -> tuple[float, float]:
 @contextlib.contextmanager
 def workers_for(dask: str | None, threads: int | None = None) -> Iterator[Workers]:
     """The workers of the Dask cluster that `--dask` names, for the length of a block; without it the threads."""
-    if threads is not None and threads < 1:
-        raise InputError(f"--threads: expected a number of 1 or more, got {threads}")
     if dask is None:
         console.detail("worker threads: " + ("one for each processor" if threads is None else str(threads)))
         yield threads
@@ -206,16 +197,21 @@ def grounds_of(words: Sequence[str]) -> Any:
 
 def quantities_of(**given: tuple[str | None, str]) -> dict[str, float]:
     """Quantities [SI] of options by name, each its words and its unit; those that are not given are left out."""
+    return {name: one for name, (one,) in quantity_lists_of(tuple(given), **given).items()}
+
+
+def quantity_lists_of(single: Sequence[str] = (), **given: tuple[str | None, str]) -> dict[str, list[float]]:
+    """The same of lists with commas; those that are named ``single`` are one quantity."""
     from tarsus.base.units import parse_quantity
 
     problems: list[str] = []
-    found: dict[str, float] = {}
+    found: dict[str, list[float]] = {}
     for name, (text, unit) in given.items():
-        try:
-            if text is not None:
-                found[name] = parse_quantity(text, unit)
-        except InputError as error:
-            problems += [f"--{name}: {one}" for one in error.problems]
+        for word in () if text is None else [text] if name in single else text.split(","):
+            try:
+                found.setdefault(name, []).append(parse_quantity(word.strip(), unit))
+            except InputError as error:
+                problems += [f"--{name}: {one}" for one in error.problems]
     if problems:
         raise InputError(problems)
     return found

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from tarsus.cli.options import FLAG, HERE, Json, LawFiles, MaybeFolder, Overwrite, Resume, Work
+from tarsus.cli.options import (
+    FLAG,
+    HERE,
+    PAGES,
+    LawFiles,
+    MaybeFolder,
+    MaybeSeed,
+    Pages,
+    Resume,
+    Work,
+    at_least,
+)
 
 if TYPE_CHECKING:
     from tarsus.base.workers import Workers
@@ -21,17 +30,16 @@ def sweep(
     /,
     *,
     output: MaybeFolder = None,
-    seed: int | None = None,
+    seed: MaybeSeed = None,
     work: Work = HERE,
     resume: Resume = False,
-    overwrite: Overwrite = False,
     law: LawFiles = None,
     slurm: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
-    tasks: int | None = None,
+    tasks: Annotated[int | None, at_least(1)] = None,
     task: int | None = None,
     submission: int = 1,
     status: Annotated[bool, FLAG] = False,
-    json: Json = False,
+    pages: Pages = PAGES,
 ) -> int:
     """Run a study: a scene over many values of its floats, every run scored.
 
@@ -41,8 +49,6 @@ def sweep(
         a packaged study, a study file (TOML), or the folder of a sweep, which is continued.
     output
         folder for the study, its finished parts and sweep.nc; by default the study's name with .sweep.
-    seed
-        of a study that is drawn at random, instead of the study's own.
     slurm
         submit an array to SLURM with these words for sbatch ("--partition=main --time=1:00:00"); on a folder that
         holds a sweep, of what is missing.
@@ -57,6 +63,7 @@ def sweep(
     """
     from tarsus.base.errors import InputError
     from tarsus.cli import console
+    from tarsus.files.sweepstore import SWEEP_FILES
 
     if status:
         from dataclasses import asdict
@@ -67,36 +74,33 @@ def sweep(
             found = status_of(Path(study))
         except ValueError as error:
             raise InputError(str(error)) from None
-        console.print_json(asdict(found)) if json else print("\n".join(status_lines(found)))
+        console.print_json(asdict(found)) if pages.json else print("\n".join(status_lines(found)))
         return 0
     if task is not None:
         from tarsus.cli.task import task as do_task
 
-        return do_task(Path(study), task, submission, work.threads)
+        return do_task(Path(study), task, submission, work.threads, json=pages.json)
     if slurm is not None and work.dask is not None:
         raise InputError("--slurm submits an array and --dask uses a cluster of Dask: give one of them")
-    chosen, folder, resume = _chosen(study, output, law, resume, overwrite)
+    chosen, folder, resume = _chosen(study, output, law, resume, pages.overwrite)
     if seed is not None:
         chosen = _drawn_anew(chosen, seed, resume)
-    words = ["tarsus", "sweep", study, "-o", str(folder), *(w for f in law or () for w in ("--law", str(f)))]
+    target = pages.target(folder, "sweep", SWEEP_FILES, resume=resume)
     if slurm is not None or tasks is not None:
-        with _writing(folder, overwrite, resume):
-            return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume)
-    with _writing(folder, overwrite, resume), work.workers() as workers:
-        return _run(chosen, folder, resume, workers, words, json)
+        with target.writing(resume=resume):
+            return _array(chosen, folder, slurm, tasks if tasks is not None else 1, resume, pages.json)
+    with target.writing(resume=resume), work.workers() as workers:
+        return _run(chosen, folder, resume, workers, pages)
 
 
 def _chosen(
     study: str, output: Path | None, law: list[Path] | None, resume: bool, overwrite: bool
 ) -> tuple[Sweep, Path, bool]:
     """The sweep, its folder, and whether that is continued."""
-    from tarsus.base.errors import InputError
     from tarsus.cli import requests
     from tarsus.files.sweepstore import PLAN_FILE
     from tarsus.study.studyfile import frozen_sweep, load_sweep
 
-    if resume and overwrite:
-        raise InputError("--resume continues a sweep and --overwrite begins it again: give one of them")
     if (Path(study) / PLAN_FILE).exists() and output is None and not overwrite:
         return frozen_sweep(Path(study)), Path(study), True
     folder = output if output is not None else Path(f"{Path(study).stem}.sweep")
@@ -115,31 +119,27 @@ def _drawn_anew(chosen: Sweep, seed: int, resume: bool) -> Sweep:
     return with_values(chosen, {"design.seed": seed})
 
 
-@contextlib.contextmanager
-def _writing(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
-    from tarsus.files.output import OutputFolder
-    from tarsus.files.sweepstore import SWEEP_FILES
-
-    target = OutputFolder(folder, "sweep", SWEEP_FILES, overwrite, resumable=True)
-    target.check(resume=resume)
-    with target.writing(resume=resume):
-        yield
-
-
-def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: bool) -> int:
+def _array(chosen: Sweep, folder: Path, slurm: str | None, tasks: int, resume: bool, json: bool) -> int:
+    from tarsus.cli import console
     from tarsus.cluster.array import prepare
     from tarsus.cluster.slurm import submit
 
     if slurm is None:
         array = prepare(chosen, folder, tasks, resume=resume)
-        job = ""
+        job = None
     else:
         submitted = submit(chosen, folder, slurm, tasks, resume=resume)
-        array, job = (submitted.array, f"job {submitted.job}: ") if submitted else (None, "")
+        array, job = (submitted.array, submitted.job) if submitted else (None, None)
+    if json:
+        units, count, script = (array.units, array.tasks, str(array.script)) if array else (0, 0, None)
+        console.print_json(
+            {"folder": str(folder), "units": units, "tasks": count, "script": script, "job": job}
+        )
+        return 0
     if array is None:
         print(f"nothing is missing in '{folder}'; `tarsus sweep {folder}` collects it")
         return 0
-    print(f"{job}{array.units} units in {array.tasks} tasks, {array.script}")
+    print(f"{f'job {job}: ' if job else ''}{array.units} units in {array.tasks} tasks, {array.script}")
     print(f"how it goes: tarsus sweep {folder} --status")
     return 0
 
@@ -149,38 +149,32 @@ def _run(
     folder: Path,
     resume: bool,
     threads: Workers,
-    words: list[str],
-    json: bool,
+    pages: Pages,
 ) -> int:
-    import shlex
     import time
     from collections.abc import Mapping
 
     from tarsus.cli import console
     from tarsus.files.store import REPORT_FILE
-    from tarsus.report.sweep_page import write_sweep_report
     from tarsus.study.sweeping import run_sweep
     from tarsus.study.workunit import OUTCOMES
 
     start = time.perf_counter()
-    try:
-        with console.progress_bar("runs", time_left=True) as progress:
+    with console.resumable(), console.progress_bar("runs", time_left=True) as progress:
 
-            def tell(done: int, total: int, who: Mapping[str, int]) -> None:
-                shown = "  ".join(f"{name} {count}" for name, count in sorted(who.items())[:SHOWN])
-                progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
+        def tell(done: int, total: int, who: Mapping[str, int]) -> None:
+            shown = "  ".join(f"{name} {count}" for name, count in sorted(who.items())[:SHOWN])
+            progress(done, total, "" if len(who) < 2 else f"{len(who)} workers: {shown}")
 
-            result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=tell)
-    except KeyboardInterrupt:
-        from tarsus.cli.app import INTERRUPTED
+        result = run_sweep(chosen, folder, resume=resume, threads=threads, progress=tell)
+    written = [result.file]
+    if pages.report:
+        from tarsus.report.sweep_page import write_sweep_report
 
-        go_on = f"`{shlex.join(words)} --resume`"
-        console.complain([f"interrupted; finished parts are kept, continue with {go_on}"])
-        return INTERRUPTED
-    page = write_sweep_report(chosen, result.file, folder / REPORT_FILE)
+        written.append(write_sweep_report(chosen, result.file, folder / REPORT_FILE))
     seconds = time.perf_counter() - start
     failed = result.runs - result.outcomes.get("DONE", 0)
-    if json:
+    if pages.json:
         table = {"runs": result.runs, "units": result.units, "failed": failed, "seconds": seconds}
         console.print_json(table | {"workers": result.workers, "kept": result.kept, "file": str(result.file)})
         return 0 if failed < result.runs else 1
@@ -188,7 +182,7 @@ def _run(
     print(f"{chosen.name}: {result.runs} runs of {chosen.seconds:g} s in {seconds:.1f} s{earlier}")
     for name, count in result.outcomes.items():
         print(f"  {count:>8}  {OUTCOMES[name]}")
-    print(f"wrote {result.file}\nwrote {page}")
+    console.wrote(written)
     return 0 if failed < result.runs else 1
 
 

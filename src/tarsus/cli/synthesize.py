@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -38,19 +39,17 @@ def synthesize(
         multiply every number that a campaign identifies by 1 - this to 1 + this, at random.
     """
     from tarsus.base.errors import InputError
-    from tarsus.base.units import parse_quantity
-    from tarsus.cli import console
+    from tarsus.cli import console, requests
     from tarsus.experiment.campaign_folder import CAMPAIGN_FILES, write_campaign
     from tarsus.experiment.synthesis import Instrument, perturbed
     from tarsus.files.output import OutputFolder
 
     scene = changes.scene(device)
-    try:
-        hertz = parse_quantity(rate, "Hz")
-    except InputError as error:
-        raise InputError([f"--rate: {problem}" for problem in error.problems]) from error
+    hertz = requests.quantities_of(rate=(rate, "Hz"))["rate"]
     if not 1e3 <= hertz <= 1e7:
         raise InputError(f"--rate: expected 1 kHz to 10 MHz, got '{rate}'")
+    if not isfinite(snr_db):
+        raise InputError(f"--snr-db: expected a finite number, got {snr_db:g}")
     target = OutputFolder(output, "synthesize", CAMPAIGN_FILES, overwrite)
     target.check()
     if perturb:
@@ -62,6 +61,7 @@ def synthesize(
         files = [str(path) for path in written]
         console.print_json({"campaign": files[0], "truth": files[-1], "files": files, "bytes": size})
         return 0
-    print(f"wrote {len(written)} files, {size / 1e6:.1f} MB, into {output}")
-    print(f"identify it with `tarsus identify {written[0]} -o FOLDER`; the truth is in {written[-1]}")
+    print(f"{len(written)} files, {size / 1e6:.1f} MB; the truth is in {written[-1]}")
+    console.wrote([output])
+    console.note([f"identify it with `tarsus identify {written[0]} -o FOLDER`"])
     return 0

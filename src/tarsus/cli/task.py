@@ -16,7 +16,9 @@ from tarsus.cli.app import INTERRUPTED, told
 __all__ = ["task"]
 
 
-def task(folder: Path, number: int, submission: int, threads: int | None = None) -> int:
+def task(
+    folder: Path, number: int, submission: int, threads: int | None = None, *, json: bool = False
+) -> int:
     """Do the share of one task and return the exit code."""
     from tarsus.cluster.array import run_task
 
@@ -26,6 +28,11 @@ def task(folder: Path, number: int, submission: int, threads: int | None = None)
     except KeyboardInterrupt:
         console.complain(["the task was ended; finished parts are kept, and it can be repeated"])
         return INTERRUPTED
+    if json:
+        console.print_json(
+            {"task": number, "runs": done.runs, "units": done.units, "finished": done.finished}
+        )
+        return 0
     print(
         f"task {number}: {done.runs} runs in {done.units} units"
         + ("; the sweep is finished" if done.finished else "")

@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from tarsus.cli.options import HERE, PAGES, UNCHANGED, Changes, Many, MaybeFolder, Pages, Resume, Seed, Work
+from tarsus.cli.options import (
+    HERE,
+    PAGES,
+    UNCHANGED,
+    Changes,
+    Count,
+    Many,
+    MaybeFolder,
+    Pages,
+    Resume,
+    Seed,
+    Work,
+    at_least,
+)
 
 if TYPE_CHECKING:
     from tarsus.study.yields import Yield
@@ -25,8 +40,8 @@ def yields(
     measure: Many = None,
     require: Many = None,
     changes: Changes = UNCHANGED,
-    count: int = 1024,
-    draws: int = 64,
+    count: Count = 1024,
+    draws: Annotated[int, at_least(0)] = 64,
     seed: Seed = 0,
     chunk: str = "2 s",
     output: MaybeFolder = None,
@@ -75,13 +90,14 @@ def yields(
     measures = measure or WALKS
     wanted = _requirements(require or (), measures, the_scene)
     size = int(chunk) if chunk.isdecimal() else chunk
-    whole = robots.sweep(count, measures, seed=seed, chunk=size)
-    legs = robots.legs_sweep(draws, measures, seed=seed, chunk=size) if draws else None
+    with _said_of_options():
+        whole = robots.sweep(count, measures, seed=seed, chunk=size)
+        legs = robots.legs_sweep(draws, measures, seed=seed, chunk=size) if draws else None
     folder = output if output is not None else Path(f"{Path(scene).stem}.yield")
     names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
     target = pages.target(folder, "yield", ("yield.json", "report.html", *names), resume=resume)
     runs = {}
-    with target.writing(resume=resume), work.workers() as workers:
+    with console.resumable(), target.writing(resume=resume), work.workers() as workers:
         for name, sweep in (("robots", whole), ("legs", legs)):
             if sweep is None:
                 continue
@@ -105,6 +121,28 @@ def yields(
         _print(found, shares)
         console.wrote([folder / name for name in ("yield.json", "report.html") if (folder / name).exists()])
     return 0
+
+
+OPTIONS = {
+    "Scattered.count": "--count", "Saltelli.count": "--draws", "Sweep.measures": "--measure", "Sweep.chunk": "--chunk",
+    "Sweep.vary": "--dead, --weak",
+}  # fmt: skip
+"""What the line calls fields of its sweeps."""
+
+
+@contextlib.contextmanager
+def _said_of_options() -> Iterator[None]:
+    """Problems with fields of a sweep, said of the options that they come from."""
+    from tarsus.base.errors import InputError
+
+    try:
+        yield
+    except InputError as error:
+        said = [one.partition(": ") for one in error.problems]
+        names = [next((OPTIONS[key] for key in OPTIONS if path.startswith(key)), path) for path, _, _ in said]
+        raise InputError(
+            [f"{name}: {what}" for name, (_, _, what) in zip(names, said, strict=True)]
+        ) from None
 
 
 def _requirements(words: list[str] | tuple[()], measures: list[str], scene) -> list[tuple[str, str, float]]:

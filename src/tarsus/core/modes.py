@@ -97,6 +97,7 @@ class ContactMode:
 
     mask: int
     blocks: Floats  # (nb, 2, 2)
+    basis: Floats  # (2nb, 2nb): motion of the held structure from the modal state, see `split_modes`
     inputs: Floats  # (ni, 2nb): w' = T w + inputs.T @ values
     beta: Floats  # (m, 2nb): change of the state by a unit impulse on each free foot
     outputs: Floats  # (2m, 2nb)
@@ -135,8 +136,10 @@ class ContactMode:
 
 
 def _apply(blocks: Floats, y: Floats) -> Floats:
-    """T y for y (..., 2nb) stored as [first components, second components]."""
+    """T y for y (..., 2nb) stored as [first components, second components]; T a full matrix where blocks are."""
     nb = len(blocks)
+    if blocks.ndim == 2:
+        return y @ blocks.T
     a, b = y[..., :nb], y[..., nb:]
     return np.concatenate(
         [blocks[:, 0, 0] * a + blocks[:, 0, 1] * b, blocks[:, 1, 0] * a + blocks[:, 1, 1] * b], axis=-1
@@ -163,16 +166,29 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     normals = system.normals[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
-    u, s, vt = np.linalg.svd(normals)
+    u, s, vt = np.linalg.svd(normals.real)
     rank = int(np.sum(s * s > REDUNDANT * s[0] * s[0])) if s.size else 0
     z = u[:, rank:]
     placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
+    if np.iscomplexobj(normals):  # N^T Z = 0 and N^T placed = -1, with derivatives
+        moved = placed @ (1j * normals.imag.T)
+        z, placed = z + moved @ z, placed + moved @ placed
     onto = z.T @ system.mass
     projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = normals.T @ minv_n
-    share = np.linalg.pinv(met, rcond=REDUNDANT, hermitian=True) if len(held) > 1 else 1.0 / met
+    share = _inverse_of(met) if len(held) > 1 else 1.0 / met
     return z, placed, projector, share @ minv_n.T
+
+
+def _inverse_of(matrix: Floats) -> Floats:
+    """Pseudoinverse of a symmetric matrix, with the derivative in its imaginary part where it keeps its rank."""
+    inverse = np.linalg.pinv(matrix.real, rcond=REDUNDANT, hermitian=True)
+    if not np.iscomplexobj(matrix):
+        return inverse
+    moved, left = 1j * matrix.imag, np.eye(len(matrix)) - matrix.real @ inverse
+    across = inverse @ inverse @ moved @ left
+    return inverse - inverse @ moved @ inverse + across + across.T
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
@@ -180,44 +196,51 @@ def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     return unbiased_mode(system, mask).biased(system.sources)
 
 
-def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
-    """The structure with some feet held, for any rest gaps and gravity: nothing of it depends on those of the system."""
+def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) -> ContactMode:
+    """The structure with some feet held, for any rest gaps and gravity: nothing of it depends on those of the system.
+
+    basis: state it by these coordinates, in which ``blocks`` is a full matrix (2nb, 2nb) then, instead of by its modes.
+    """
     n, m = system.normals.shape
     nd = system.loads.shape[1]
     ni = 2 * m + nd + 1
     held_feet = [i for i in range(m) if mask >> i & 1]
     free_feet = [i for i in range(m) if not mask >> i & 1]
     z, placed, projector, rows = _holding(system, held_feet)
-    mz = z.T @ system.mass @ z
-    blocks, basis = split_modes(mz, z.T @ system.damping @ z, z.T @ system.stiffness @ z)
-    nz = z.shape[1]
+    mz, cz, kz = (z.T @ part @ z for part in (system.mass, system.damping, system.stiffness))
+    nz, own, kind = z.shape[1], basis is None, mz.dtype
+    if basis is None:
+        blocks, basis = split_modes(mz, cz, kz)
     inverse = np.linalg.inv(basis)
+    if not own:
+        rates = np.vstack([basis[nz:], -np.linalg.solve(mz, kz @ basis[:nz] + cz @ basis[nz:])])
+        blocks = inverse @ rates
     position, velocity = z @ basis[:nz], z @ basis[nz:]
     force_in = inverse[:, nz:] @ np.linalg.solve(mz, z.T) if nz else np.zeros((0, n))
-    particular = np.zeros((n, m + 1))
+    particular = np.zeros((n, m + 1), kind)
     particular[:, held_feet] = placed
     constant = -system.stiffness @ particular  # forces per unit of every source
     constant[:, m] = system.weight
 
-    beta = np.zeros((m, 2 * nz))
-    inputs = np.zeros((ni, 2 * nz))
-    outputs = np.zeros((2 * m, 2 * nz))
-    feed = np.zeros((2 * m, ni))
-    feed_rate = np.zeros((2 * m, ni))
-    held = np.zeros((m, 2 * nz))
-    held_feed = np.zeros((m, ni))
-    jump = np.zeros((m, 2 * nz))
-    mobility = np.zeros(m)
-    reaction = np.zeros((m, m))
-    side = np.zeros((m, 2 * nz))
-    side_rate = np.zeros((m, 2 * nz))
-    skew = np.zeros(m)
-    printed, printed_feed, printed_damping = np.zeros((m, 2 * nz)), np.zeros((m, ni)), np.zeros(m)
+    beta = np.zeros((m, 2 * nz), kind)
+    inputs = np.zeros((ni, 2 * nz), kind)
+    outputs = np.zeros((2 * m, 2 * nz), kind)
+    feed = np.zeros((2 * m, ni), kind)
+    feed_rate = np.zeros((2 * m, ni), kind)
+    held = np.zeros((m, 2 * nz), kind)
+    held_feed = np.zeros((m, ni), kind)
+    jump = np.zeros((m, 2 * nz), kind)
+    mobility = np.zeros(m, kind)
+    reaction = np.zeros((m, m), kind)
+    side = np.zeros((m, 2 * nz), kind)
+    side_rate = np.zeros((m, 2 * nz), kind)
+    skew = np.zeros(m, kind)
+    printed, printed_feed, printed_damping = np.zeros((m, 2 * nz), kind), np.zeros((m, ni), kind), np.zeros(m, kind)
 
     inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
     bias = Bias(
-        inputs=(force_in @ constant).T, feed=np.zeros((m + 1, 2 * m)), offset=np.zeros((m + 1, 2 * n)),
-        held_feed=np.zeros((m + 1, m)), printed_feed=np.zeros((m + 1, m)),
+        inputs=(force_in @ constant).T, feed=np.zeros((m + 1, 2 * m), kind), offset=np.zeros((m + 1, 2 * n), kind),
+        held_feed=np.zeros((m + 1, m), kind), printed_feed=np.zeros((m + 1, m), kind),
     )  # fmt: skip
     bias.offset[:, :n] = particular.T
     for i in free_feet:
@@ -247,7 +270,7 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
         held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
         bias.held_feed[:, i] = row @ constant
         mobility[i] = outputs[m + i] @ beta[i]
-        if mobility[i] <= REDUNDANT * (system.normals[:, i] @ system.per_impulse[:, i]):
+        if mobility[i].real <= REDUNDANT * (system.normals[:, i] @ system.per_impulse[:, i]).real:
             mobility[i] = 0.0  # held feet hold this one as well
             continue
         jump[i] = beta[i] / mobility[i]
@@ -264,13 +287,15 @@ def unbiased_mode(system: LinearSystem, mask: int) -> ContactMode:
             bias.printed_feed[:, i] = row @ constant
             bias.printed_feed[i, i] -= 2.0 * (row @ system.stiffness @ row)
             printed_damping[i] = row @ system.damping @ row
-    leading, share = _leading(np.linalg.solve(np.linalg.cholesky(mz), z.T @ system.normals[:, free_feet]).T)
-    spanned = np.zeros((m, len(leading)))
-    spanned[free_feet] = share
-    both = np.zeros((2 * nz, 2 * n))
+    leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
+    if own:
+        leading, share = _leading(np.linalg.solve(np.linalg.cholesky(mz), z.T @ system.normals[:, free_feet]).T)
+        spanned = np.zeros((m, len(leading)))
+        spanned[free_feet] = share
+    both = np.zeros((2 * nz, 2 * n), kind)
     both[:nz, :n], both[nz:, n:] = projector, projector
     return ContactMode(
-        mask=mask, blocks=blocks, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
+        mask=mask, blocks=blocks, basis=basis, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
         to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=inverse @ both,
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
         side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
@@ -309,21 +334,47 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     room for is taken mass-weighted (skew 0).
     """
     along = np.linalg.solve(mass, normal)
-    mobility = float(normal @ along)
-    rate = float(normal @ direction)
-    size = np.sqrt(float(direction @ mass @ direction) * mobility)
-    if rate <= 1e-9 * size:
+    mobility = normal @ along
+    rate = normal @ direction
+    size = np.sqrt(direction @ mass @ direction * mobility)
+    if rate.real <= 1e-9 * size.real:
         return np.zeros_like(normal), 0.0
     rest = direction / rate - along / mobility
-    length = float(np.sqrt(rest @ mass @ rest))
+    length = np.sqrt(rest @ mass @ rest)
     skew = length * np.sqrt(mobility)
-    return (rest / length, skew) if skew > 1e-9 else (np.zeros_like(normal), 0.0)
+    return (rest / length, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
 def _force_feed(row: Floats, system: LinearSystem, free: list[int], ni: int) -> Floats:
     m, nd = system.normals.shape[1], system.loads.shape[1]
-    out = np.zeros(ni)
+    out = np.zeros(ni, row.dtype)
     out[2 * m : 2 * m + nd] = row @ system.loads
     for k in free:
         out[m + k] = row @ system.normals[:, k]
     return out
+
+
+TINY = 1e-60
+"""Step of a derivative in the imaginary direction, beside which no real part changes: nothing is subtracted."""
+
+
+def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) -> tuple[ContactMode, Floats]:
+    """Derivatives of the arrays of a contact mode by a number of the structure, in the modal coordinates of the mode itself,
+    and of its matrix T (2nb, 2nb), which is full: its blocks are zero.
+
+    With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
+    of the structure's arrays.
+    """
+    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
+    pairs = {name: (getattr(system, name), getattr(change, name)) for name in names}
+    moved = {name: a if a is None else a + 1j * TINY * b for name, (a, b) in pairs.items()}
+    found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)
+
+    def slopes(of: ContactMode | Bias) -> dict[str, Floats]:
+        arrays = {name: part for name, part in vars(of).items() if isinstance(part, np.ndarray) and name != "leading"}
+        return {name: np.ascontiguousarray(np.imag(part) / TINY) for name, part in arrays.items()}
+
+    own = slopes(found)
+    coupling = own["blocks"]
+    own["blocks"] = np.zeros_like(mode.blocks)
+    return replace(found, **own, bias=Bias(**slopes(found.bias))), coupling

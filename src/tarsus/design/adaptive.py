@@ -1,4 +1,4 @@
-"""Gaits that adapt: a few gaits, and a rule that chooses among them by what the robot senses in its first steps."""
+"""Gaits that adapt: a few gaits, and a table by which one is chosen from what the robot senses in its first steps."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from tarsus.base.messages import nearest
 from tarsus.design import shown
 from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
 from tarsus.design.over import Box, Ensemble, even_points
+from tarsus.design.posterior import Posterior, posterior_of
 from tarsus.design.risk import Mean
-from tarsus.design.rules import Rule, grown
 from tarsus.design.walk_objectives import OBJECTIVES, WalkObjective
 from tarsus.design.walks import Walks
 from tarsus.files.library import SceneLike, as_scene
@@ -26,23 +26,20 @@ __all__ = ["AdaptiveGait", "Sense", "adapt", "senses_of"]
 Floats = NDArray[np.float64]
 Progress = Callable[[int, int, str], None]
 
-SPREAD_GROUNDS = 12
-"""Grounds on which gaits are sought, one by one."""
-DEPTH = 3
-"""Comparisons at most before a gait is chosen."""
+SPREAD_GROUNDS = 32
+"""Grounds on which gaits are sought."""
+PROBES = 4
+"""Probes at most; the steps are shared out evenly."""
+PROBE_STEPS = 2
+"""Steps of a probe at least: the first third tells of the start."""
 WORTH = 0.005
 """Share of the mean value that another gait must add to the few."""
-REPEATS = 4
-"""Draws of the noise on which the rule is grown."""
-FOLDS = 5
-"""Parts of the training grounds, each of which judges the rules grown on the others."""
-SURE = 2.0
-"""Standard errors by which a rule must save more than one gait for all grounds: of a dozen rules that are tried the
-best one saves one of them by chance."""
 YOUNG = 8
-"""Gaits tried about the best of a ground in each step of its own search."""
+"""Gaits tried about one in each step of a search."""
 STEP = 0.15
 """First step of such a search, in the unit cube; a third shorter each time."""
+DRAWS = 2000
+"""Resamplings of the hidden grounds for the interval of the regret (Efron's bootstrap)."""
 JITTER = 1e-3
 """Standard deviation, in the unit cube, of what repeated walks of a gait differ by: what no timer and no leg keeps, and
 ten times what makes a walk that rings forget how it began."""
@@ -79,27 +76,29 @@ _SENSED = {
 
 @dataclass(frozen=True, repr=False)
 class AdaptiveGait:
-    """A few gaits, a rule that chooses among them, and what that loses.
+    """A few gaits, a table by which one of them is chosen, and what that loses.
 
-    gaits: values by path of each; probe: number of the one that is walked first; senses: names; rule: from senses
-    to the number of a gait. costs (nh, k): of the gaits on the hidden grounds; known (nh,): of the best gait found
-    for each ground by a search of its own; chosen (nh,): by the rule; grounds (nh,) by path. steps: walked before
-    the gait is chosen, with the probe. runs: made in all. repeats: walks that each cost is the mean of; with several
-    the gait that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's
-    merit, and losses may be below 0.
+    gaits: values by path of each; probes: numbers of those that are walked first, each from a stand; senses: names of
+    what each probe tells; posterior: from what all probes tell to the number of a gait. costs (nh, k): of the gaits on
+    the hidden grounds; known (nh,): of the best gait found for each ground by a search of its own; chosen (nh,): by the
+    posterior; best (nh,): the best of the few, by other walks where there are several; grounds (nh,) by path.
+    probe_steps: of each probe. runs: made in all. repeats: walks that each cost is the mean of; with several the gait
+    that knows the ground is judged by other walks than those that it was found by, so that chance is nobody's merit,
+    and losses may be below 0.
     """
 
     request: GaitRequest
     sense: tuple[Sense, ...]
     gaits: tuple[Mapping[str, float], ...]
-    probe: int
+    probes: tuple[int, ...]
     senses: tuple[str, ...]
-    rule: Rule
+    posterior: Posterior
     costs: Floats
     known: Floats
     chosen: NDArray[np.int64]
+    best: NDArray[np.int64]
     grounds: Mapping[str, Floats]
-    steps: int
+    probe_steps: int
     runs: int
     repeats: int = 1
 
@@ -109,13 +108,24 @@ class AdaptiveGait:
     def _repr_html_(self) -> str:
         return shown.adapt_html(self)
 
+    def _of(self, gaits: NDArray[np.int64]) -> Floats:
+        return self.costs[np.arange(len(gaits)), gaits]
+
     def _lost(self, costs: Floats) -> float:
         return float(np.mean(costs - self.known) / np.mean(np.abs(self.known)))
 
     @property
     def regret(self) -> float:
         """Mean loss on the hidden grounds against the gait that knows the ground, over its mean value."""
-        return self._lost(self.costs[np.arange(len(self.chosen)), self.chosen])
+        return self._lost(self._of(self.chosen))
+
+    @property
+    def regret_interval(self) -> tuple[float, float]:
+        """95 % interval of the regret by resampling of the hidden grounds."""
+        rows = np.random.default_rng(17).integers(0, len(self.known), (DRAWS, len(self.known)))
+        lost, known = (self._of(self.chosen) - self.known)[rows], np.abs(self.known)[rows]
+        low, high = np.quantile(lost.mean(axis=1) / known.mean(axis=1), (0.025, 0.975))
+        return float(low), float(high)
 
     @property
     def fixed_regret(self) -> float:
@@ -125,13 +135,18 @@ class AdaptiveGait:
 
     @property
     def choice_regret(self) -> float:
-        """The same were the best of the gaits always chosen: what is lost by having only a few."""
-        return self._lost(self.costs.min(axis=1))
+        """The same were the best of the gaits always chosen: what is lost by having only a few, and what no sense
+        takes away."""
+        return self._lost(self._of(self.best))
 
     @property
     def table(self) -> list[tuple[str, int]]:
-        """The rule: conditions in words, and numbers of gaits."""
-        return self.rule.lines(self.senses)
+        """Gaits that the table chooses, and on how many of its grounds, in words."""
+        if not self.probes:
+            return [("always", int(np.argmax(self.posterior.shares)))]
+        shares = self.posterior.shares
+        order = np.argsort(-shares, kind="stable")
+        return [(f"on {100.0 * shares[i]:.3g} % of the grounds", int(i)) for i in order if shares[i] > 0.0]
 
 
 def senses_of(given: str | Sequence[Sense]) -> tuple[Sense, ...]:
@@ -158,19 +173,20 @@ def adapt(
     objective: str | WalkObjective = "speed",
     *,
     steps: int = 20,
-    gaits: int = 6,
+    gaits: int = 10,
     hidden: int = 200,
-    training: int = 96,
+    training: int = 256,
     noise: float = 0.02,
     repeats: int = 1,
     progress: Progress | None = None,
     **options: Any,
 ) -> AdaptiveGait:
-    """Design a rule from what a robot senses in its first steps to one of a few gaits.
+    """Design a table from what a robot senses in its first steps to one of a few gaits.
 
-    Gaits are sought on grounds spread over the box, each by itself; the few that together lose least are kept. The
-    robot walks ``steps`` steps with one of them, the probe, and then takes the one that the rule says. Rule and
-    probe are those that lose least on training grounds that they were not made on. What is lost is measured on hidden
+    Gaits are sought on grounds spread over the box: those that together lose least, each improved on the grounds that
+    it is the best for. The robot walks ``steps`` steps in all with up to four of them, the probes, each from a stand;
+    what it feels weighs the training grounds by Bayes' rule, and it takes the gait that is best in expectation. Probes
+    are those that lose least on training grounds, each judged by all the others. What is lost is measured on hidden
     grounds, which nothing above has seen, against the best gait that a search finds for each of them alone. The chosen
     gait is judged by a walk of its own from the start of the scene.
 
@@ -186,7 +202,7 @@ def adapt(
     objective
         What the gait is for, one.
     steps, gaits, hidden, training
-        Steps of the probe, gaits at most, number of hidden grounds, and of those in a box that the rule is grown on.
+        Steps of all probes, gaits at most, number of hidden grounds, and of those in a box that the table is of.
     noise
         Standard deviation of what is sensed, as a share of it.
     repeats
@@ -251,30 +267,43 @@ class _Adapter:
         self.walks = Walks(
             request.scene, request.unknowns, request.objectives, request.duration, options.threads
         )
-        self.runs = 0
 
     def design(self, steps: int, most: int, counts: tuple[int, int]) -> AdaptiveGait:
         """The whole design."""
         training, hidden = self._grounds(*counts)
-        pool = self._pool(training)
-        self.progress(1, 4, "gaits on training grounds")
-        costs = self._table(pool, training)
+        self.progress(0, 4, "gaits on training grounds")
+        library = self._library(training, most)
+        costs = self._table(library, training)
         few = _few(costs, most)
-        library, costs = pool[few], costs[:, few]
-        self.progress(2, 4, "what the robot senses")
-        felt = [self._felt(one, training, steps) for one in library] if self.sensed else []
-        probe, rule = self._rule(felt, costs)
-        self.progress(3, 4, "hidden grounds")
+        library, costs = library[few], costs[:, few]
+        self.progress(1, 4, "what the robot senses")
+        probes = max(min(PROBES, steps // PROBE_STEPS), 1)
+        each = steps // probes
+        chosen, posterior = self._posterior(library, training, costs, each, probes)
+        self.progress(2, 4, "hidden grounds")
         on_hidden = self._table(library, hidden)
-        senses = self._felt(library[probe], hidden, steps) if self.sensed else np.zeros((len(on_hidden), 0))
-        chosen = rule(self._noisy(senses))
-        known = self._known(library, on_hidden, hidden)
+        felt = [self._felt(library[one], hidden, each) for one in chosen]
+        taken = posterior(self._noisy(np.concatenate([np.zeros((len(on_hidden), 0)), *felt], axis=1)))
+        judged = on_hidden if self.repeats == 1 else self._table(library, hidden)
+        self.progress(3, 4, "the gait that knows its ground")
+        known = self._known(library, judged, hidden)
         self.progress(4, 4, "done")
         return AdaptiveGait(
-            self.request, self.sense, tuple(self.walks.changes(one) for one in library), probe,
-            tuple(one.name for one in self.sensed), rule, on_hidden, known, chosen, hidden, steps,
-            self.walks.runs + self.runs, self.repeats,
+            self.request, self.sense, tuple(self.walks.changes(one) for one in library), chosen,
+            tuple(one.name for one in self.sensed), posterior, on_hidden, known, taken, judged.argmin(axis=1), hidden,
+            each, self.walks.runs, self.repeats,
         )  # fmt: skip
+
+    def _posterior(
+        self, library: Floats, training: Mapping[str, Floats], costs: Floats, steps: int, most: int
+    ) -> tuple[tuple[int, ...], Posterior]:
+        """Probes among the gaits of a library and the table, from two sets of walks on training grounds."""
+        shape = (0, len(costs), 0)
+        known, again = (
+            np.array([self._felt(one, training, steps) for one in library]) if self.sensed else np.zeros(shape)
+            for _ in range(2)
+        )
+        return posterior_of(known, again, self._noisy(again), costs, most)
 
     def _grounds(self, some: int, count: int) -> tuple[dict[str, Floats], dict[str, Floats]]:
         """Training and hidden grounds: values by path."""
@@ -291,21 +320,41 @@ class _Adapter:
         )
         return tuple({p: own[:, i] for i, p in enumerate(over.paths)} for own in (train, test))  # type: ignore
 
-    def _pool(self, training: Mapping[str, Floats]) -> Floats:
-        """Gaits (np, nu) worth having: the best on some ground, and the best on their mean."""
+    def _library(self, training: Mapping[str, Floats], most: int) -> Floats:
+        """Gaits (k, nu) that together lose least on some of the grounds: the best few of an even spread, each then
+        searched further on the grounds that it is the best for."""
         every = len(next(iter(training.values())))
         some = np.linspace(0, every - 1, min(SPREAD_GROUNDS, every)).astype(int)
         grounds = {path: own[some] for path, own in training.items()}
-        candidates = self.request.options.candidates
+        candidates, nu = self.request.options.candidates, len(self.request.unknowns)
         scan = max(candidates // (2 * len(some)), 8)
-        nu = len(self.request.unknowns)
         points = even_points(nu, scan, self.rng)
         costs = self._table(points, grounds)
-        best = points[costs.argmin(axis=1)]
-        generations = max((candidates - scan * len(some)) // (len(some) * YOUNG), 1)
-        best, _ = self._sought(best, costs.min(axis=1), grounds, generations)
-        middle = points[np.argsort(costs.mean(axis=0))[:4]]
-        return np.concatenate([best, middle])
+        few = _few(costs, most, worth=0.0)
+        library, costs, step = points[few], costs[:, few], STEP
+        each = len(some) * (YOUNG + len(few))
+        for _ in range(max((candidates - scan * len(some)) // each, 1)):
+            changed = self._improved(library, costs, grounds, step)
+            if changed:
+                costs[:, changed] = self._table(library[changed], grounds)
+            step /= 1.5
+        return library
+
+    def _improved(self, library: Floats, costs: Floats, grounds: Mapping[str, Floats], step: float) -> list[int]:
+        """Move gaits (k, nu) of costs (ng, k) to what is better on the mean of the grounds that each is the best for;
+        the numbers of those that moved."""
+        nearest = costs.argmin(axis=1)
+        young = self._moved(np.repeat(library[:, None], YOUNG, axis=1), step)
+        given = {path: np.repeat(own, YOUNG) for path, own in grounds.items()}
+        found = self._judged(young[nearest].reshape(-1, library.shape[1]), given).reshape(len(nearest), YOUNG)
+        changed: list[int] = []
+        for k in np.unique(nearest).tolist():
+            own = nearest == k
+            means = found[own].mean(axis=0)
+            if means.min() < costs[own, k].mean():
+                library[k] = young[k, int(means.argmin())]
+                changed.append(k)
+        return changed
 
     def _sought(
         self, best: Floats, costs: Floats, grounds: Mapping[str, Floats], generations: int
@@ -348,75 +397,42 @@ class _Adapter:
         return np.where(np.isfinite(costs), costs, worst)
 
     def _felt(self, point: Floats, grounds: Mapping[str, Floats], steps: int) -> Floats:
-        """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), without noise."""
+        """What is sensed (ng, ns) in the first steps of a gait at a point (nu,), without noise; walks differ by chance
+        as those that gaits are judged by."""
         scene = self.walks.scene_of(point)
         period = max((wave.period or 0.0 for wave in scene.waveforms.values()), default=0.0)
-        walks = Walks(
-            self.request.scene,
-            self.request.unknowns,
-            self.sensed,
-            steps * period,
-            self.request.options.threads,
-        )
         ng = len(next(iter(grounds.values())))
-        costs = walks.each(np.repeat(point[None], ng, axis=0), grounds)
-        self.runs += walks.runs
-        values = np.stack([one.value(own) for one, own in zip(self.sensed, costs.T, strict=True)], axis=1)
+        points = np.repeat(point[None], ng, axis=0)
+        points = points if self.repeats == 1 else self._moved(points, JITTER)
+        names = tuple(name for one in self.sensed for name in one.measures)
+        seen = self.walks.measured(points, grounds, names, steps * period)
+        values = np.stack([one.of(seen) for one in self.sensed], axis=1)
         return np.where(np.isfinite(values), values, 0.0)
 
     def _noisy(self, senses: Floats) -> Floats:
         return senses * (1.0 + self.noise * self.rng.standard_normal(senses.shape))
 
-    def _rule(self, felt: Sequence[Floats], costs: Floats) -> tuple[int, Rule]:
-        """The probe and the rule, grown on all training grounds (ng), for the probe and the number of comparisons that
-        lose least on grounds that a rule was not grown on; one gait always where that saves no more than chance."""
-        fixed = int(np.argmin(costs.mean(axis=0)))
-        if not felt:
-            return fixed, Rule(fixed)
-        fold = self.rng.permutation(len(costs)) % FOLDS
-        tried = [
-            (self._held_out(own, costs, fold, depth), depth, probe)
-            for depth in range(1, DEPTH + 1)
-            for probe, own in enumerate(felt)
-        ]
-        lost, depth, probe = min(tried, key=lambda one: float(one[0].mean()))
-        saved = self._held_out(felt[fixed], costs, fold, 0) - lost
-        if not saved.mean() > SURE * saved.std() / np.sqrt(len(saved)):
-            return fixed, Rule(fixed)
-        return probe, self._grown(felt[probe], costs, depth)
-
-    def _grown(self, felt: Floats, costs: Floats, depth: int) -> Rule:
-        """A rule from what is felt (ng, ns), with several draws of the noise, to costs (ng, n)."""
-        senses = np.concatenate([self._noisy(felt) for _ in range(REPEATS)])
-        return grown(senses, np.tile(costs, (REPEATS, 1)), depth)
-
-    def _held_out(self, felt: Floats, costs: Floats, fold: NDArray[np.int64], depth: int) -> Floats:
-        """Costs (ng,) on the grounds of each fold by a rule grown on all others."""
-        lost = np.zeros(len(costs))
-        for one in range(int(fold.max()) + 1):
-            out = fold == one
-            chosen = self._grown(felt[~out], costs[~out], depth)(self._noisy(felt[out]))
-            lost[out] = costs[out][np.arange(int(out.sum())), chosen]
-        return lost
-
     def _known(self, library: Floats, costs: Floats, hidden: Mapping[str, Floats]) -> Floats:
-        """Costs (nh,) of the best gait for each hidden ground: the best of the few, searched further on this
-        ground."""
-        best, found = self._sought(library[costs.argmin(axis=1)], costs.min(axis=1), hidden, 3)
+        """Costs (nh,) of the best gait for each hidden ground: the best of the few, or what a further search on this
+        ground finds."""
+        few = library[costs.argmin(axis=1)]
+        found, values = self._sought(few, costs.min(axis=1), hidden, 3)
         if self.repeats == 1:
-            return found
-        again = self._judged(best, hidden)  # what it was chosen by was partly luck
+            return values
+        better = self._judged(found, hidden) < self._judged(few, hidden)  # what it was found by was partly luck
+        again = self._judged(np.where(better[:, None], found, few), hidden)  # and so is what it was chosen by
         return np.where(np.isfinite(again), again, float(costs.max()))
 
 
-def _few(costs: Floats, most: int) -> list[int]:
-    """Columns of costs (ng, n) that together cost least, chosen one after the other."""
+def _few(costs: Floats, most: int, worth: float = WORTH) -> list[int]:
+    """Columns of costs (ng, n) that together cost least, chosen one after the other, as long as another one saves more
+    than a share of the mean."""
     chosen = [int(np.argmin(costs.mean(axis=0)))]
     while len(chosen) < most:
         own = costs[:, chosen].min(axis=1)
         totals = np.minimum(costs, own[:, None]).mean(axis=0)
         one = int(np.argmin(totals))
-        if own.mean() - totals[one] <= WORTH * abs(own.mean()):
+        if own.mean() - totals[one] <= worth * abs(own.mean()):
             break
         chosen.append(one)
     return chosen

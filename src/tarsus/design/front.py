@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from tarsus.design.over import even_points
 
-__all__ = ["Search", "crowding", "hypervolume", "ranks", "search_front", "undominated"]
+__all__ = ["Search", "crowding", "farthest", "hypervolume", "ranks", "search_front", "undominated"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -103,6 +103,18 @@ def crowding(costs: Floats) -> Floats:
         if span > 0.0 and np.isfinite(span):
             apart[order[1:-1]] += (column[order[2:]] - column[order[:-2]]) / span
     return apart
+
+
+def farthest(points: Floats, around: NDArray[np.bool_], count: int) -> Ints:
+    """Rows of at most ``count`` distinct points (n, nu) of the unit cube, each the farthest from those before it, from
+    the first one on. around (nu,): whether the range of an unknown closes on itself."""
+    chosen: list[int] = []
+    far = np.full(len(points), np.inf)
+    while len(chosen) < count and far.any():
+        chosen.append(int(np.argmax(far)))
+        apart = np.abs(points - points[chosen[-1]])
+        far = np.minimum(far, (np.where(around, np.minimum(apart, 1.0 - apart), apart) ** 2).sum(axis=1))
+    return np.array(chosen, dtype=np.int64)
 
 
 def search_front(

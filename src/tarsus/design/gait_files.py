@@ -107,17 +107,24 @@ def _csv(design: GaitFront) -> str:
 def adapt_table(design: AdaptiveGait) -> dict[str, Any]:
     """An adaptive gait as plain data, SI units.
 
-    table: conditions in words with the number of a gait; gaits: values by path; probe: number of the gait that is
-    walked first, for so many steps; regret: mean loss on the hidden grounds against the gait that knows the ground;
-    fixed_regret: of the best single gait; choice_regret: were the best of these gaits always chosen.
+    table: how often each gait is chosen on the table's grounds, in words; gaits: values by path; probes: numbers of the
+    gaits that are walked first, so many steps each; posterior: what the robot carries: ``readings`` of the probes and
+    ``costs`` of the gaits on each of its grounds, and one standard ``deviations`` of each reading; regret: mean loss on
+    the hidden grounds against the gait that knows the ground, with its 95 % interval; fixed_regret: of the best single
+    gait; choice_regret: were the best of these gaits always chosen.
     """
     return {
         "scene": design.request.scene.name, "objective": design.request.objectives[0].name,
-        "sense": [one.value for one in design.sense], "senses": list(design.senses), "steps": design.steps,
-        "probe": design.probe, "gaits": [dict(one) for one in design.gaits],
+        "sense": [one.value for one in design.sense], "senses": list(design.senses),
+        "probes": list(design.probes), "probe_steps": design.probe_steps, "gaits": [dict(one) for one in design.gaits],
         "table": [{"when": said, "gait": number} for said, number in design.table],
-        "regret": design.regret, "fixed_regret": design.fixed_regret, "choice_regret": design.choice_regret,
-        "hidden": len(design.known), "repeats": design.repeats, "runs": design.runs, "version": package_version(),
+        "posterior": {
+            "readings": design.posterior.readings, "costs": design.posterior.costs,
+            "deviations": design.posterior.deviations,
+        },
+        "regret": design.regret, "regret_interval": list(design.regret_interval), "fixed_regret": design.fixed_regret,
+        "choice_regret": design.choice_regret, "hidden": len(design.known), "repeats": design.repeats,
+        "runs": design.runs, "version": package_version(),
     }  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.design import shown
-from tarsus.design.front import Search, hypervolume, search_front, undominated
+from tarsus.design.front import Search, farthest, hypervolume, search_front, undominated
 from tarsus.design.gait_request import GaitOptions, GaitRequest, gait_request
 from tarsus.design.kept import Kept, store_of
 from tarsus.design.over import Box, Ensemble, Grounds
@@ -37,13 +37,14 @@ FLOOR = 0.1
 moves moves even less on some ground is no news."""
 ROUNDS = 5
 """Rounds of cutting planes at most."""
-SHARES: tuple[float, ...] = (0.6, 0.2, 0.12)
+SHARES: tuple[float, ...] = (0.55, 0.15, 0.25)
 """Shares of the candidates that go to the nominal front, each of which costs one walk, to the first search under the
 risk, each of which costs one on every ground, and to the robust gait."""
 MORE_SHARE = 0.02
 """Share of the candidates in every further round."""
 STARTS = 48
-"""Gaits of one search that the next one begins with."""
+"""Gaits of one search that the next one begins with; and as many of the nominal search that lose no more than the
+robust gait may, as far from each other as there are."""
 MEAN_GROUNDS = 24
 """Grounds that stand for a box where a risk averages over it."""
 MORE = 3
@@ -55,8 +56,8 @@ CLIMB = 4
 """Steps uphill of an attack between rounds; the last attack climbs twice as long, and from `ISLANDS` regions."""
 ISLANDS = 3
 CHECK = 16
-"""Grounds drawn by chance in the last look at the gaits that matter most, for each that an attack between rounds looks
-at: what none of 768 is, is less than 0.4 % of a box."""
+"""Grounds drawn by chance in the last look, for each that an attack between rounds looks at: what none of 768 is, is
+less than 0.4 % of a box."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,8 @@ class GaitFront:
     the nominal optimum of the first objective. grounds: that candidates were judged on; rounds of cutting planes;
     gap: share by which the last attack found any shown gait worse than on those grounds, NaN without a box. points,
     costs: every candidate (n, nu) and its costs (n, no) under the risk, the least the best; runs: made; reused:
-    read from an earlier call. certificate: of the robust gait, the optimum and the front's best in each objective,
-    against the worst that was known before; None without a box.
+    read from an earlier call. certificate: of all gaits shown (members, robust, optimum), of that one which has most
+    grounds worse than its worst known before; None without a box.
     """
 
     request: GaitRequest
@@ -248,9 +249,9 @@ def along(costs: Floats, count: int = MEMBERS) -> NDArray[np.int64]:
 _FRONT = _Goal("front", lambda risked, own: risked, along, 6)
 
 
-def _within(best: float, loss: float) -> _Goal:
+def _within(best: float, loss: float) -> tuple[_Goal, float]:
     """The best risk in the first objective of what loses at most a share of the best value on the scene's own
-    ground."""
+    ground, and the cost there that is that limit."""
     limit = best + loss * abs(best)
 
     def costs(risked: Floats, own: Floats) -> Floats:
@@ -259,7 +260,7 @@ def _within(best: float, loss: float) -> _Goal:
     def pick(costs: Floats, count: int) -> NDArray[np.int64]:
         return np.lexsort((costs[:, 0], costs[:, 1]))[:count]
 
-    return _Goal("robust gait", costs, pick, 2)
+    return _Goal("robust gait", costs, pick, 2), limit
 
 
 class _Designer:
@@ -305,8 +306,10 @@ class _Designer:
         if robust_too:
             starts = nominal.points[along(nominal.costs, STARTS)]
             found, grounds, rounds = self._judged(_FRONT, starts, self.own, share[1])
-            goal = _within(float(nominal.own[:, 0].min()), request.options.loss)
-            starts = np.concatenate([best[None], found.points[along(found.costs, STARTS)]])
+            goal, limit = _within(float(nominal.own[:, 0].min()), request.options.loss)
+            near = nominal.points[nominal.own[:, 0] <= limit]
+            near = near[farthest(near, request.unknowns.around, STARTS)]
+            starts = np.concatenate([best[None], near, found.points[along(found.costs, STARTS)]])
             compared, grounds, more = self._judged(goal, starts, grounds, share[2])
             rounds += more
             robust = compared.points[goal.pick(compared.costs, 1)[0]]
@@ -379,21 +382,33 @@ class _Designer:
 
     def _last_look(self, points: Floats, active: Floats, risked: Floats, number: int) -> Strike:
         """An attack on gaits at points (k, nu), of worst costs (k, no) on active grounds: four times as many grounds as
-        between rounds, and for the gaits that matter most many more by chance, which certify the others."""
+        between rounds, and many more by chance, which certify the others: for the gaits that matter most, and for all
+        where that leaves nothing open."""
         box, options = self.request.over, self.request.options
         assert isinstance(box, Box)
-        seed = 100 * options.seed + 5 + number
-        struck = strike(self.kept, points, box, 4 * options.look, 2 * CLIMB, seed, islands=ISLANDS)
-        rows = np.unique([*np.argmin(risked[:-2], axis=0), len(points) - 2, len(points) - 1])
-        count, steps = CHECK * options.look, 2 * CLIMB
-        checked = strike(self.kept, points[rows], box, count, steps, seed + 50, islands=ISLANDS, by_chance=True)
-        known = np.maximum(struck.costs, _finite(active))[rows]
-        beyond = (_excess(known[:, None], checked.first) > CLOSED).any(axis=2).sum(axis=1)
+        seed, count, steps = 100 * options.seed + 5 + number, CHECK * options.look, 2 * CLIMB
+        struck = strike(self.kept, points, box, 4 * options.look, steps, seed, islands=ISLANDS)
+        known = np.maximum(struck.costs, _finite(active))
+        looked = np.repeat(known[:, None], count, axis=1)
+        first = np.unique([*np.argmin(risked[:-2], axis=0), len(points) - 2, len(points) - 1])
+        for rows in filter(len, (first, np.setdiff1d(np.arange(len(points)), first))):
+            checked = strike(self.kept, points[rows], box, count, steps, seed + 50, islands=ISLANDS, by_chance=True)
+            looked[rows] = checked.first
+            worse = checked.costs > struck.costs[rows]
+            struck.costs[rows] = np.where(worse, checked.costs, struck.costs[rows])
+            struck.grounds[rows] = np.where(worse[:, :, None], checked.grounds, struck.grounds[rows])
+            if self._open(active, struck) > CLOSED and number < LAST_LOOKS - 1:
+                break  # there will be another look
+        beyond = (_excess(known[:, None], looked) > CLOSED).any(axis=2).sum(axis=1)
         self.certificate = Certificate(count, int(beyond.max()))
-        worse = checked.costs > struck.costs[rows]
-        struck.costs[rows] = np.where(worse, checked.costs, struck.costs[rows])
-        struck.grounds[rows] = np.where(worse[:, :, None], checked.grounds, struck.grounds[rows])
         return struck
+
+    def _open(self, active: Floats, struck: Strike) -> float:
+        """The gap of gaits of worst costs (k, no) on active grounds, but for the last one; NaN where grounds do not
+        join."""
+        if not isinstance(self.request.risk, Worst):
+            return np.nan
+        return float(_excess(active, struck.costs)[:-1].max())
 
     def _shown(
         self, points: Floats, grounds: Grounds, look: int | None
@@ -412,9 +427,10 @@ class _Designer:
         if look is not None and isinstance(request.over, Box):
             self.progress(self.tried, request.options.candidates, "the last look at the box")
             struck = self._last_look(points, each.max(axis=1), risked, look)
+            gap = self._open(each.max(axis=1), struck)
             if isinstance(request.risk, Worst):
                 gaps = _excess(each.max(axis=1), struck.costs)[:-1]
-                gap, hurt = float(gaps.max()), _worst(struck.grounds[:-1], gaps, request.over)
+                hurt = _worst(struck.grounds[:-1], gaps, request.over)
             for i in np.flatnonzero(struck.costs[:, first] > worst[:, first]):
                 where[i] = dict(zip(request.over.paths, struck.grounds[i, first].tolist(), strict=True))
             worst = np.maximum(worst, struck.costs)

@@ -65,12 +65,12 @@ def adapt_line(design: AdaptiveGait) -> str:
 
 
 def adapt_html(design: AdaptiveGait) -> str:
-    """The few gaits, and how often the rule takes each on the hidden grounds."""
+    """The few gaits, and how often each is taken on the hidden grounds."""
     units = float_paths(design.request.scene)
     changed = list(design.gaits[0])
     rows = [
         (
-            f"{number}{' (probe)' * (number == design.probe)}",
+            f"{number}{' (probe)' * (number in design.probes)}",
             f"{int((design.chosen == number).sum())} of {len(design.chosen)}",
             *(html_amount(gait[path], units[path].unit if path in units else "1") for path in changed),
         )

@@ -4,8 +4,8 @@ A foot that touches down without speed is let go again if the structure behind i
 not only with the gap closed but with every mode where the held foot keeps it, and all velocities zero: 2 n conditions
 on a structure of n modes, which the durations of the plateaus and the time of arrival have to meet. Rest-to-rest
 transfers of linear systems by switching (Singer and Seering, J. Dyn. Syst. Meas. Control 112, 1990, and many since) are
-found here by least squares from an even spread, a thousand side by side; films are met by correcting the aim, adhesion
-and impacts are left to the search.
+found here by least squares from an even spread, thousands side by side, with the exact derivatives that a sum of modes
+has; films are met by correcting the aim, adhesion and impacts are left to the search.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = ["Transfer", "transfers"]
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SPREAD, ROUNDS = 10, 14
+SPREAD, ROUNDS = 11, 12
 """Transfers begun for every family, as a power of two, and steps of least squares; the nearest quarter goes on for
 twice as many."""
 CORRECTIONS = 2
@@ -41,8 +41,6 @@ KEPT = 12
 """Of every family's, those that are best: others are no better than the scan's own points."""
 LEVELS = 17
 """Voltages at which the drive's force is asked for; between them it is taken for a line."""
-BESIDE = 1e-6
-"""Step of the differences of states by unknowns of size 1."""
 SEEN = 8
 """Times in a plateau at which the gap is looked at."""
 REST = 1e-6
@@ -110,29 +108,37 @@ class Transfer:
             float(system.rest_gap[number]), np.append(normal, np.zeros(n)),
         )  # fmt: skip
 
-    def resting(self, volts: Floats) -> Floats:
-        """Where it rests (n, 2n) under voltages (n,)."""
-        return np.stack([np.interp(volts, self.volts, column) for column in self.rest.T], axis=1)
+    def moves(self, start: Floats, volts: Floats, spans: Floats) -> tuple[Floats, Floats, Floats]:
+        """States (n, 2n') at the end of plateaus, volts [V] and spans [s] (n, k), from states (n, 2n') or one (2n',) on,
+        and their derivatives (n, 2n', k) by the spans and by the volts."""
+        segment = np.clip(np.searchsorted(self.volts, volts) - 1, 0, len(self.volts) - 2)
+        places, steps = self.rest @ self.inverse.T, np.diff(self.volts)
+        slopes = np.diff(places, axis=0)[segment] / steps[segment][..., None]
+        rest = places[segment] + slopes * (volts - self.volts[segment])[..., None]
+        turned = np.exp(self.rates * spans[..., None])
+        state = np.broadcast_to(start, (len(spans), len(self.held))) @ self.inverse.T
+        of_spans, of_volts = np.empty_like(rest), np.empty_like(rest)
+        for k in range(spans.shape[1]):
+            swing = turned[:, k] * (state - rest[:, k])
+            state = rest[:, k] + swing
+            of_spans[:, :k] *= turned[:, k, None]
+            of_volts[:, :k] *= turned[:, k, None]
+            of_spans[:, k], of_volts[:, k] = self.rates * swing, (1.0 - turned[:, k]) * slopes[:, k]
+        back = self.shapes.T
+        return (state @ back).real, *(np.moveaxis((one @ back).real, 1, 2) for one in (of_spans, of_volts))
 
-    def ends(self, start: Floats, levels: Floats, spans: Floats) -> Floats:
-        """States (n, 2n) at the end of plateaus, levels [V] (k,) and spans [s] (n, k), from states (n, 2n) or one (2n,)
-        on."""
-        state = np.broadcast_to(start, (len(spans), len(self.held)))
-        for volts, span in zip(levels, spans.T, strict=True):
-            rest = np.array([np.interp(volts, self.volts, column) for column in self.rest.T])
-            modes = (state - rest) @ self.inverse.T * np.exp(self.rates * span[:, None])
-            state = rest + (modes @ self.shapes.T).real
-        return state
+    def ends(self, start: Floats, volts: Floats, spans: Floats) -> Floats:
+        """States (n, 2n') at the end of plateaus, as `moves` has them."""
+        return self.moves(start, volts, spans)[0]
 
-    def clear(self, start: Floats, levels: Floats, spans: Floats) -> NDArray[np.bool_]:
+    def clear(self, start: Floats, volts: Floats, spans: Floats) -> NDArray[np.bool_]:
         """Whether (n,) the foot stays off the ground in all but the first of these plateaus, the very end aside."""
-        state = self.ends(start, levels[:1], spans[:, :1])
+        state = self.ends(start, volts[:, :1], spans[:, :1])
         found = np.ones(len(spans), dtype=bool)
-        for volts, span in zip(levels[1:], spans.T[1:], strict=True):
+        for level, span in zip(volts[:, 1:].T[..., None], spans[:, 1:].T[..., None], strict=True):
             for part in np.arange(1, SEEN) / SEEN:
-                there = self.ends(state, np.array([volts]), part * span[:, None])
-                found &= self.gap + there @ self.normal > 0.0
-            state = self.ends(state, np.array([volts]), span[:, None])
+                found &= self.gap + self.ends(state, level, part * span) @ self.normal > 0.0
+            state = self.ends(state, level, span)
         return found
 
 
@@ -151,90 +157,89 @@ def _loads(scene: Scene, drive: str, lift: float, level: float) -> Floats:
 def transfers(
     transfer: Transfer, step: Step, choices: Sequence[Family], trials: Trials, rng: np.random.Generator
 ) -> tuple[NDArray[np.int64], Floats]:
-    """Points (n, nu) of families, by number (n,), whose landing plateaus leave the structure least energy on the
-    ground; release plateaus are as short as can be. Levels that are free alternate between the two held ones."""
+    """Points (n, nu) of families, by number (n,), whose plateaus leave the structure least energy on the ground."""
     numbers, points = [np.zeros(0, dtype=np.int64)], [np.zeros((0, step.unknowns(choices[0].plateaus // 2)))]
     for number, family in enumerate(choices if not isinstance(step, OwnStep) else ()):
-        (a, b), m = family.sizes, family.plateaus
-        if a == 0:
+        if family.sizes[0] == 0:
             continue
-        landing = family.landing or (step.support, step.lift) * (a // 2) + (step.support,) * (a % 2)
-        release = family.release or (step.lift, step.support) * (b // 2) + (step.lift,) * (b % 2)
-        share = (np.array([*landing, *release]) - step.levels.low) / (step.levels.high - step.levels.low)
-
-        def placed(x: Floats, m: int = m, share: Floats = share) -> Floats:
-            return np.column_stack([x[:, :m], np.tile(share, (len(x), 1))]) if step.levels.free else x[:, :m]
-
-        aim = _Aim(transfer, step, landing, release)
-        x = aim.solved(even_points(m + 1, 2**SPREAD, rng), ROUNDS)
+        aim = _Aim(transfer, step, family)
+        x = aim.solved(even_points(points[0].shape[1] + 1, 2**SPREAD, rng), ROUNDS)
         nearest = np.argsort((aim.left(x) ** 2).sum(axis=1), kind="stable")[: len(x) // 4]
         x = aim.best(aim.solved(x[nearest], 2 * ROUNDS))
         for _ in range(CORRECTIONS):
-            aim.correct(trials, step.place(choices, np.full(len(x), number), placed(x)), x)
+            aim.correct(trials, step.place(choices, np.full(len(x), number), x[:, 1:]), x)
             x = aim.solved(x, ROUNDS)
         numbers.append(np.full(len(x), number))
-        points.append(placed(x))
+        points.append(x[:, 1:])
     return np.concatenate(numbers), np.concatenate(points)
 
 
 class _Aim:
-    """Transfers from the ground, over levels [V] at the release and the landing edge, to the ground. Unknowns (n, k)
-    are the spans of the landing plateaus, of those of the release and of the time to the arrival, as square roots of
-    shares of the longest; aims (n, 2n) are where they are to end."""
+    """Transfers from the ground, over plateaus at the release and the landing edge, to the ground. Unknowns (n, 1 + nu)
+    are the time to the arrival, as the root of its share of the longest plateau, and a point of the family's unit cube
+    (`Step.place`); aims (n, 2n') are where they are to end."""
 
-    def __init__(
-        self, transfer: Transfer, step: Step, landing: Sequence[float], release: Sequence[float]
-    ) -> None:
-        self.transfer, self.step, self.sizes = transfer, step, (len(landing), len(release))
-        self.volts = np.array([*release, step.lift, *landing, step.support])
+    def __init__(self, transfer: Transfer, step: Step, family: Family) -> None:
+        self.transfer, self.step, self.family = transfer, step, family
         self.aims = transfer.landed[None]
-        lift = np.array([np.interp(step.lift, transfer.volts, column) for column in transfer.rest.T])
+        lift = transfer.ends(transfer.held, np.array([[step.lift]]), np.array([[1e3 * step.period]]))
         self.stored = float((((lift - transfer.held) @ transfer.size.T) ** 2).sum())
 
-    def spans(self, x: Floats) -> Floats:
-        """Spans (n, k) [s] of unknowns."""
-        return self.step.shortest + x**2 * (self.step.longest - self.step.shortest)
-
-    def every(self, spans: Floats) -> tuple[Floats, Floats]:
-        """Spans (n, k') up to the lift level's end, and of all plateaus from then on."""
-        a, b = self.sizes
-        release = spans[:, a : a + b]
-        lifted = np.maximum(self.step.period - self.step.supported - release.sum(axis=1), 0.0)
-        return np.column_stack([release, lifted]), np.column_stack([spans[:, :a], spans[:, -1]])
-
-    def ends(self, spans: Floats) -> Floats:
-        """States (n, 2n) at the arrival."""
-        return self.transfer.ends(self.transfer.held, self.volts, np.column_stack(self.every(spans)))
+    def signals(self, x: Floats) -> tuple[Floats, Floats]:
+        """Volts and spans (n, k) of plateaus from the release edge on to the arrival: those of the release, the lift
+        level, those of the landing, the support level."""
+        (a, b), step = self.family.sizes, self.step
+        spans = step.shortest + x[:, : 1 + a + b] ** 2 * (step.longest - step.shortest)
+        arrival, landing, release = spans[:, :1], spans[:, 1 : 1 + a], spans[:, 1 + a :]
+        lifted = np.maximum(step.period - step.supported - release.sum(axis=1, keepdims=True), 0.0)
+        if step.levels.free:
+            between = step.levels.low + x[:, 1 + a + b :] * (step.levels.high - step.levels.low)
+        else:
+            between = np.tile([*self.family.landing, *self.family.release], (len(x), 1))
+        held = np.ones((len(x), 1))
+        volts = [between[:, a:], step.lift * held, between[:, :a], step.support * held]
+        return np.concatenate(volts, axis=1), np.concatenate([release, lifted, landing, arrival], axis=1)
 
     def left(self, x: Floats) -> Floats:
-        """Square roots of the energy (n, 2n) that is left."""
-        return (self.ends(self.spans(x)) - self.aims) @ self.transfer.size.T
+        """Square roots of the energy (n, 2n') that is left."""
+        return (self.transfer.ends(self.transfer.held, *self.signals(x)) - self.aims) @ self.transfer.size.T
+
+    def slopes(self, x: Floats) -> tuple[Floats, Floats]:
+        """The same and its derivatives (n, 2n', 1 + nu)."""
+        (a, b), step = self.family.sizes, self.step
+        volts, spans = self.signals(x)
+        state, of_spans, of_volts = self.transfer.moves(self.transfer.held, volts, spans)
+        of_spans[:, :, :b] -= of_spans[:, :, b : b + 1] * (spans[:, b] > 0.0)[:, None, None]
+        order = [a + b + 1, *range(b + 1, a + b + 1), *range(b)]
+        parts = [of_spans[:, :, order] * (2.0 * x[:, None, : 1 + a + b] * (step.longest - step.shortest))]
+        if step.levels.free:
+            parts.append(of_volts[:, :, order[1:]] * (step.levels.high - step.levels.low))
+        size = self.transfer.size
+        return (state - self.aims) @ size.T, size @ np.concatenate(parts, axis=2)
 
     def solved(self, x: Floats, rounds: int) -> Floats:
-        """Least squares (Levenberg 1944) of every row from x (n, k) on."""
-        error, damp, nx = self.left(x), np.full(len(x), 1e-2), x.shape[1]
+        """Least squares (Levenberg 1944) of every row from x (n, 1 + nu) on."""
+        damp, nx = np.full(len(x), 1e-2), x.shape[1]
         for _ in range(rounds):
-            slopes = np.stack([(self.left(x + BESIDE * one) - error) / BESIDE for one in np.eye(nx)], axis=2)
-            square = np.einsum("nij,nik->njk", slopes, slopes)
-            pull = np.einsum("nij,ni->nj", slopes, error)
+            error, slopes = self.slopes(x)
+            square = slopes.transpose(0, 2, 1) @ slopes
+            pull = (error[:, None] @ slopes)[:, 0]
             scale = np.maximum(np.einsum("njj->n", square) / nx, 1e-300)
             stiff = square + (damp * scale)[:, None, None] * np.eye(nx)
             tried = np.clip(x - np.linalg.solve(stiff, pull[:, :, None])[:, :, 0], 0.0, 1.0)
-            after = self.left(tried)
-            better = ((after**2).sum(axis=1) < (error**2).sum(axis=1))[:, None]
-            x, error = np.where(better, tried, x), np.where(better, after, error)
-            damp = np.clip(np.where(better[:, 0], damp / 4.0, damp * 4.0), 1e-9, 1e3)
+            better = (self.left(tried) ** 2).sum(axis=1) < (error**2).sum(axis=1)
+            x = np.where(better[:, None], tried, x)
+            damp = np.clip(np.where(better, damp / 4.0, damp * 4.0), 1e-9, 1e3)
         return x
 
     def best(self, x: Floats) -> Floats:
-        """Those (n', k) that stay off the ground on their way and leave least energy, of those that leave next to none
-        the soonest, no two of them the same; their aims are their own from now on."""
+        """Those (n', 1 + nu) that stay off the ground on their way and leave least energy, of those that leave next to
+        none the soonest, no two of them the same; their aims are their own from now on."""
         energy = (self.left(x) ** 2).sum(axis=1)
-        spans = self.spans(x)
-        before, after = self.every(spans)
-        held, late = self.sizes[1], after.sum(axis=1)
-        edge = self.transfer.ends(self.transfer.held, self.volts[:held], before[:, :held])
-        free = self.transfer.clear(edge, self.volts[held:], np.column_stack([before[:, held:], after]))
+        (volts, spans), held = self.signals(x), self.family.sizes[1]
+        late = spans[:, held + 1 :].sum(axis=1)
+        edge = self.transfer.ends(self.transfer.held, volts[:, :held], spans[:, :held])
+        free = self.transfer.clear(edge, volts[:, held:], spans[:, held:])
         chosen: list[int] = []
         for row in np.lexsort((late, np.where(free, np.maximum(energy, REST * self.stored), np.inf))):
             if all(np.abs(x[row] - x[one]).max() > APART for one in chosen):
@@ -247,10 +252,11 @@ class _Aim:
     def correct(self, trials: Trials, signals: tuple[Floats, Floats], x: Floats) -> None:
         """Aim beside the ground by as much as the scene's own run misses what the structure alone would do: films and
         whatever else acts on the way. Runs that touch before their last edge keep their aim."""
-        spans, a = self.spans(x), self.sizes[0]
-        edges = spans[:, :a].sum(axis=1)
+        (volts, spans), held = self.signals(x), self.family.sizes[1]
+        edges = spans[:, held + 1 : -1].sum(axis=1)
         for row, (levels, durations) in enumerate(zip(*signals, strict=True)):
             time, state = trials.approach(levels, durations, float(edges[row] + spans[row, -1]))
             if time > edges[row]:
-                own = np.append(spans[row, :-1], time - edges[row])
-                self.aims[row] = self.transfer.landed - (state - self.ends(own[None])[0])
+                spans[row, -1] = time - edges[row]
+                own = self.transfer.ends(self.transfer.held, volts[row : row + 1], spans[row : row + 1])
+                self.aims[row] = self.transfer.landed - (state - own[0])

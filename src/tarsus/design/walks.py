@@ -62,28 +62,29 @@ class Walks:
         return np.stack([one.cost(one.of(seen)) for one in self.objectives], axis=1)
 
     def measured(
-        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str]
+        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float | None = None
     ) -> dict[str, Floats]:
-        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, with ``energy`` and ``weight``, where
-        the objectives want them."""
+        """Measures (nr,) of gaits at points (nr, nu), each on its own ground, in walks of another duration [s] where
+        one is given; with ``energy`` and ``weight``, where the objectives want them."""
         parts = [
             self._some(
                 points[i : i + MOST_AT_ONCE],
                 {p: v[i : i + MOST_AT_ONCE] for p, v in grounds.items()},
                 measures,
+                self.duration if duration is None else duration,
             )
             for i in range(0, len(points), MOST_AT_ONCE)
         ]
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _some(
-        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str]
+        self, points: Floats, grounds: Mapping[str, Floats], measures: Sequence[str], duration: float
     ) -> dict[str, Floats]:
         seen: dict[str, Floats] = {}
         if measures:
             self.runs += len(points)
             vary = {**self.unknowns.values(points), **grounds}
-            batch = self._session.batch(vary, self.duration, threads=self.threads)
+            batch = self._session.batch(vary, duration, threads=self.threads)
             seen = {name: one.value for name, one in batch.measured(measures).items()}
         if any(one.priced for one in self.objectives):
             seen["energy"] = self.energy(points)

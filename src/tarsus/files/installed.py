@@ -60,6 +60,12 @@ def named_file(group: str, name: str, what: str) -> Path:
     """
     files = _files(group)
     if name not in files:
+        path = Path(name)
+        if name and path.exists():
+            is_ = "a folder" if path.is_dir() else "a file whose name does not end in .toml"
+            inside = next((one for one in _INSIDE[what] if (path / one).is_file()), None)
+            hint = f"; it holds {inside}: give '{path / inside}'" if inside else ""
+            raise InputError(f"'{name}' is {is_}: expected a {what} by name, or a {_FILE[what]} file (TOML){hint}")
         hint = nearest(name, files)
         raise InputError(
             f"no {what} is called '{name}'{hint} (a {_FILE[what]} file is given by its path, ending in .toml)"
@@ -72,3 +78,6 @@ def named_file(group: str, name: str, what: str) -> Path:
 
 _FILE = {"device": "scene", "study": "study"}
 """What a file of the kind is called where it is not packaged."""
+
+_INSIDE = {"device": ("scene.toml", "identified.toml"), "study": ("study.toml",)}
+"""Where such a file lies in folders that verbs write."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 
-__all__ = ["MANIFEST", "OutputFolder"]
+__all__ = ["MANIFEST", "OutputFolder", "check_writable"]
 
 MANIFEST = ".tarsus.json"
 """Beside the files of a folder: which verb wrote which of them."""
@@ -54,7 +54,7 @@ class OutputFolder:
             When the folder is a file, lies below a file or is not writable; when it holds anything and is not to be
             overwritten; when it holds files that the verb would replace but did not write.
         """
-        _check_writable(self.folder)
+        check_writable(self.folder)
         present = self._present()
         if not present or (resume and not self.overwrite):
             return
@@ -150,7 +150,8 @@ class OutputFolder:
         write_text(self.folder / MANIFEST, json.dumps(known, indent=1, sort_keys=True) + "\n")
 
 
-def _check_writable(folder: Path) -> None:
+def check_writable(folder: Path) -> None:
+    """`InputError` where a folder could be neither made nor written into."""
     nearest = folder
     while not nearest.exists() and nearest != nearest.parent:
         nearest = nearest.parent

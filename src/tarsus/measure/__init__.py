@@ -22,7 +22,7 @@ from tarsus.measure.measure import (
     Scope,
     no_measure,
 )
-from tarsus.measure.origins import event_slopes
+from tarsus.measure.origins import TOGETHER, event_slopes
 from tarsus.measure.periods import (
     PER_WINDOW,
     PerWindow,
@@ -43,6 +43,7 @@ __all__ = [
     "PER_WINDOW",
     "RESOLUTION",
     "STANDSTILL",
+    "TOGETHER",
     "WHOLE_RUN",
     "Caution",
     "CautionKind",

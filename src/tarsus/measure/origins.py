@@ -1,7 +1,7 @@
 """Which numbers of its events a measure of a run is made of: its derivatives by them.
 
 Flights, contacts and knots take their numbers from single events. A second history of the same run, in which every time
-is the number of its event, tells from which.
+is the number of its event, tells from which. Where a measure has a kink or a jump within a run's error, it has none.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tarsus.measure.history import EventHistories
+from tarsus.measure.history import PERIOD_MARK, EventHistories
 from tarsus.measure.measure import Scope
 from tarsus.measure.periods import PER_WINDOW
 from tarsus.measure.segments import Floats, Rows, largest, sums
@@ -20,7 +21,25 @@ from tarsus.measure.walking import measured
 from tarsus.measure.whole import WHOLE_RUN
 from tarsus.measure.windows import Seen
 
-__all__ = ["event_slopes"]
+__all__ = ["TOGETHER", "EventSlopes", "event_slopes"]
+
+TOGETHER = 1e-9
+"""Part of a period within which an event and the edge of a period may be in the other order, and part by which numbers
+must differ for one to be the larger: what a run is known to. Times that are equal to rounding move together: only what
+a drive's own edge lets happen is that exact."""
+
+
+@dataclass(frozen=True)
+class EventSlopes:
+    """Derivatives of a measure: by fields of the events, each (ne,), and by the drive period [s], with which the marks
+    move and all other events stay."""
+
+    fields: dict[str, Floats]
+    period: float
+
+
+class _Kink(Exception):
+    """A measure changes its formula within rounding of a run."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +52,7 @@ class _Told:
     seen: Seen
     by: EventHistories
     height: float
+    span: float
     slopes: dict[str, Floats] = field(default_factory=dict)
 
     def add(self, name: str, events: Floats, values: Floats) -> None:
@@ -41,47 +61,83 @@ class _Told:
         known = events > 0.0
         np.add.at(to, events[known].astype(np.intp) - 1, values[known])
 
-    def add_largest(self, name: str, cell: Rows, values: Floats, events: Floats, weights: Floats) -> None:
-        """The same of the largest value of each cell."""
+    def add_largest(
+        self, name: str, cell: Rows, values: Floats, times: Floats, events: Floats, weights: Floats
+    ) -> None:
+        """The same of the largest value of each cell that counts."""
         most = largest(cell, len(weights), values)
         at = np.full(len(weights), -1)
         highest = np.flatnonzero(values == most[cell])
         at[cell[highest]] = highest
+        near = (values >= most[cell] * (1.0 - TOGETHER)) & (weights[cell] != 0.0)
+        if (near & self._apart(times, times[at[cell]])).any():
+            raise _Kink
         some = np.flatnonzero(at >= 0)
         self.add(name, events[at[some]], weights[some])
 
+    def clear(self) -> None:
+        """Flights that count do so beyond doubt."""
+        if (np.abs(self.seen.flights.apex - self.height) <= TOGETHER * self.height).any():
+            raise _Kink
 
-def event_slopes(judgement: Judgement, name: str) -> dict[str, Floats] | None:
-    """Derivatives of a measure of one run by fields of its events, each (ne,), period marks included; None where that
-    is not known of it; in SI units, of the measure by those of the field. The drive period stands still.
+    def off_edges(self, own: Rows, times: Floats) -> None:
+        """Times (n,) of histories lie in their windows beyond doubt."""
+        windows = self.seen.windows
+        first, count = windows.first[own], windows.count[own]
+        k = np.clip(windows.number(own, times), 0, count)
+        for edge in (windows.edges[first + k], windows.edges[first + np.minimum(k + 1, count)]):
+            if ((np.abs(times - edge) <= TOGETHER * self.span) & self._apart(times, edge)).any():
+                raise _Kink
+
+    @staticmethod
+    def _apart(times: Floats, others: Floats) -> NDArray[np.bool_]:
+        """Whether times differ by more than rounding."""
+        return np.abs(times - others) > 8.0 * np.spacing(np.abs(others))
+
+
+def event_slopes(judgement: Judgement, name: str) -> EventSlopes | None:
+    """Derivatives of a measure of one run by fields of its events, period marks included, and by the drive period; SI
+    units, of the measure by those of the field. None where they are not known of it, and near a kink or a jump.
 
     They are those of the measure's definition, where it has one there; what it selects (the largest, flights above a
-    height) stays selected.
+    height) stays selected. With all times the measure grows like a power of them: that tells the last derivative.
     """
     table, seen = judgement.table, judgement.seen
-    if len(table) != 1 or not (name in _OF_WINDOWS or name in _OF_RUNS):
+    rule = _OF_WINDOWS.get(name) or _OF_RUNS.get(name)
+    if len(table) != 1 or rule is None:
         return None
     found = measured(judgement, [name])[name]
     assert found.per_foot is not None
     means = found.per_foot[0]
     met = np.isfinite(means)
     if found.about.scope is Scope.WORST:
-        share = np.arange(len(means)) == np.argmax(np.where(met, means, -np.inf))
+        worst = np.where(met, means, -np.inf)
+        share = np.arange(len(means)) == np.argmax(worst)
+        if ((worst >= worst.max() * (1.0 - TOGETHER)) & met & ~share).any():
+            return None
     else:
         share = met / max(met.sum(), 1)
     events, numbers = table.events, 1.0 + np.arange(len(table.events["time"]))
     columns = {one: np.asarray(events[one]) for one in ("foot", "kind", "speed_before", "apex")}
     columns |= {"time": numbers, "apex_time": numbers, "gap_integral": numbers}
     by = EventHistories(columns, table.first, np.zeros(1), range(len(table.feet)), len(table.feet))
-    told = _Told(seen, by, judgement.height)
-    if name in _OF_RUNS:
-        _OF_RUNS[name](told, share.astype(float))
-        return told.slopes
-    values, own = PER_WINDOW[name].of(seen), seen.windows.own
-    known = np.isfinite(values)
-    count = np.bincount(own[known], minlength=len(means))
-    _OF_WINDOWS[name](told, np.where(known, share[own] / np.maximum(count[own], 1), 0.0))
-    return told.slopes
+    told = _Told(seen, by, judgement.height, float(judgement.spans[0]))
+    weights = share.astype(float)
+    if name in _OF_WINDOWS:
+        values, own = PER_WINDOW[name].of(seen), seen.windows.own
+        known = np.isfinite(values)
+        count = np.bincount(own[known], minlength=len(means))
+        weights = np.where(known, share[own] / np.maximum(count[own], 1), 0.0)
+    try:
+        rule(told, weights)
+    except _Kink:
+        return None
+    marks = np.asarray(events["kind"]) == PERIOD_MARK
+    by_time = told.slopes.get("time", np.zeros(len(marks)))
+    by_time[marks] = 0.0
+    power = _POWERS.get(name, 0.0)
+    period = (power * float(found.value[0]) - float(by_time @ events["time"])) / told.span
+    return EventSlopes(told.slopes, period if name in _OF_WINDOWS and np.isfinite(period) else 0.0)
 
 
 def _contact(told: _Told, weights: Floats) -> None:
@@ -91,6 +147,9 @@ def _contact(told: _Told, weights: Floats) -> None:
     first, count = windows.first[own], windows.count[own]
     low, high = windows.edges[first], windows.edges[first + count]
     met = np.minimum(end, high) > np.maximum(start, low)
+    told.clear()
+    told.off_edges(own, start)
+    told.off_edges(own, end)
     for times, events, moves, sign in ((start, begun, start > low, -1.0), (end, ended, end < high, 1.0)):
         some = np.flatnonzero(met & moves)
         k = np.minimum(windows.number(own[some], times[some]), count[some] - 1)
@@ -99,19 +158,25 @@ def _contact(told: _Told, weights: Floats) -> None:
 
 def _peak(told: _Told, weights: Floats) -> None:
     tops = told.seen.histories.tops
+    told.off_edges(tops.own, tops.time)
     found, cell = told.seen.until(tops.own, tops.time)
-    told.add_largest("apex", cell, tops.value[found], told.by.tops.time[found], weights)
+    told.add_largest("apex", cell, tops.value[found], tops.time[found], told.by.tops.time[found], weights)
 
 
 def _hardest(told: _Told, weights: Floats) -> None:
     impacts = told.seen.histories.impacts
+    told.off_edges(impacts.own, impacts.time)
     found, cell = told.seen.until(impacts.own, impacts.time)
-    told.add_largest("speed_before", cell, impacts.value[found], told.by.impacts.time[found], weights)
+    told.add_largest(
+        "speed_before", cell, impacts.value[found], impacts.time[found], told.by.impacts.time[found], weights
+    )
 
 
 def _mean_apex(told: _Told, weights: Floats) -> None:
     flights = told.seen.flights
     hops = flights.hops(told.height)
+    told.clear()
+    told.off_edges(flights.own[hops], flights.apex_time[hops])
     found, cell = told.seen.inside(flights.own[hops], flights.apex_time[hops])
     count = sums(cell, len(weights))
     told.add("apex", told.by.flights.apex_time[hops][found], weights[cell] / count[cell])
@@ -119,6 +184,7 @@ def _mean_apex(told: _Told, weights: Floats) -> None:
 
 def _mean_impact(told: _Told, weights: Floats) -> None:
     impacts = told.seen.histories.impacts
+    told.off_edges(impacts.own, impacts.time)
     found, cell = told.seen.inside(impacts.own, impacts.time)
     count = sums(cell, len(weights))
     told.add("speed_before", told.by.impacts.time[found], weights[cell] / count[cell])
@@ -145,18 +211,29 @@ def _mean_height(told: _Told, weights: Floats) -> None:
 
 def _highest(told: _Told, weights: Floats) -> None:
     tops = told.seen.histories.tops
-    told.add_largest("apex", tops.own, tops.value, told.by.tops.time, weights)
+    told.add_largest("apex", tops.own, tops.value, tops.time, told.by.tops.time, weights)
 
 
 def _longest(told: _Told, weights: Floats) -> None:
     own, start, end = told.seen.flights.contacts(told.height)
     _, begun, ended = told.by.flights.contacts(told.height)
-    told.add_largest("time", own, end - start, ended, weights)
-    told.add_largest("time", own, end - start, begun, -weights)
+    told.clear()
+    told.add_largest("time", own, end - start, end, ended, weights)
+    told.add_largest("time", own, end - start, end, begun, -weights)
 
 
 def _count(told: _Told, weights: Floats) -> None:
-    """What counts stays as it is."""
+    """What counts stays as it is: flights that clear the height, after contacts that are shorter than the dwell, which
+    begin within a window."""
+    flights, counting = told.seen.flights, told.seen.counting
+    told.clear()
+    told.off_edges(flights.own, flights.start)
+    told.off_edges(told.seen.histories.impacts.own, told.seen.histories.impacts.time)
+    found = flights.seen(told.height)
+    stay = flights.start[found[1:]] - flights.end[found[:-1]]
+    dwell = np.broadcast_to(counting.dwell, flights.until.shape)[flights.own[found[1:]]]
+    if (np.abs(stay - dwell) <= TOGETHER * told.span).any():
+        raise _Kink
 
 
 Rule = Callable[[_Told, Floats], None]
@@ -171,3 +248,5 @@ _OF_RUNS: dict[str, Rule] = {
     "max_peak": _highest, "longest_contact": _longest,
     **dict.fromkeys((name for name in WHOLE_RUN if name.startswith("total_")), _count),
 }  # fmt: skip
+_POWERS = {"contact_duration": 1.0, "mean_height": -1.0, "bounces_per_second": -1.0}
+"""What power of all times together, with heights and speeds as they are, a measure by windows grows like; else none."""

@@ -182,10 +182,12 @@ def periodic(
     Raises
     ------
     InputError
-        For drives without a common period, and where the motion after `SETTLE` drive periods still does not return:
-        then it is chaotic, quasi-periodic or has a longer period.
+        For a multiple below 1, for drives without a common period, and where the motion after `SETTLE` drive periods
+        still does not return: then it is chaotic, quasi-periodic or has a longer period.
     """
     scene = with_values(as_scene(scene), dict(values)) if values else as_scene(scene)
+    if multiple is not None and multiple < 1:
+        raise InputError(f"multiple: expected a number of drive periods of 1 or more, got {multiple}")
     walks = isinstance(scene.robot.structure, Walker)
     period = drive_period(scene)
     wanted = (multiple,) if multiple is not None else tuple(range(1, MOST_MULTIPLE + 1))

@@ -153,7 +153,7 @@ class ReturnMap:
         made = record(self.plan, self.book, end, rows, self.accuracy, start=self.start, contacts=contacts)
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
-        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
+        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
         settings = recording(self.plan, end, self.accuracy)
         found = tangents(
             self.plan,

@@ -110,7 +110,7 @@ class WalkMap(ReturnMap):
         data.initial[...] = np.eye(n2, size)
         for k, foot in enumerate(self.aging):
             data.since[foot, n2 + k] = 1.0
-        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data, ())
+        given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
         begin = (self.start, *(row[0] for row in self._at(state).rows(self.plan.feet, self.start)))
         found = walk_tangents(
             self.plan,

@@ -177,7 +177,7 @@ def _plateaus(
     times = np.array([pieces.start for pieces in shapes.pieces]).reshape(-1, sizes + 1)
     twice = wave.repeat and drive.law.has_memory
     levels, which = _distinct(list((np.tile(volts, (1, 2)) if twice else volts).T))
-    force = np.array([drive.law.force(row, drive.history) for row in levels])[which]
+    force = drive.law.forces(levels, drive.history)[which]
     if twice:
         times = np.concatenate([times, times[:, -1:] + times[:, 1:]], axis=1)
     loop = -1 if not wave.repeat else sizes if twice else 0

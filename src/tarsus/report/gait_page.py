@@ -153,15 +153,17 @@ def write_adapt_report(design: AdaptiveGait, path: Path) -> Path:
 def adapt_html(design: AdaptiveGait) -> str:
     """The page as text."""
     units = {path: info.unit for path, info in float_paths(design.request.scene).items()}
+    low, high = design.regret_interval
     lost = [
-        ["the rule", f"{100 * design.regret:.2g} %"], ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
+        ["the table", f"{100 * design.regret:.2g} % ({100 * low:.2g} to {100 * high:.2g} %)"],
+        ["the best single gait", f"{100 * design.fixed_regret:.2g} %"],
         ["always the best of these gaits", f"{100 * design.choice_regret:.2g} %"],
     ]  # fmt: skip
-    gaits = [[str(i) + (" (probe)" if i == design.probe else ""), values_in_words(own, units) or MISSING]
+    gaits = [[str(i) + (" (probe)" if i in design.probes else ""), values_in_words(own, units) or MISSING]
              for i, own in enumerate(design.gaits)]  # fmt: skip
     body = rendered(
         "adapt.html", design=design, objective=design.request.objectives[0], hidden=_hidden_figure(design),
-        rule=table([Column("when", number=False), Column("gait")], [[said, str(n)] for said, n in design.table]),
+        rule=table([Column("chosen", number=False), Column("gait")], [[said, str(n)] for said, n in design.table]),
         gaits=table([Column("gait", number=False), Column("values", number=False)], gaits),
         lost=table([Column("chosen by", number=False), Column("lost against the gait that knows the ground")], lost),
     )  # fmt: skip

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
+from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import SharedBook
@@ -65,14 +66,13 @@ def swept(
     if refused:
         return None
     by_groups, initial, sources, coef, first, last, loops, changes, period = found
+    coef = np.ascontiguousarray(np.asarray(coef).reshape(-1, TERMS)[:, : data.coef.shape[1]])
     period += seeds.period if np.isfinite(seeds.period) else 0.0
     pairs = (
         (by_groups, moves), (initial, data.initial), (sources, data.sources), (coef, data.coef), (first, data.begin),
         (last, data.end), (loops, data.loops), (changes, data.changes), (np.array([period]), data.period),
     )  # fmt: skip
-    values = sum(
-        (np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count)
-    )
+    values = sum((np.asarray(by).ravel() @ moved.reshape(-1, count) for by, moved in pairs), np.zeros(count))
     told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
         moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns - data.changes[c, 2]
@@ -96,7 +96,8 @@ def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
     """Highest power (pieces,) that a piece of a channel or a derivative of it has; -1 in channels that nothing
     moves."""
     first = np.asarray(row.signals.first)
-    used = (np.asarray(row.signals.coef) != 0.0) | data.coef.any(axis=2)
+    used = np.asarray(row.signals.coef) != 0.0
+    used[:, : data.coef.shape[1]] |= data.coef.any(axis=2)
     out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
     moves = np.logical_or.reduce([data.coef.any(axis=(1, 2)), data.begin.any(axis=1), data.end.any(axis=1)])
     still = np.ones(len(out), dtype=bool)

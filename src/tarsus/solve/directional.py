@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import get_value, with_values
 from tarsus.core.arrays import E_APEX, E_FOOT, E_TIME
-from tarsus.measure import Judgement, RunTable, measured
+from tarsus.measure import TOGETHER, Judgement, RunTable, event_slopes, measured, periods_used
 from tarsus.measure.history import RESOLUTION
 from tarsus.model.scene import Scene
 from tarsus.plan.slots import Kind, slot
-from tarsus.solve.codes import structured_events, structured_marks
+from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
 
-__all__ = ["Log", "Ways", "difference", "directional_slopes", "measure_slopes", "step_along", "table_of"]
+__all__ = [
+    "Log",
+    "Ways",
+    "difference",
+    "directional_slopes",
+    "jumps",
+    "measure_slopes",
+    "row_slopes",
+    "table_of",
+]
 
 Floats = NDArray[np.float64]
 
+_NAMES = EVENT_TYPE.names or ()
 STEPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
 _WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0
 MOVED = 0.02
@@ -29,9 +39,6 @@ LARGEST = 1e-3
 the stencil leaves 1e-14 then."""
 WAY = 1e-5
 """Part of themselves that a walker's strides change by at most: costs per way bend by twice as much."""
-TOGETHER = 1e-9
-"""Part of a period within which events, and the edges of periods, count as coinciding: a kink of a measure tells if
-they should not."""
 _ONE_SIDE = np.array([1.5, -2.0, 0.5])
 KINK = 1e-4
 """Part by which differences of second order to both sides must differ for a kink or a jump: of a smooth measure that is
@@ -79,22 +86,46 @@ class Log:
     ways: Ways | None = None
 
 
-def measure_slopes(
-    log: Log, feet: Sequence[str], name: str, part: float = 1.0
-) -> tuple[Floats, NDArray[np.bool_]]:
+def measure_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P,) of a measure of a run of feet by name, and where (P,) it has a kink or a jump."""
+    known = None if log.by_period.any() and jumps(log) else row_slopes(log, feet, name)
+    if known is not None:
+        rows, period = known
+        used = np.nonzero(rows)
+        return rows[used] @ log.slopes[used] + period * log.by_period, np.zeros(
+            len(log.by_period), dtype=bool
+        )
     return directional_slopes(
-        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name), part
+        log, lambda rows, periods, along: _values(log, feet, rows, periods, along, name)
     )
 
 
+def row_slopes(log: Log, feet: Sequence[str], name: str) -> tuple[Floats, float] | None:
+    """Derivatives of a measure by event rows (ne, 12) in the order in which the engine met them, and by the drive
+    period, with which the marks move; None where they are not known, or the measure may have a kink or a jump."""
+    place, given = event_order(log.rows)
+    table = table_of(replace(log, ways=None), feet, log.rows[None], np.array([log.period]), np.zeros((1, 1)))
+    found = event_slopes(Judgement(table), name)
+    if found is None:
+        return None
+    rows = np.zeros_like(log.rows)
+    for field, column in found.fields.items():
+        np.add.at(rows[:, _NAMES.index(field)], given[place] if field == "time" else place, column)
+    return rows, found.period
+
+
+def jumps(log: Log) -> bool:
+    """Whether the number of whole periods of a run changes with the period, however little that moves."""
+    sides = log.period * (1.0 + np.array([-1e-6, 0.0, 1e-6]))
+    return len({tuple(one) for one in np.transpose(periods_used(np.full(3, log.end), sides, None))}) > 1
+
+
 def directional_slopes(
-    log: Log, of: Callable[[Floats, Floats, Floats], Floats], part: float = 1.0
+    log: Log, of: Callable[[Floats, Floats, Floats], Floats]
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Derivatives (P, ...) of what a function makes of runs' events (nr, ne, 12), periods (nr,) and steps (P, nr / P)
-    along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump; by
-    that part of the longest steps."""
-    size = part * np.array([step_along(log, p) for p in range(len(log.by_period))])
+    along the derivatives, a number of each run or several (nr, ...), and where (P, ...) it has a kink or a jump."""
+    size = np.array([step_along(log, p) for p in range(len(log.by_period))])
     along = STEPS * size[:, None]
     rows = log.rows + along[:, :, None, None] * np.moveaxis(log.slopes, 2, 0)[:, None]
     periods = log.period + along * log.by_period[:, None]

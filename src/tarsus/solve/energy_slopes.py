@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.core.arrays import E_ADHESION, E_ENERGY, T_FRACTION, T_MODE, TRACE_HEAD
+from tarsus.core.arrays import E_ADHESION, E_ENERGY, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
 from tarsus.core.book import ModeBook
 from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import N, interpolation
@@ -35,7 +35,8 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
     found: with a sample at the run's end, and with the steps.
     """
     count = len(given.paths)
-    totals = np.array([_integrals(run, given, found, p) for p in range(count)]).reshape(count, 4).T
+    of = [_by_structure if p in given.structure else _integrals for p in range(count)]
+    totals = np.array([one(run, given, found, p) for p, one in enumerate(of)]).reshape(count, 4).T
     totals += _jumps(run, found)
     return _terms(run, given, found, (*totals, np.zeros(count)))
 
@@ -94,12 +95,61 @@ def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Fl
             rows[:, body] += sign * part * moved[:, body]
             sides.append(_energies(beside, ModeBook(beside, book.lengths, shared=book), rows))
         out += (sides[0] - sides[1]) / (2.0 * part)
-    for other in given.beside:
-        if other.path == p:
-            out += other.weight * _energies(
-                other.system, other.book.book, _recast(run, other.book.book, trace)
-            )
     return out
+
+
+POINTS, TURN = 12, 4.0
+"""Gauss points of a part of a step in which no mode turns or decays by more than `TURN`: of a product of two 1e-13 is
+left."""
+AT_ONCE = 20_000
+"""Samples at a time, of some kilobytes each."""
+
+
+def _by_structure(run: GradientRun, given: Entering, found: Tangents, p: int) -> Floats:
+    """The same along a direction that changes the structure, by Gauss quadrature of how the powers change."""
+    system, book, trace = run.plan.system, run.raw.book.book, run.raw.trace
+    change, m, moved = given.structure[p], run.plan.feet, _as_recorded(run, found.steps[..., p])
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    rates = np.array([np.abs(mode.blocks).sum(axis=(1, 2)).max(initial=0.0) for mode in book.modes])
+    spans = trace[:, T_LENGTH] * trace[:, T_FRACTION]
+    parts = np.maximum(np.ceil(rates[trace[:, T_MODE].astype(int)] * spans / TURN), 1.0).astype(int)
+    step = np.repeat(np.arange(len(trace)), parts)
+    piece = np.arange(len(step)) - np.repeat(np.cumsum(parts) - parts, parts)
+    along = (piece[:, None] + 0.5 * (points + 1.0)) * (trace[step, T_FRACTION] / parts[step])[:, None]
+    share = (0.5 * weights * (spans / parts)[step, None]).ravel()
+    step, along = np.repeat(step, POINTS), along.ravel()
+    out = np.zeros(4)
+    for first in range(0, len(step), AT_ONCE):
+        rows, s = step[first : first + AT_ONCE], along[first : first + AT_ONCE]
+        times = trace[rows, T_TIME] + s * trace[rows, T_LENGTH]
+        at = sample(system.sources, book, trace, times)
+        slopes = run.sampled(times)[..., p].T
+        v, (dv, _, drate, dresistive, dsmooth, _) = at.v, _parts(slopes, len(system.mass), m)
+        own, more = (_drives(run, one[rows], s) for one in (trace, moved))
+        force = system.loads @ own + system.constant[:, None]
+        pushed = system.loads @ more + change.loads @ own
+        pushed += (given.data.sources[-1, p] * system.weight + system.gravity * change.weight)[:, None]
+        lost = system.damping @ v
+        powers = (
+            pushed * v + force * dv,
+            dv * (lost + system.damping.T @ v) + v * (change.damping @ v),
+            ~at.held * (dresistive * at.rate + at.resistive * drate),
+            ~at.held * (dsmooth * at.rate + at.smooth * drate),
+        )
+        out += [one.sum(axis=0) @ share[first : first + AT_ONCE] for one in powers]
+    return out
+
+
+def _parts(rows: Floats, n: int, m: int) -> list[Floats]:
+    """Derivatives of velocities, gaps, rates, resistive and smooth forces and pulls, of samples (2n + 5m, k)."""
+    return np.split(rows[n:], [n, *(n + m * np.arange(1, 5))])
+
+
+def _drives(run: GradientRun, rows: Floats, along: Floats) -> Floats:
+    """Forces (nd, k) of the drives at scaled times (k,) of recorded steps."""
+    first = TRACE_HEAD + 2 * len(run.plan.system.mass) + 2 * run.plan.feet * N
+    nodal = rows[:, first : first + run.plan.drives * N].reshape(len(rows), run.plan.drives, N)
+    return np.einsum("kdj,kj->dk", nodal, interpolation(along))
 
 
 def _as_recorded(run: GradientRun, steps: Floats) -> Floats:
@@ -113,26 +163,6 @@ def _as_recorded(run: GradientRun, steps: Floats) -> Floats:
         rows, nb = np.flatnonzero(trace[:, T_MODE] == q), len(mode.blocks)
         out[rows, TRACE_HEAD : TRACE_HEAD + nb] = steps[rows, 1 : 1 + nb]
         out[rows, TRACE_HEAD + nb : TRACE_HEAD + 2 * nb] = steps[rows, 1 + stride : 1 + stride + nb]
-    return out
-
-
-def _recast(run: GradientRun, other: ModeBook, trace: Floats) -> Floats:
-    """Recorded steps as the structure beside the run's takes them, from the same places under the same inputs."""
-    out, m = trace.copy(), run.plan.feet
-    for q, mode in enumerate(run.raw.book.book.modes):
-        rows = np.flatnonzero(trace[:, T_MODE] == q)
-        if not len(rows):
-            continue
-        number = other.require(mode.mask)
-        there = other.modes[number]
-        nb, mb = len(mode.blocks), len(there.blocks)
-        inputs = trace[rows, trace.shape[1] - mode.feed.shape[1] * N :].reshape(len(rows), -1, N)
-        first = inputs[:, :m, 0]
-        y = trace[rows, TRACE_HEAD : TRACE_HEAD + 2 * nb] + first @ mode.beta
-        place = y @ mode.to_physical.T + mode.offset
-        state = (place - there.offset) @ there.from_physical.T - first @ there.beta
-        out[rows, T_MODE] = number
-        out[rows, TRACE_HEAD : TRACE_HEAD + 2 * mb] = state
     return out
 
 
@@ -172,11 +202,8 @@ def _stored(run: GradientRun, given: Entering, found: Tangents | WalkTangents) -
     starts, ends = given.data.initial, found.samples[0, : 2 * n]
     kinetic = last[n:] @ system.mass @ ends[n:] - first[n:] @ system.mass @ starts[n:]
     elastic = last[:n] @ system.stiffness @ ends[:n] - first[:n] @ system.stiffness @ starts[:n]
-    for other in given.beside:
-        for energy, matrix, part in (
-            (kinetic, other.system.mass, slice(n, None)),
-            (elastic, other.system.stiffness, slice(n)),
-        ):
-            ends_of = [0.5 * z[part] @ matrix @ z[part] for z in (last, first)]
-            energy[other.path] += other.weight * (ends_of[0] - ends_of[1])
+    for p, change in given.structure.items():
+        for sign, z in ((0.5, last), (-0.5, first)):
+            kinetic[p] += sign * z[n:] @ change.mass @ z[n:]
+            elastic[p] += sign * z[:n] @ change.stiffness @ z[:n]
     return kinetic, elastic

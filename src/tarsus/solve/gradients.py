@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
-from tarsus.core.arrays import E_FOOT, E_KIND, E_TIME, T_FRACTION, T_LENGTH
+from tarsus.core.arrays import E_FOOT, E_KIND, E_TIME
 from tarsus.core.replay import Sampled
 from tarsus.measure import RunTable, no_measure
 from tarsus.model.scene import Scene
@@ -29,7 +29,6 @@ from tarsus.solve.tangents import (
     Direction,
     Entering,
     Tangents,
-    beside,
     directions_of,
     entering,
     tangents,
@@ -98,16 +97,14 @@ class GradientRun(Run):
         assert isinstance(self.log, RawRuns)
         return self.log
 
-    @cached_property
-    def _given(self) -> Entering:
-        steps = self.raw.trace[:, T_LENGTH] * self.raw.trace[:, T_FRACTION]
-        longest = float(steps.max(initial=0.0)) or self.duration
-        return beside(self.entered, self.scene, self.plan, self.duration, longest)
-
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
         recorded = Recorded(self.raw, self.notes)
-        return tangents(self.plan, self.raw.book, self._given, recorded, settings, times=times, steps=steps)
+        return tangents(self.plan, self.raw.book, self.entered, recorded, settings, times=times, steps=steps)
+
+    def sampled(self, times: Floats) -> Floats:
+        """Derivatives of samples at times [s], in order, as `Tangents` has them."""
+        return self._tangents(times).samples
 
     @cached_property
     def _derived(self) -> Tangents | WalkTangents:
@@ -216,7 +213,7 @@ class GradientRun(Run):
     @property
     def period_moves(self) -> bool:
         """Whether the drive period depends on a number at the paths."""
-        return bool(self._given.data.period.any())
+        return bool(self.entered.data.period.any())
 
     def slopes_of(self, numbers: Callable[[RunTable], Floats]) -> Floats:
         """Derivatives (..., P) by path of several numbers of the events at once, which a function makes of many runs
@@ -233,7 +230,7 @@ class GradientRun(Run):
     @property
     def _log(self) -> Log:
         return Log(
-            self.log.events, self._derived.events, self.end_time, self.period, self._given.data.period[0]
+            self.log.events, self._derived.events, self.end_time, self.period, self.entered.data.period[0]
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
@@ -258,7 +255,7 @@ class GradientRun(Run):
     def _energies(self) -> Mapping[str, Floats]:
         from tarsus.solve.energy_slopes import energy_slopes
 
-        return energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), steps=True))
+        return energy_slopes(self, self.entered, self._tangents(np.array([self.end_time]), steps=True))
 
 
 @dataclass(frozen=True, repr=False)
@@ -267,15 +264,11 @@ class WalkGradientRun(GradientRun):
 
     directions: tuple[Direction, ...] = field(kw_only=True)
 
-    @cached_property
-    def _given(self) -> Entering:
-        return self.entered
-
     def _tangents(  # type: ignore[override]
         self, times: Floats | None = None, *, account: bool = False
     ) -> WalkTangents:
         found = walk_tangents(
-            self.plan, self.duration, self._given, accuracy=self.accuracy, account=account, times=times
+            self.plan, self.duration, self.entered, accuracy=self.accuracy, account=account, times=times
         )
         return found.told_of(len(self.log.events), len(self.log.marks if self.log.marks is not None else ()))
 
@@ -298,13 +291,13 @@ class WalkGradientRun(GradientRun):
         derived = self._derived
         assert isinstance(derived, WalkTangents) and self.log.marks is not None
         ways = Ways(self.log.marks, derived.marks, self.scene, self.directions)
-        return Log(self.log.events, derived.events, self.end_time, self.period, self._given.data.period[0], ways)
+        return Log(self.log.events, derived.events, self.end_time, self.period, self.entered.data.period[0], ways)
 
     @cached_property
     def _energies(self) -> Mapping[str, Floats]:
         from tarsus.solve.energy_slopes import walk_energy_slopes
 
-        return walk_energy_slopes(self, self._given, self._tangents(np.array([self.end_time]), account=True))
+        return walk_energy_slopes(self, self.entered, self._tangents(np.array([self.end_time]), account=True))
 
 
 @dataclass(frozen=True, repr=False)

@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.events import EventKind
-from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_INTEGRAL, E_KIND, E_TIME
+from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_INTEGRAL, E_KIND, E_TIME
 from tarsus.core.replay import Sampled
-from tarsus.measure import RESOLUTION, Judgement, RunTable, event_slopes, periods_used
+from tarsus.measure import RESOLUTION, TOGETHER
 from tarsus.solve.adjoint import Seeds
 from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events
 from tarsus.solve.directional import (
     LARGEST,
     MOVED,
     STEPS,
-    TOGETHER,
     Log,
     difference,
+    jumps,
     measure_slopes,
-    step_along,
+    row_slopes,
 )
 
 __all__ = ["STATES", "NumberOf", "measure_seeds", "number_seeds"]
@@ -35,11 +35,6 @@ NumberOf = Callable[..., float]
 FINER = (1.0, 1e-2, 1e-4)
 """Parts of the longest steps that are tried where a number seems to have a kink: events that nearly repeat take turns
 in being the largest."""
-ROUNDING = 1e-14
-"""Part of the largest number of the events that a measure of them may be off by: a difference of a few of them."""
-AGREE = 1e-6
-"""Part of all that a number is made of by which its derivative along a direction may miss what its derivatives by
-single events come to; what differs more has a kink there."""
 STATES = ("x", "v", "gap", "rate", "resistive", "smooth", "pull")
 """Fields of states in the order in which the engine's derivatives have them."""
 _NAMES = EVENT_TYPE.names or ()
@@ -49,62 +44,23 @@ def measure_seeds(log: Log, feet: tuple[str, ...], name: str) -> Seeds | None:
     """Of a measure of a run by name. log: of the run, its derivatives not used but by_period, which tells whether the
     drive period moves.
 
-    None where its derivatives by events are not known, and where it has a kink; by the period NaN
+    None where its derivatives by events are not known, and where it may have a kink; by the period NaN
     where it has one there, infinite where it jumps with the number of periods.
     """
-    rows, (place, given) = log.rows, event_order(log.rows)
-    table = RunTable(
-        structured_events(rows), np.array([0, len(rows)]), feet, np.array([log.end]), np.array([log.period]),
-        np.zeros(1, dtype=np.intp), lambda _: None,
-    )  # fmt: skip
-    found = event_slopes(Judgement(table), name)
+    found = row_slopes(log, feet, name)
     if found is None:
         return None
-    seeds = np.zeros_like(rows)
-    for field, column in found.items():
-        np.add.at(seeds[:, _NAMES.index(field)], given[place] if field == "time" else place, column)
-    marks, rising = _marks(rows)
-    seeds[marks, E_TIME] = seeds[rising, E_APEX_TIME] = 0.0
-    rng = np.random.default_rng(len(rows))
-    way = rng.uniform(0.5, 1.0, rows.shape) * np.abs(rows).max(axis=0, initial=0.0)
-    way[:, [E_FOOT, E_KIND, E_APEX_TIME]] = 0.0
-    way[marks, E_TIME] = 0.0
-    order = np.lexsort((rows[:, E_TIME], rows[:, E_FOOT]))
-    alike = (np.diff(rows[order][:, [E_TIME, E_FOOT]], axis=0) == 0.0).all(axis=1)
-    for k in np.flatnonzero(alike & ~marks[order][1:] & ~marks[order][:-1]):
-        way[order[k + 1], E_TIME] = way[order[k], E_TIME]
-    if not _moves_by(replace(log, slopes=way[..., None], by_period=np.zeros(1)), feet, name, seeds * way):
-        return None
-    period = 0.0
-    if log.by_period.any():
+    seeds, period = found
+    if log.by_period.any() and jumps(log):
         # with all times stretched alike no event changes places with an edge of a period
+        rows, (marks, rising) = log.rows, _marks(log.rows)
         way = np.zeros_like(rows)
         way[:, [E_TIME, E_APEX_TIME]] = rows[:, [E_TIME, E_APEX_TIME]] / log.period
         way[marks, E_TIME] = _turns(log)[marks]
         way[rising, E_APEX_TIME] = way[rising, E_TIME]
-        moved = replace(log, slopes=way[..., None], by_period=np.ones(1))
-        (stretched,), (kinked,) = measure_slopes(moved, feet, name)
-        period = float(stretched - (seeds * way).sum()) if seeds.any() else 0.0
-        if kinked:
-            period = np.inf if _jumps(log) else np.nan
+        _, (kinked,) = measure_slopes(replace(log, slopes=way[..., None], by_period=np.ones(1)), feet, name)
+        period = np.inf if kinked else period
     return Seeds(seeds, np.zeros(0), np.zeros((0, 0)), period)
-
-
-def _jumps(log: Log) -> bool:
-    """Whether the number of whole periods of a run changes with the period, however little that moves."""
-    sides = log.period * (1.0 + np.array([-1e-6, 0.0, 1e-6]))
-    return len({tuple(one) for one in np.transpose(periods_used(np.full(3, log.end), sides, None))}) > 1
-
-
-def _moves_by(trial: Log, feet: tuple[str, ...], name: str, parts: Floats) -> bool:
-    """Whether a measure moves along the direction of a log by what its single derivatives times that come to, over some
-    step."""
-    for part in FINER:
-        (along,), (kinked,) = measure_slopes(trial, feet, name, part)
-        rounding = 1e-11 * abs(along) + ROUNDING * np.abs(trial.rows).max() / (part * step_along(trial, 0))
-        if not kinked and abs(parts.sum() - along) <= AGREE * (np.abs(parts).sum() + abs(along)) + rounding:
-            return True
-    return False
 
 
 def number_seeds(log: Log, number: NumberOf, times: Floats, states: Sampled | None) -> Seeds | None:
@@ -115,7 +71,9 @@ def number_seeds(log: Log, number: NumberOf, times: Floats, states: Sampled | No
     """
     order, given = event_order(log.rows)
     events = structured_events(log.rows)
-    seeds = Seeds(np.zeros_like(log.rows), times, np.zeros((len(times), 0 if states is None else _width(states))))
+    seeds = Seeds(
+        np.zeros_like(log.rows), times, np.zeros((len(times), 0 if states is None else _width(states)))
+    )
     places = _event_places(log, events, order, given, seeds.events)
     asked: tuple[object, ...] = (events,)
     if states is not None:
@@ -237,8 +195,12 @@ def _event_places(log: Log, events: NDArray[np.void], order: Rows, given: Rows, 
         when = float(time[group[0]])
         rooms = [LARGEST * when, MOVED * abs(when - round(when / log.period) * log.period)]
         beside = [groups[k][0] for k in (n - 1, n + 1) if 0 <= k < len(groups)]
-        rooms += [MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]]
-        step = min((float(room) for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end)
+        rooms += [
+            MOVED * abs(time[k] - when) for k in beside if events["foot"][k] == events["foot"][group[0]]
+        ]
+        step = min(
+            (float(room) for room in rooms if room > MOVED * TOGETHER * log.period), default=LARGEST * log.end
+        )
         row = int(given[order[group[-1]]])
         out.append(_Place(((time, group, np.ones(len(group))),), step, to, (row, E_TIME)))
     return out

@@ -75,7 +75,7 @@ def gradient(
 
 def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) -> list[Gradient]:
     """Gradients by some of a run's paths each: backwards by those that are data, as far as that goes."""
-    forwards = set(run.entered.changes)
+    forwards = set(run.entered.structure)
     by_period = run.entered.data.period[0]
     rows = run.log.events
     log = Log(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)

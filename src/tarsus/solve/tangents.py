@@ -7,6 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from math import comb
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +18,11 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
-from tarsus.core.modes import LinearSystem
+from tarsus.core.modes import LinearSystem, derived_mode
+from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
-from tarsus.plan.lowering import FootLaws, Plan, lower_scene, lower_system, pack, program_of
+from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
+from tarsus.plan.sloped import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -27,7 +32,6 @@ __all__ = [
     "Direction",
     "Entering",
     "Tangents",
-    "beside",
     "by_programs",
     "directions_of",
     "entering",
@@ -44,11 +48,12 @@ STEP = 1e-4
 """Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What
 is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of
 rounding."""
-FIRST, TURN, CHANGE = 1e-6, 0.03, 1e-3
-"""Steps of structures are such that no mode turns by more than `TURN` radians more or less in the longest step of the
-run, and none changes its rate by more than `CHANGE` of it: the stencil leaves 3e-8 of what a step adds. The shorter
-they are, the more of the rounding of the structure's modes remains. How rates change is seen at the first, smallest
-step."""
+WIDTHS = tuple(10.0 ** -np.arange(2.0, 8.0))
+"""Steps of a difference of a structure's arrays, of eighth order. Of those side by side the two that agree best are
+taken: what is linear in its numbers needs a wide one, damping that follows from modes that nearly cancel a narrow one.
+"""
+AGREED = 1e-12
+"""Part of an array's largest derivative within which two steps need not be told apart: rounding leaves more."""
 
 
 Direction = Mapping[str, float]
@@ -64,8 +69,8 @@ def directions_of(gradients: Sequence[str] | Mapping[str, Direction]) -> dict[st
 
 @dataclass(frozen=True)
 class Stencil:
-    """Four steps along a direction of a scene, and the weights of what is there: of the scene itself, then of the
-    four."""
+    """Steps along a direction of a scene, as many as its order, and the weights of what is there: of the scene itself,
+    then of the others."""
 
     base: Mapping[str, float]
     direction: Direction
@@ -74,7 +79,7 @@ class Stencil:
 
     @classmethod
     def of(
-        cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0, *, drives: bool = True
+        cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0, *, drives: bool = True, order: int = 4
     ) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero of one unit, of a gap in the unit given)."""
@@ -82,7 +87,7 @@ class Stencil:
         units = {path: gap if path.endswith(".gap") else 1.0 for path in direction}
         size = part * min((abs(base[path]) or units[path]) / abs(w) for path, w in direction.items())
         problem = None
-        for places, weights in _STENCILS:
+        for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
             try:
                 found.check(scene, drives)
@@ -117,20 +122,27 @@ class Stencil:
         )
 
 
-_STENCILS = (
-    (np.array([-2.0, -1.0, 1.0, 2.0]), np.array([0.0, 1.0, -8.0, 8.0, -1.0]) / 12.0),
-    (np.array([1.0, 2.0, 3.0, 4.0]), np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0),
-    (np.array([-1.0, -2.0, -3.0, -4.0]), np.array([25.0, -48.0, 36.0, -16.0, 3.0]) / 12.0),
-)
-"""Differences of fourth order."""
+def _differences_of(order: int) -> tuple[tuple[Floats, Floats], ...]:
+    """Differences of an order, to both sides or to one: places, and weights of what is at zero and there."""
+    half = order // 2
+    both = [-((-1.0) ** k) * comb(order, half + k) / comb(order, half) / k for k in range(1, half + 1)]
+    side = [-((-1.0) ** k) * comb(order, k) / k for k in range(1, order + 1)]
+    steps, sides = np.arange(1.0, half + 1.0), np.arange(1.0, order + 1.0)
+    central = np.array([0.0, *(-one for one in reversed(both)), *both])
+    forward = np.array([-sum(side), *side])
+    return (np.append(-steps[::-1], steps), central), (sides, forward), (-sides, -forward)
+
+
+_STENCILS = {order: _differences_of(order) for order in (4, 8)}
 
 
 @dataclass(frozen=True)
 class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
-    coef (pieces, 12, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P) [s]; changes
-    (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
+    coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
+    [s]; changes (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the
+    marks.
     """
 
     parameters: Floats
@@ -145,12 +157,12 @@ class DataTangents:
     period: Floats
 
     @classmethod
-    def none(cls, rows: Rows, count: int) -> DataTangents:
-        """Of so many numbers that nothing depends on."""
+    def none(cls, rows: Rows, count: int, terms: int = TERMS) -> DataTangents:
+        """Of so many numbers that nothing depends on; terms: of pieces that may have derivatives."""
         signals = rows.signals
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
-            rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, 12), (pieces,),
+            rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
             (pieces,), (len(np.asarray(signals.loop)),), rows.changes.shape[1:], (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
@@ -161,73 +173,121 @@ class DataTangents:
         def cut(array: Floats) -> Floats:
             part = array[..., first : first + LANES]
             pad = [(0, 0)] * (part.ndim - 1) + [(0, LANES - part.shape[-1])]
+            if array is self.coef:
+                pad[1] = (0, TERMS - part.shape[1])
             return np.ascontiguousarray(np.pad(part, pad))
 
         return DataTangents(*(cut(getattr(self, name)) for name in self.__dataclass_fields__))
 
 
 @dataclass(frozen=True)
-class Beside:
-    """A structure beside the run's, its contact modes, and its weight in the difference that makes derivative number
-    ``path``."""
-
-    system: LinearSystem
-    book: SharedBook
-    weight: float
-    path: int
-
-
-@dataclass(frozen=True)
 class Entering:
-    """What enters a run: its row of data, derivatives of that along the directions ``paths``, and structures beside
-    it; changes: of the structure, by the number of a direction that changes it."""
+    """What enters a run: its row of data, and derivatives of that along the directions ``paths``.
+
+    structure: derivatives of the structure's arrays, by the number of a direction that changes it.
+    """
 
     paths: tuple[str, ...]
     row: Rows
     data: DataTangents
-    beside: tuple[Beside, ...] = ()
-    changes: Mapping[int, Change] = field(default_factory=dict)
+    structure: Mapping[int, LinearSystem] = field(default_factory=dict)
+    made: dict[int, Any] = field(default_factory=dict, compare=False, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "made": {}}
+
+    def derived(self, number: int, book: SharedBook) -> Any:
+        """The derivatives of a run's book by the structure along a direction, as the engine holds them."""
+        if number not in self.made:
+            change = self.structure[number]
+            self.made[number] = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
+        return self.made[number]
 
     def some(self, numbers: Sequence[int]) -> Entering:
-        """Along some of the directions alone, before `beside` has added what is beside the run."""
+        """Along some of the directions alone."""
+        if list(numbers) == list(range(len(self.paths))):
+            return self
         parts = {name: getattr(self.data, name)[..., numbers] for name in self.data.__dataclass_fields__}
-        changes = {k: self.changes[p] for k, p in enumerate(numbers) if p in self.changes}
-        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), (), changes)
+        kept = {k: self.structure[p] for k, p in enumerate(numbers) if p in self.structure}
+        return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept)
 
 
 def entering(
     scene: Scene, plan: Plan, gradients: Sequence[str] | Mapping[str, Direction], duration: float
 ) -> Entering:
-    """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene; of the
-    structure `beside` adds what it does.
+    """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene.
 
     Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
     pieces.
     """
     found = directions_of(gradients)
-    parts = {name: _apart(scene, one) for name, one in found.items()}
+    names = list(scene.robot.drives)
+    lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
+    parts = [_apart(scene, one) for one in rest]
     problems = [
         f"{path}: a walker's run has derivatives by laws, gaps, gravity, starts and drives, not by structure"
-        for _, structure in parts.values()
+        for _, structure in parts
         for path in structure
         if plan.legs is not None
     ]
     if problems:
         raise InputError(problems)
-    changes = {p: Change.of(scene, plan, one) for p, (_, one) in enumerate(parts.values()) if one}
-    own = [p for p, (data, _) in enumerate(parts.values()) if data]
-    moved = [data for data, _ in parts.values() if data]
+    structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
+    own = [p for p, (moved, _) in enumerate(parts) if moved]
+    stepped = [parts[p][0] for p in own]
     try:  # what drives refuse is found where they are lowered; then some step to one side alone
-        steps, rows = _stepped(scene, plan, moved, duration, drives=False)
+        steps, rows = _stepped(scene, plan, stepped, duration, drives=False)
     except InputError:
-        steps, rows = _stepped(scene, plan, moved, duration, drives=True)
-    row = _one_row(rows)
-    data = DataTangents.none(row, len(found))
+        steps, rows = _stepped(scene, plan, stepped, duration, drives=True)
+    row = _driven_by(_one_row(rows), scene, plan, lines)
+    used = np.asarray(rows.signals.coef).any(axis=0)
+    terms = max(
+        [1 + int(np.flatnonzero(used).max(initial=0)), *(one.force.coef.shape[1] for one in lines.values())]
+    )
+    data = DataTangents.none(row, len(found), terms)
     if own:
-        by_data = _differences(rows, row, steps, [list(found)[p] for p in own])
+        by_data = _differences(rows, row, steps, [list(found)[p] for p in own], terms)
         for name in data.__dataclass_fields__:
             getattr(data, name)[..., own] = getattr(by_data, name)
-    return Entering(tuple(found), row, data, (), changes)
+    for name, one in lines.items():
+        _add_drive(data, row, plan, names.index(name), one)
+        if one.period == float(rows.periods[0]):
+            data.period[0] += one.by_period
+    return Entering(tuple(found), row, data, structure)
+
+
+def _channels_of(plan: Plan, drive: int) -> list[int]:
+    """Number of the channel of a drive's force, and of that of its volts where laws see them."""
+    return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
+
+
+def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
+    """A run with drives of lines in place of its own."""
+    if not lines:
+        return row
+    pool, channels, changes = list(row.pool), row.channels.copy(), row.changes.copy()
+    for name, one in lines.items():
+        drive = list(scene.robot.drives).index(name)
+        for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
+            assert channel is not None
+            channels[0, c], changes[0, c] = len(pool), (1.0, 0.0, 0.0)
+            pool.append(channel.pieces)
+    return _one_row(replace(row, pool=tuple(pool), channels=channels, changes=changes))
+
+
+def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
+    """Add the derivatives of a drive of lines."""
+    for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
+        assert one is not None
+        channel = row.channels[0, c]
+        first = int(np.asarray(row.signals.first)[channel])
+        place = slice(first, first + len(one.begin))
+        data.coef[place, : one.coef.shape[1]], data.begin[place], data.end[place] = (
+            one.coef,
+            one.begin,
+            one.end,
+        )
+        data.loops[channel] = one.loop
 
 
 def _stepped(
@@ -241,16 +301,6 @@ def _stepped(
         for path, w in one.direction.items():
             columns[path][1 + 4 * k : 5 + 4 * k] += w * one.places
     return steps, rows_for(scene, plan, columns, duration)
-
-
-def beside(given: Entering, scene: Scene, plan: Plan, duration: float, longest: float) -> Entering:
-    """The same with the structures beside the run's, for the numbers that change it; longest [s]: step of the run."""
-    data = replace(given.data, initial=given.data.initial.copy())
-    added: list[Beside] = []
-    for p, one in given.changes.items():
-        stencil = Stencil.of(scene, one.direction, one.step(longest))
-        added += _structures(scene, plan, stencil, p, duration, data)
-    return replace(given, data=data, beside=tuple(added))
 
 
 def _apart(scene: Scene, direction: Direction) -> tuple[Direction, Direction]:
@@ -270,79 +320,60 @@ def _one_row(rows: Rows) -> Rows:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Change:
-    """How a structure changes along a direction: change (2n,) [1/s] of its rates in air over the first step, and the
-    rates (2n,) themselves."""
+def _structure_slope(scene: Scene, plan: Plan, direction: Direction) -> LinearSystem:
+    """Derivatives of the arrays of a plan's structure along a direction of its scene; rest gaps and gravity are data.
 
-    direction: Direction
-    change: Floats
-    rates: NDArray[np.complexfloating]
-
-    @classmethod
-    def of(cls, scene: Scene, plan: Plan, direction: Direction) -> Change:
-        """Seen at the first, smallest step. Raises InputError where the structure changes its size."""
-        stencil = Stencil.of(scene, direction, FIRST)
-        other = lower_system(stencil.scene(scene, stencil.places[-1]))
-        if other.mass.shape != plan.system.mass.shape:
+    Raises InputError where the structure changes its size.
+    """
+    own = _arrays(plan.system)
+    best: dict[str, Floats] = {}
+    last, apart = best, np.inf
+    for part in WIDTHS:
+        try:
+            stencil = Stencil.of(scene, direction, part, order=8)
+        except InputError:
+            if part == WIDTHS[-1]:
+                raise
+            continue
+        there = [_arrays(lower_system(stencil.scene(scene, place))) for place in stencil.places]
+        if any(one["mass"].shape != own["mass"].shape for one in there):
             path = next(iter(direction))
             raise InputError(f"{path}: there is no derivative by it, for the structure changes its size")
-        before = _rates(plan.system)
-        part = float(np.abs(stencil.places).min() / abs(stencil.places[-1]))
-        return cls(direction, np.abs(_rates(other) - before) * part, before)
-
-    def step(self, longest: float) -> float:
-        """Step along the direction, as part of its numbers; longest [s]: of the run's steps."""
-        turned = float(self.change.max(initial=0.0)) * longest
-        parts = [TURN / turned] if turned > 0.0 else []
-        size = np.abs(self.rates)
-        moving = self.change > 1e-12 * size.max(initial=0.0)
-        parts += list(CHANGE * np.maximum(size[moving], 1.0 / longest) / self.change[moving])
-        return FIRST * float(np.clip(min(parts, default=1e3), 1.0, 1e3))
-
-
-def _rates(system: LinearSystem) -> NDArray[np.complexfloating]:
-    """Eigenvalues [1/s] of a structure in the air, in order."""
-    n = len(system.mass)
-    flow = np.zeros((2 * n, 2 * n))
-    flow[:n, n:] = np.eye(n)
-    flow[n:] = -np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
-    return np.sort_complex(np.linalg.eigvals(flow))
+        found = {name: stencil.slope(array, [one[name] for one in there]) for name, array in own.items()}
+        if last:
+            size = {name: np.abs(array).max(initial=0.0) or 1.0 for name, array in found.items()}
+            off = max(float(np.abs(found[name] - last[name]).max(initial=0.0)) / size[name] for name in own)
+            if off < apart:
+                best, apart = (last if off <= AGREED else found), off
+            if off <= AGREED:
+                break
+        else:
+            best = found
+        last = found
+    return replace(plan.system, rest_gap=np.zeros_like(plan.system.rest_gap), gravity=0.0, **best)
 
 
-def _structures(
-    scene: Scene, plan: Plan, stencil: Stencil, number: int, duration: float, data: DataTangents
-) -> list[Beside]:
-    """The structures beside a scene's along a direction, and the derivatives of the initial state where it stands.
-
-    Rest gaps and gravity act through the structures.
-    """
-    changed = [stencil.scene(scene, float(place)) for place in stencil.places]
-    if scene.initial.standing is not None:
-        data.initial[..., number] += stencil.slope(
-            plan.initial, [lower_scene(one).initial for one in changed]
-        )
-    plans = [replace(plan, system=lower_system(one)) for one in changed]
-    return [
-        Beside(one.system, SharedBook(one, duration), float(weight), number)
-        for one, weight in zip([plan, *plans], stencil.weights, strict=True)
-        if weight != 0.0
-    ]
+def _arrays(system: LinearSystem) -> dict[str, Floats]:
+    """What structures differ in, by name."""
+    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
+    given = {name: getattr(system, name) for name in names}
+    return {name: array for name, array in given.items() if array is not None}
 
 
-def _differences(rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str]) -> DataTangents:
+def _differences(
+    rows: Rows, row: Rows, stencils: Sequence[Stencil], paths: Sequence[str], terms: int
+) -> DataTangents:
     """Derivatives of a row, the first of the rows, from the four beside it for every path."""
+    weights = np.array([one.weights[1:] for one in stencils])
 
     def slopes(values: Floats) -> Floats:
-        """Of values (1 + 4 P, ...), as (..., P)."""
-        by_path = [
-            one.slope(values[0], list(values[1 + 4 * p : 5 + 4 * p])) for p, one in enumerate(stencils)
-        ]
-        return np.stack(by_path, axis=-1)
+        """Of values (1 + 4 P, ...), as (..., P): exactly zero of those that stay as they are."""
+        beside = (values[1:] - values[0]).reshape(*weights.shape, *values.shape[1:])
+        return np.einsum("pk,pk...->...p", weights, beside)
 
-    out = DataTangents.none(row, len(stencils))
+    out = DataTangents.none(row, len(stencils), terms)
     signals, first, here = rows.signals, np.asarray(rows.signals.first), np.asarray(row.signals.first)
-    parts = np.asarray(signals.coef), np.asarray(signals.start), np.asarray(signals.end)
+    parts = np.asarray(signals.coef)[:, :terms], np.asarray(signals.start), np.asarray(signals.end)
     for c in range(rows.channels.shape[1]):
         own = rows.channels[:, c]
         if np.all(own == own[0]):
@@ -413,14 +444,10 @@ def tangents(
     begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
-        beside = [
-            (one.book.book.native, np.ascontiguousarray(one.system.sources), one.weight, one.path - first)
-            for one in given.beside
-            if first <= one.path < first + LANES
-        ]
+        structural = [(given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES]
         *found, flag = _native.tangents_modal(
             book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
-            given.data.lanes(first), beside, recorded, when, steps,
+            given.data.lanes(first), structural, recorded, when, steps,
         )  # fmt: skip
         parts.append(found)
         rows = np.asarray(flag).reshape(-1, 3).astype(np.int64)

@@ -33,7 +33,5 @@ def run(output: Path, seeds: int | None, asked: Asked, *, json: bool) -> int:
     if json:
         console.print_json({"index": str(output / "index.html"), "experiments": results})
     else:
-        for one in EXPERIMENTS:
-            print(f"wrote {output / one.folder}")
-        print(f"wrote {output / 'index.html'}")
+        console.wrote([*(output / one.folder for one in EXPERIMENTS), output / "index.html"])
     return worst

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """Numbers of random readings (0: the packaged ones) and of neighbours of every device, and the seed of both."""
+    """Numbers of random readings (0: the packaged ones) and of neighbours of every device, their seed, threads."""
 
     readings: int = 0
     scatter: int = 0
     seed: int = 1
+    threads: int | None = None
 
 
 READINGS_FILE = "readings-{seed}.jsonl"
@@ -59,7 +60,9 @@ def _readings(device: str, output: Path | None, asked: Asked, progress: Any) -> 
     if not asked.readings:
         return packaged_readings()
     file = None if output is None else output / READINGS_FILE.format(seed=asked.seed)
-    return random_readings(load_scene(device), asked.readings, asked.seed, file=file, progress=progress)
+    return random_readings(
+        load_scene(device), asked.readings, asked.seed, file=file, threads=asked.threads, progress=progress
+    )
 
 
 def _scatter(reproduction: MillipedeReproduction, asked: Asked, progress: Any) -> dict[str, Any]:

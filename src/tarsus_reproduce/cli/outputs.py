@@ -29,5 +29,4 @@ def write(
         write_page(folder / "reproduction.html")
     if not quiet:
         print()
-        for name in FILES[:3]:
-            print(f"wrote {folder / name}")
+        console.wrote(folder / name for name in FILES[:3])

@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from cyclopts import Parameter
+from tarsus.cli.options import FLAG, Json, MaybeFolder, MaybeSeed, Overwrite, Resume, Threads
 
 MOST_SEEDS = 10_000
 """More initial states than that tell nothing more and take hours."""
@@ -19,17 +19,18 @@ def reproduce(
     experiment: Literal["cantilever", "hexapod", "quadruped", "millipede"] | None = None,
     /,
     *,
-    all: Annotated[bool, Parameter(negative=())] = False,
+    all: Annotated[bool, FLAG] = False,
     device: str | None = None,
     rows: Path | None = None,
     seeds: int | None = None,
     readings: int = 0,
     scatter: int = 0,
-    seed: int | None = None,
-    output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    seed: MaybeSeed = None,
+    threads: Threads = None,
+    output: MaybeFolder = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
+    json: Json = False,
 ) -> int:
     """Compare with an experiment of the dissertation row by row, then summarise; or make all pages.
 
@@ -54,28 +55,26 @@ def reproduce(
     scatter
         for the millipede: the range of every variant's score over so many neighbours whose unprinted numbers are off by
         up to 10 %.
-    seed
-        seed of the readings and neighbours, 1 when left out.
     output
         folder for reproduction.html, reproduction.json and reproduction.csv.
-    resume
-        go on with the readings that the output folder holds.
-    overwrite
-        replace what `reproduce` wrote into the folder before; other files stay.
-    json
-        print one JSON object instead of tables.
     """
     from tarsus.base.errors import InputError
+    from tarsus.cli import console
     from tarsus_reproduce.cli import cantilever, everything, millipede, robot
 
     drawn = max(readings, scatter)
     problems = _problems(experiment, all, device, rows, seeds, drawn, seed, output)
     if min(readings, scatter) < 0 or drawn > MOST_READINGS:
         problems.append(f"--readings, --scatter: expected numbers from 0 to {MOST_READINGS}")
+    if resume and overwrite:
+        problems.append(
+            "--resume continues what the folder holds and --overwrite begins again: give one of them"
+        )
     if problems:
         raise InputError(problems)
-    with _folder(output, whole=all, overwrite=overwrite, resume=resume):
-        asked = millipede.Asked(readings, scatter, 1 if seed is None else seed)
+    kept = console.resumable() if readings and output is not None else contextlib.nullcontext()
+    with kept, _folder(output, whole=all, overwrite=overwrite, resume=resume):
+        asked = millipede.Asked(readings, scatter, 1 if seed is None else seed, threads)
         if all:
             assert output is not None
             return everything.run(output, seeds, asked, json=json)
@@ -134,6 +133,4 @@ def _problems(
         found.append("--seed: is the seed of --readings and --scatter, which are not given")
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         found.append(f"--seeds: expected a number from 1 to {MOST_SEEDS}, got {seeds}")
-    if seed is not None and seed < 0:
-        found.append(f"--seed: expected a number of 0 or more, got {seed}")
     return found

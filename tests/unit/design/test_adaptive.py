@@ -7,9 +7,9 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.errors import InputError
-from tarsus.design.adaptive import Sense, _Adapter, _few, adapt, senses_of
+from tarsus.design.adaptive import Sense, _few, adapt, senses_of
 from tarsus.design.gait_files import adapt_table, write_adapt
-from tarsus.design.rules import Rule, grown
+from tarsus.design.posterior import posterior_of
 from tarsus.design.walks import Walks
 
 FREE = {"gait.duty": None}
@@ -28,14 +28,14 @@ SMALL = {
 def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
     scene = ts.load_scene("millipede-printed")
     found = adapt(scene, FREE, BOX, "charge,slip", **SMALL)
-    assert (
-        found.senses == ("support", "touchdowns", "slip", "stride")
-        and 0 <= found.probe < len(found.gaits) <= 2
-    )
+    assert found.senses == ("support", "touchdowns", "slip", "stride") and len(found.gaits) <= 2
+    assert found.probe_steps == 2 and set(found.probes) <= set(range(len(found.gaits)))
     assert found.costs.shape == (6, len(found.gaits)) and found.chosen.max() < len(found.gaits)
     # no gait of the few beats the search for each ground, and no choice beats the best of the few
     assert (found.known <= found.costs.min(axis=1)).all()
     assert 0.0 <= found.choice_regret <= min(found.regret, found.fixed_regret)
+    low, high = found.regret_interval
+    assert low <= found.regret <= high
     friction = found.grounds["ground.friction.coefficient"]
     own = ts.with_values(scene, {**found.gaits[0], "ground.friction.coefficient": float(friction[2])})
     assert -found.costs[2, 0] == pytest.approx(ts.simulate(own, 0.02).measures["mean_speed"].value, rel=1e-5)
@@ -43,13 +43,15 @@ def test_an_adaptive_gait_is_judged_on_grounds_of_its_own(tmp_path):
     write_adapt(found, tmp_path)
     assert len((tmp_path / "hidden.csv").read_text().splitlines()) == 7
     assert [row["gait"] for row in table["table"]] == [gait for _, gait in found.table]
+    assert np.shape(table["posterior"]["costs"]) == (10, len(found.gaits))
     page = found._repr_html_()
     assert page.count("<tr>") == 1 + len(found.gaits) and "of 6</td>" in page and len(repr(found)) < 120
 
 
 def test_without_senses_there_is_one_gait():
     found = adapt(ts.load_scene("millipede-printed"), FREE, BOX, "nothing", **SMALL)
-    assert found.rule.leaves == 1 and found.table == [("always", found.probe)]
+    (said,) = found.table
+    assert found.probes == () and said[0] == "always" and (found.chosen == said[1]).all()
 
 
 def test_luck_is_not_taken_for_knowledge_where_walks_ring(monkeypatch):
@@ -70,19 +72,57 @@ def test_luck_is_not_taken_for_knowledge_where_walks_ring(monkeypatch):
     assert adapt_table(often)["repeats"] == 32
 
 
+def felt(rng: np.random.Generator, senses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two sets of walks and the noisy second one, of what is sensed but for chance (np, ng, ns)."""
+    one, two = (senses + 0.02 * rng.standard_normal(senses.shape) for _ in range(2))
+    return one, two, two * (1.0 + 0.02 * rng.standard_normal(senses.shape))
+
+
 def test_a_sense_that_tells_nothing_is_not_asked():
-    """Two gaits that differ by chance from ground to ground: a rule fits the training grounds and nothing else."""
-    scene = ts.load_scene("millipede-printed")
-    request = adapt(scene, FREE, BOX, "slip", **SMALL).request
-    adapter = _Adapter(request, (Sense.SLIP,), 0.02, 1, lambda done, total, what: None)
+    """Two gaits of which chance says on every ground which is better: probes that feel something else are not walked,
+    one that feels it is."""
     rng = np.random.default_rng(4)
-    costs = np.stack([-1.0 + 0.0 * rng.random(60), -0.9 + 0.4 * rng.standard_normal(60)], axis=1)
-    telling = np.where(costs[:, 1] < costs[:, 0], 2.0, 1.0)[:, None]
-    nothing = [rng.random((60, 2)), rng.random((60, 2))]
-    assert grown(nothing[0], costs, 3).leaves > 1
-    assert adapter._rule(nothing, costs)[1] == Rule(0)
-    probe, rule = adapter._rule([nothing[0], np.hstack([nothing[1], telling])], costs)
-    assert probe == 1 and rule.leaves >= 2 and rule.sense == 2
+    costs = np.stack([np.full(120, -1.0), -0.9 + 0.4 * rng.standard_normal(120)], axis=1)
+    nothing = rng.random((2, 120, 2))
+    probes, table = posterior_of(*felt(rng, nothing), costs, 2)
+    assert probes == () and (table(np.zeros((5, 0))) == 0).all()
+    telling = nothing.copy()
+    telling[1, :, 0] = costs[:, 1] < costs[:, 0]
+    probes, table = posterior_of(*felt(rng, telling), costs, 1)
+    assert probes == (1,) and table.readings.shape == (120, 2)
+    likely = np.stack([np.tile([0.0, 1.0], 20), rng.random(40)], axis=1)
+    assert (table(likely) == np.tile([0, 1], 20)).mean() > 0.9
+
+
+def test_a_second_probe_is_walked_where_one_does_not_tell():
+    """Four kinds of ground and a gait for each; a probe tells two apart."""
+    rng = np.random.default_rng(5)
+    kinds = rng.integers(0, 4, 200)
+    costs = 1.0 - np.eye(4)[kinds]
+    senses = np.zeros((4, 200, 1))
+    senses[1, :, 0], senses[2, :, 0] = kinds % 2, kinds // 2
+    probes, table = posterior_of(*felt(rng, senses), costs, 4)
+    assert set(probes[:2]) == {1, 2} and len(probes) == 2
+    sure = np.stack([{1: np.arange(4) % 2, 2: np.arange(4) // 2}[one] for one in probes], axis=1).astype(float)
+    assert table(sure).tolist() == [0, 1, 2, 3]
+    assert np.abs(table.expected(sure) - (1.0 - np.eye(4))).max() < 1e-6
+    assert table.shares.sum() == pytest.approx(1.0)
+
+
+def test_gaits_are_sought_for_the_grounds_that_they_are_best_for(monkeypatch):
+    """A walk is best where the duty is the ground's friction, scaled: two gaits cannot do better than the middles of
+    two halves, and each moves there from where the even spread put it."""
+
+    def match(self, points, grounds):
+        (friction,) = grounds.values()
+        return np.abs(points[:, 0] - (friction - 4.0) / 8.0)[:, None] - 1.0
+
+    monkeypatch.setattr(Walks, "each", match)
+    scene, few = ts.load_scene("millipede-printed"), SMALL | {"candidates": 2000, "training": 128, "hidden": 60}
+    found = adapt(scene, FREE, BOX, "nothing", **few)
+    duty = sorted((gait["gait.duty"] - 0.1) / 0.8 for gait in found.gaits)
+    assert duty == pytest.approx([0.25, 0.75], abs=0.06)
+    assert found.choice_regret == pytest.approx(0.125, abs=0.03)
 
 
 def test_few_gaits_are_those_that_lose_least_together():

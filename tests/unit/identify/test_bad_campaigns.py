@@ -95,7 +95,10 @@ def test_a_damaged_record_is_left_out_with_its_reason(tmp_path, change, words):
         assert word in told[0]
 
 
-@pytest.mark.parametrize("file", ["sweep-2.uff", "loops-1.txt", MAT])
+# Slow: two of three formats; how each says that it is truncated is tested with its reader.
+@pytest.mark.parametrize(
+    "file", ["sweep-2.uff", *(pytest.param(file, marks=pytest.mark.slow) for file in ("loops-1.txt", MAT))]
+)
 def test_a_truncated_file_is_left_out(tmp_path, file):
     folder = copied(tmp_path / "campaign")
     content = (folder / file).read_bytes()

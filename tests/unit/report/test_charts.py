@@ -135,6 +135,8 @@ addEventListener("load", look);
 """
 
 
+# Slow: starts Chromium, as all tests of what a page does there.
+@pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
 def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     charts, panels = stack([1.0, 1.0])

@@ -17,7 +17,8 @@ from tarsus.report.player import walk_section
 from unit.sample_motion import make_motion
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+# Slow: each starts Chromium.
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(BROWSER is None, reason="no Chromium here")]
 
 PROBE = """
 const found = {}, faults = [];

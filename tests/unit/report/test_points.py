@@ -81,6 +81,7 @@ addEventListener("load", () => setTimeout(() => {
 """
 
 
+@pytest.mark.slow  # starts Chromium
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
 def test_a_browser_plays_it(tmp_path: Path) -> None:
     path = tmp_path / "points.html"

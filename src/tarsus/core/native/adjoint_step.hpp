@@ -236,7 +236,7 @@ class DrivesBack {
     const int64_t p = at.piece;
     if (degrees_[p] < 0) return;
     const double a = signals_.start[p], length = signals_.end[p] - a, scaled = by * at.change.factor;
-    const double x = signals_.flat[p] ? 0.0 : 2.0 * (time - at.shift - a) / length - 1.0;
+    const double x = degrees_[p] == 0 ? 0.0 : 2.0 * (time - at.shift - a) / length - 1.0;
     const double* k = signals_.coef.data() + DEGREE * p;
     double u = 0.0, slope = 0.0, power = scaled;
     for (int n = int(degrees_[p]); n >= 0; n--) {

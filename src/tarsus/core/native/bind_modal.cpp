@@ -1,6 +1,6 @@
 // Modal robots in Python: the book of contact modes and the entry that runs a batch.
 #include "convert.hpp"
-#include "modal_make.hpp"
+#include "modal_derive.hpp"
 #include "modal_run.hpp"
 #include "rows.hpp"
 
@@ -124,6 +124,36 @@ struct KeptBook : Book {
 
 };
 
+// The derivatives of a book by a number of the structure, which Python makes of its contact modes.
+struct KeptDerivedBook : DerivedBook {
+  nb::object maker;
+
+  KeptDerivedBook(KeptBook& book, nb::object make) : DerivedBook(book), maker(std::move(make)) {}
+
+ protected:
+  const KeptBook& kept() const { return static_cast<const KeptBook&>(book); }
+
+  std::unique_ptr<DerivedMode> make(const ContactMode& of) override {
+    nb::gil_scoped_acquire python;
+    const nb::object found = maker(kept().sources[of.number]);
+    auto out = std::make_unique<DerivedMode>();
+    out->rows = contact_mode_of(found[0], book.sizes, of.feet, 0);
+    const int blocks = of.blocks_used, ns = book.sizes.stride;
+    const std::vector<double> from = copied(nb::cast<Doubles>(found[1]));
+    if (out->rows->blocks_used != blocks || from.size() != 4 * size_t(blocks) * blocks) throw std::invalid_argument("the derivatives are those of another contact mode");
+    out->coupling.assign(4 * size_t(ns) * ns, 0.0);
+    for (int r = 0; r < 2 * blocks; r++) {
+      for (int c = 0; c < 2 * blocks; c++) {
+        out->coupling[size_t(r / blocks * ns + r % blocks) * 2 * ns + c / blocks * ns + c % blocks] = from[size_t(r) * 2 * blocks + c];
+      }
+    }
+    return out;
+  }
+  std::unique_ptr<DerivedStep> new_step(const ContactMode& of, const DerivedMode& by, int k) override {
+    return derive_step(of, by, book.lengths, k, kept().nodes, kept().quadrature);
+  }
+};
+
 void make_book(KeptBook* out, const Doubles& lengths, int feet, int drives, int coordinates, bool rates, const Nodes& nodes,
                nb::handle module, nb::object maker) {
   const Sizes sizes{feet, drives, coordinates, modal_stride(coordinates), rates ? 2 * feet : feet};
@@ -215,6 +245,8 @@ void bind_modal(nb::module_& m) {
       .def_prop_ro("modes", &modes_of)
       .def("flow", &flow_of)
       .def("step", &step_of);
+  nb::class_<DerivedBook>(m, "AnyDerivedBook");
+  nb::class_<KeptDerivedBook, DerivedBook>(m, "DerivedBook").def(nb::init<KeptBook&, nb::object>(), nb::keep_alive<1, 2>());
   m.def("run_modal", &run_batch);
 }
 

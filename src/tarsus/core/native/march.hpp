@@ -74,6 +74,10 @@ TARSUS_INLINE Code due(System& system) {
   return ++clock.steps > settings.most_steps ? STEP_LIMIT : GOING_ON;
 }
 
+// Asked by a run every `UNASKED` steps; throws where the run is to be given up (Ctrl-C in Python).
+inline void (*give_way)() = nullptr;
+constexpr int64_t UNASKED = 1 << 15;  // some 50 ms: soon for who waits, and nothing beside the steps
+
 // Run a system from its start to its end or to what stops it.
 template <class System>
 Code march(System& system) {
@@ -82,6 +86,7 @@ Code march(System& system) {
     if (code == GOING_ON) code = system.step();
     if (code != GOING_ON) return code;
     if (!system.clock.progressed(system.settings)) return STALL;
+    if (system.clock.steps % UNASKED == 0 && give_way != nullptr) give_way();
   }
 }
 

@@ -87,7 +87,7 @@ struct DriveTangents {
     const int64_t p = at.piece;
     const double a = signals.start[p], length = signals.end[p] - a;
     const Row da = moved(c, at, data.begin[p]), db = moved(c, at, data.end[p]);
-    const double x = signals.flat[p] ? 0.0 : 2.0 * (time.value - at.shift - a) / length - 1.0;
+    const double x = degrees_[p] == 0 ? 0.0 : 2.0 * (time.value - at.shift - a) / length - 1.0;
     const double* k = signals.coef.data() + DEGREE * p;
     double u = 0.0, slope = 0.0;
     Row du = Row(0.0);

@@ -1,9 +1,9 @@
 // One moment at which something happens to feet: the maps of its events, on Jets that move with the moment.
 #pragma once
 #include "march.hpp"
-#include "modal_replay.hpp"
 #include "rules.hpp"
 #include "tangent.hpp"
+#include "tangent_structure.hpp"
 
 namespace tarsus::modal {
 
@@ -16,39 +16,42 @@ struct EventNumbers {
 
 class Instant {
  public:
+  typedef double* ContactMode::*Array;
+
   Book& book;
   const Sizes sizes;
   const ContactMode* mode = nullptr;
   Jet time = Jet(0.0);
   std::vector<Jet> w, drives, since;  // flowing state; values of the channels; begin of the contacts [s]
 
-  Instant(Book& b, LawTangents& laws, const Settings& settings, std::vector<Jet> sources)
-      : book(b), sizes(b.sizes), since(sizes.feet, Jet(0.0)), laws_(laws), settings_(settings), sources_(std::move(sources)) {}
+  Instant(Book& b, LawTangents& laws, const Settings& settings, std::vector<Jet> sources, const std::vector<Structural>& structural)
+      : book(b), sizes(b.sizes), since(sizes.feet, Jet(0.0)), laws_(laws), settings_(settings), sources_(std::move(sources)),
+        structural_(structural) {}
 
   // Displacements and velocities; the film momenta of the free feet in them, that of ``struck`` at the ground.
   std::vector<Jet> place(int struck = -1) {
     const std::vector<Jet> y = modal(struck);
     const int n2 = 2 * sizes.coordinates;
     std::vector<Jet> out;
-    for (int r = 0; r < n2; r++) out.push_back(along(mode->to_physical, r, y) + biased(mode->bias_offset, n2, r));
+    for (int r = 0; r < n2; r++) out.push_back(along(&ContactMode::to_physical, r, y) + biased(&ContactMode::bias_offset, n2, r));
     return out;
   }
 
   // Project displacements and velocities on a contact mode.
   void enter(const ContactMode& to, const std::vector<Jet>& from) {
-    mode = &to;
+    go_to(to);
     const int n2 = 2 * sizes.coordinates;
     std::vector<Jet> off;
-    for (int r = 0; r < n2; r++) off.push_back(from[r] - biased(to.bias_offset, n2, r));
+    for (int r = 0; r < n2; r++) off.push_back(from[r] - biased(&ContactMode::bias_offset, n2, r));
     w.assign(sizes.state(), Jet(0.0));
     for (int k = 0; k < sizes.state(); k++) {
-      for (int r = 0; r < n2; r++) w[k] = w[k] + off[r] * to.from_physical[k * n2 + r];
+      for (int r = 0; r < n2; r++) w[k] = w[k] + product(&ContactMode::from_physical, size_t(k) * n2 + r, off[r]);
     }
     w = modal(-1, -1.0);
   }
 
-  Jet gap_of(int i) const { return along(mode->outputs, i, w) + biased(mode->bias_feed, 2 * sizes.feet, i); }
-  Jet rate_of(int i, const std::vector<Jet>& y) const { return along(mode->outputs, sizes.feet + i, y); }
+  Jet gap_of(int i) const { return along(&ContactMode::outputs, i, w) + biased(&ContactMode::bias_feed, 2 * sizes.feet, i); }
+  Jet rate_of(int i, const std::vector<Jet>& y) const { return along(&ContactMode::outputs, sizes.feet + i, y); }
 
   // Gap rate [m/s] of a foot at the ground.
   double rate_at_ground(int i) { return rate_of(i, modal(i)).value; }
@@ -97,36 +100,53 @@ class Instant {
   }
 
   // How a contact mode's outputs and the like move with rest gaps and gravity.
-  Jet biased(const double* unit, int count, int row) const {
+  Jet biased(Array unit, int count, int row) const {
     Jet sum(0.0);
-    for (int q = 0; q < sizes.sources(); q++) sum = sum + sources_[q] * unit[q * count + row];
+    for (int q = 0; q < sizes.sources(); q++) sum = sum + product(unit, size_t(q) * count + row, sources_[q]);
     return sum;
+  }
+
+  // A number of the contact mode's arrays, with its derivatives by the structure.
+  Jet entry(Array array, size_t at) const {
+    Jet out((mode->*array)[at]);
+    for (size_t n = 0; n < derived_.size(); n++) out.slope[structural_[n].lane] = (derived_[n]->*array)[at];
+    return out;
+  }
+  Jet product(Array array, size_t at, const Jet& by) const {
+    return derived_.empty() ? by * (mode->*array)[at] : by * entry(array, at);
   }
 
  private:
   LawTangents& laws_;
   const Settings& settings_;
   std::vector<Jet> sources_;
+  const std::vector<Structural>& structural_;
+  std::vector<const ContactMode*> derived_;  // rows of the mode by each number of the structure
 
-  Jet along(const double* rows, int row, const std::vector<Jet>& x) const {
+  void go_to(const ContactMode& to) {
+    mode = &to;
+    derived_.clear();
+    for (const Structural& one : structural_) derived_.push_back(one.book->mode(to).rows.get());
+  }
+  Jet along(Array rows, int row, const std::vector<Jet>& x) const {
     Jet sum(0.0);
-    for (int k = 0; k < sizes.state(); k++) sum = sum + x[k] * rows[row * sizes.state() + k];
+    for (int k = 0; k < sizes.state(); k++) sum = sum + product(rows, size_t(row) * sizes.state() + k, x[k]);
     return sum;
   }
   Jet volts(int i) const {
     const int64_t c = laws_.laws.volts[i];
     return c < 0 ? Jet(0.0) : drives[c];
   }
-  void shift(const double* rows, int row, const Jet& by) {
-    for (int k = 0; k < sizes.state(); k++) w[k] = w[k] + by * rows[row * sizes.state() + k];
+  void shift(Array rows, int row, const Jet& by) { shift(w, rows, row, by); }
+  void shift(std::vector<Jet>& to, Array rows, int row, const Jet& by) const {
+    for (int k = 0; k < sizes.state(); k++) to[k] = to[k] + product(rows, size_t(row) * sizes.state() + k, by);
   }
 
   std::vector<Jet> modal(int struck, double sign = 1.0) {
     std::vector<Jet> y = w;
     for (int i : mode->free) {
       if (!laws_.has(i, HAS_MOMENTUM)) continue;
-      const Jet p = laws_.momentum(i, i == struck ? Jet(0.0) : gap_of(i)) * sign;
-      for (int k = 0; k < sizes.state(); k++) y[k] = y[k] + p * mode->beta[i * sizes.state() + k];
+      shift(y, &ContactMode::beta, i, laws_.momentum(i, i == struck ? Jet(0.0) : gap_of(i)) * sign);
     }
     return y;
   }
@@ -136,15 +156,13 @@ class Instant {
   // As pull_if_held of modal_contact.hpp.
   Jet pull_if_held(int foot, const std::vector<Jet>& y) {
     const int m = sizes.feet;
-    const double* feed = mode->held_feed + size_t(foot) * sizes.inputs();
-    Jet pull = along(mode->held_rows, foot, y) + biased(mode->bias_held, m, foot);
-    for (int d = 0; d < sizes.drives; d++) {
-      if (feed[2 * m + d] != 0.0) pull = pull + drives[d] * feed[2 * m + d];
-    }
+    const size_t feed = size_t(foot) * sizes.inputs();
+    Jet pull = along(&ContactMode::held_rows, foot, y) + biased(&ContactMode::bias_held, m, foot);
+    for (int d = 0; d < sizes.drives; d++) pull = pull + product(&ContactMode::held_feed, feed + 2 * m + d, drives[d]);
     if (laws_.has(foot, HAS_FORCE)) pull = pull + laws_.force(foot, Jet(0.0), Jet(0.0), volts(foot), time);
     for (int k : mode->free) {
-      const double factor = feed[m + k];
-      if (factor == 0.0 || k == foot) continue;
+      const Jet factor = entry(&ContactMode::held_feed, feed + m + k);
+      if (k == foot || (factor.value == 0.0 && derived_.empty())) continue;
       const Jet rate = rate_of(k, y), gap = gap_of(k);
       if (laws_.has(k, HAS_MOMENTUM)) pull = pull + rate * laws_.momentum_slope(k, gap, settings_.probe) * factor;
       if (laws_.has(k, HAS_FORCE)) pull = pull + laws_.force(k, gap, rate, volts(k), time) * factor;
@@ -177,13 +195,13 @@ class Instant {
     out.before = speed;
     out.pull = pull_if_held(foot, y);
     out.strength = new_strength(foot);
-    const double mobility = mode->mobility[foot];
-    const Jet lost = (speed * speed - after * after) * (0.5 / mobility), kept = after * after * (0.5 / mobility);
+    const Jet mobility = entry(&ContactMode::mobility, foot);
+    const Jet lost = (speed * speed - after * after) * 0.5 / mobility, kept = after * after * 0.5 / mobility;
     out.doubtful = is_close(foot, after, out, printed_pull(foot, rate.value + after.value, y));
     if (kind == BOUNCE) {
       out.after = after;
       out.energy = lost + follow(foot, speed, after, y);
-      shift(mode->jump, foot, after - rate);
+      shift(&ContactMode::jump, foot, after - rate);
       return out;
     }
     if (kind == CAPTURE && laws_.has(foot, HAS_LATCH)) out.adhesion = kept;
@@ -201,7 +219,7 @@ class Instant {
   double printed_pull(int foot, double change, const std::vector<Jet>& y) const {
     const int m = sizes.feet;
     const double* feed = mode->printed_feed + size_t(foot) * sizes.inputs();
-    double pull = along(mode->printed, foot, y).value + biased(mode->bias_printed, m, foot).value;
+    double pull = along(&ContactMode::printed, foot, y).value + biased(&ContactMode::bias_printed, m, foot).value;
     for (int d = 0; d < sizes.drives; d++) pull += drives[d].value * feed[2 * m + d];
     return pull + mode->printed_damping[foot] * change;
   }
@@ -223,8 +241,8 @@ class Instant {
 
   // As follow_impact of modal_contact.hpp.
   Jet follow(int foot, const Jet& speed, const Jet& after, const std::vector<Jet>& y) {
-    const double skew = mode->skew[foot];
-    if (skew == 0.0 || speed.value == 0.0) return Jet(0.0);
+    const Jet skew = entry(&ContactMode::skew, foot);
+    if (skew.value == 0.0 || speed.value == 0.0) return Jet(0.0);
     const Jet e = after / speed;
     Jet alpha(1.0), beta = (e + 1.0) * skew;
     if (!laws_.has(foot, MAP_AS_IS)) {
@@ -232,15 +250,15 @@ class Instant {
       alpha = cosine(theta);
       beta = square_root(maximum(1.0 - e * e, Jet(0.0))) * sine(theta);
     }
-    const Jet before = along(mode->side_rate, foot, y);
-    const Jet then = alpha * before + beta * speed / std::sqrt(mode->mobility[foot]);
-    shift(mode->side, foot, then - before);
+    const Jet before = along(&ContactMode::side_rate, foot, y);
+    const Jet then = alpha * before + beta * speed / square_root(entry(&ContactMode::mobility, foot));
+    shift(&ContactMode::side, foot, then - before);
     return (before * before - then * then) * 0.5;
   }
 
   // passive_angle with its derivative: one step of Newton's method on Jets from its value.
-  static Jet passive(const Jet& e, double skew) {
-    const Jet theta(passive_angle(e.value, skew));
+  static Jet passive(const Jet& e, const Jet& skew) {
+    const Jet theta(passive_angle(e.value, skew.value));
     if (e.value >= 1.0) return theta;
     const Jet wanted = (e + 1.0) * skew * square_root(1.0 - e * e), s = sine(theta), c = cosine(theta);
     const Jet f = s * (1.0 - e * e * c) - wanted * c;

@@ -134,14 +134,6 @@ class ModalTangent : protected StepTangents {
     }
     depart();
     if (!out_->steps.empty()) out_->steps[out_->steps.size() - kept_width()] = shared_;
-    if (shadows_.empty()) return;
-    const std::vector<Jet> place = now_.place();
-    std::vector<Row> more(sizes_.state(), Row(0.0));
-    for (Shadow& one : shadows_) {
-      one.begin_instant(now_, place);
-      add_momenta(one, 1.0, more);
-    }
-    for (int k = 0; k < sizes_.state(); k++) now_.w[k] = jet(now_.w[k].value, slope_of(now_.w[k]) + more[k]);
   }
 
   // An event function: its tangents at a fixed time, and its rate.
@@ -152,7 +144,7 @@ class ModalTangent : protected StepTangents {
   };
 
   double plain_gap(int i) const {
-    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.biased(now_.mode->bias_feed, 2 * sizes_.feet, i).value;
+    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.biased(&ContactMode::bias_feed, 2 * sizes_.feet, i).value;
   }
   bool at_ground(int i) const { return std::fabs(plain_gap(i)) <= 10.0 * (settings_.gap_zero + settings_.gap); }
 
@@ -189,7 +181,7 @@ class ModalTangent : protected StepTangents {
     return out;
   }
 
-  // An event by the run and by its shadows. An impact that is the second of two at one moment has a moment of its own where
+  // An event of the run. An impact that is the second of two at one moment has a moment of its own where
   // the two need not stay together and do not touch each other; where they do, there is no derivative.
   void apply(size_t event) {
     const Event& e = record_->events[event];
@@ -210,23 +202,11 @@ class ModalTangent : protected StepTangents {
         if (off[lane] != 0.0) flag(event, SIMULTANEOUS, lane);
       }
     }
-    EventNumbers found = now_.apply(kind, foot, e.strength != 0.0);
-    for (Shadow& one : shadows_) add_numbers(one, one.instant.apply(kind, foot, e.strength != 0.0), found);
+    const EventNumbers found = now_.apply(kind, foot, e.strength != 0.0);
     put(event, found);
     if (found.doubtful) flag(event, AT_THRESHOLD, -1);
     if (any_less(Row(0.0), magnitude(apart))) now_.shift_moment(-apart);
     if (lands) struck_.push_back(foot);
-  }
-
-  static void add_numbers(const Shadow& one, const EventNumbers& own, EventNumbers& to) {
-    const auto add = [&](const Jet& from, Jet& into) { into.slope[one.lane] += one.weight * from.value; };
-    add(own.when, to.when);
-    add(own.before, to.before);
-    add(own.after, to.after);
-    add(own.pull, to.pull);
-    add(own.strength, to.strength);
-    add(own.energy, to.energy);
-    add(own.adhesion, to.adhesion);
   }
 
   void put(size_t event, const EventNumbers& numbers) {
@@ -246,10 +226,11 @@ class ModalTangent : protected StepTangents {
 
   // How the gap of a foot that lands moves at an instant, where it does: beyond rounding of its terms.
   Row coincidence(int foot) const {
-    const double* row = now_.mode->outputs + size_t(foot) * sizes_.state();
-    Row found = slope_of(now_.gap_of(foot)), size = magnitude(slope_of(now_.biased(now_.mode->bias_feed, 2 * sizes_.feet, foot)));
-    for (const Shadow& one : shadows_) one.add(one.instant.gap_of(foot).value, found);
-    for (int k = 0; k < sizes_.state(); k++) size += magnitude(slope_of(now_.w[k])) * std::fabs(row[k]);
+    const Row found = slope_of(now_.gap_of(foot));
+    Row size = magnitude(slope_of(now_.biased(&ContactMode::bias_feed, 2 * sizes_.feet, foot)));
+    for (int k = 0; k < sizes_.state(); k++) {
+      size += magnitude(slope_of(now_.product(&ContactMode::outputs, size_t(foot) * sizes_.state() + k, now_.w[k])));
+    }
     Row out = Row(0.0);
     for (int lane = 0; lane < LANES; lane++) {
       if (std::fabs(found[lane]) > 1e-6 * size[lane]) out.set(lane, found[lane]);

@@ -1,6 +1,6 @@
 // Derivatives of the steps of a recorded run: what enters one, its linearisation, and what it leads to.
 #pragma once
-#include "tangent_shadow.hpp"
+#include "tangent_instant.hpp"
 #include "window.hpp"
 
 namespace tarsus::modal {
@@ -23,16 +23,16 @@ struct TangentResult {
 // A run of which steps are gone through again, one after the other.
 class StepTangents {
  public:
-  // ``beside``: structures for the lanes whose numbers are the structure's own.
+  // ``structural``: the lanes whose numbers are the structure's own.
   StepTangents(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
                const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
-               const std::vector<Beside>& beside)
+               const std::vector<Structural>& structural)
       : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run, book.sizes.feet)), run_(run), data_(data),
         laws_(laws, run.parameters, data.parameters),
         fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
-        now_(book, laws_, settings_, sources_of(run, data, book.sizes)), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
+        structural_(structural), now_(book, laws_, settings_, sources_of(run, data, book.sizes), structural_), dw_(sizes_.state(), Row(0.0)), feet_(sizes_.feet),
         gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
-        value_room_(sizes_), slope_room_(sizes_), shown_(sizes_) {
+        value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
     FootSet on(sizes_.feet);
@@ -46,8 +46,6 @@ class StepTangents {
     now_.time = Jet(start.time);
     note_drives();
     now_.enter(book.require(on), place);
-    for (const Beside& one : beside) shadows_.emplace_back(one, laws_, settings_);
-    for (Shadow& one : shadows_) one.begin_instant(now_, place);
     moving_ = true;
   }
 
@@ -80,8 +78,8 @@ class StepTangents {
   const DataTangents& data_;
   LawTangents laws_, fixed_laws_;  // with the parameters' derivatives, and without
   DriveTangents drives_;
+  const std::vector<Structural> structural_;
   Instant now_;
-  std::vector<Shadow> shadows_;
   bool moving_ = false;   // within an instant
   std::vector<Row> dw_;   // tangents of the flowing state at the present, fixed time
   std::vector<FootTangent> feet_;
@@ -93,12 +91,15 @@ class StepTangents {
   Entering<Row> slope_;
   mutable Inside<double> value_room_;
   mutable Inside<Row> slope_room_;
+  mutable InsideByStructure inside_structure_;
+  mutable Shown<double> by_structure_;
   mutable Shown<Row> shown_;  // see shown_at
   mutable std::vector<Row> inside_;
   std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones
   const ContactMode* acting_in_ = nullptr;
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
-  std::vector<Row> flowed_;     // tangents of the state at the end of the step, without the shadows' parts
+  std::vector<double> moved_;   // what the state at the end of the step has of a number of the structure
+  std::vector<Row> flowed_;     // tangents of the state at the end of the step
   std::vector<Smooth> solved_;  // see solve_smooth
   std::vector<int> unknown_;    // outputs that smooth inputs depend on, of feet these act on
   std::vector<Row> right_;      // (unknown, 8)
@@ -165,10 +166,6 @@ class StepTangents {
     } else {
       pass_kinks(left);
     }
-    if (shadows_.empty()) return;
-    Shown<double> shown(sizes_);
-    show(mode, nodes_, step.length, 0.0, acting_, value_, value_.state, shown);
-    for (Shadow& one : shadows_) one.begin_step(mode, step.step_class, shown.place, value_);
   }
 
   void end_instant() {
@@ -177,32 +174,7 @@ class StepTangents {
     for (int i : acting_) values[i] = value_.input(i)[0];
     rate_of_state(mode, acting_, value_.state, values, value_.sources, rate);
     for (int k = 0; k < sizes_.state(); k++) dw_[k] = slope_of(now_.w[k]) - slope_of(now_.time) * rate[k];
-    for (Shadow& one : shadows_) {
-      add_place(one, one.instant.place());
-      add_momenta(one, -1.0, dw_);
-    }
     moving_ = false;
-  }
-
-  // What a shadow makes of displacements and velocities, as a part of the state's tangents in its lane.
-  template <class Number>
-  void add_place(const Shadow& one, const std::vector<Number>& place) {
-    for (int k = 0; k < sizes_.state(); k++) {
-      double sum = 0.0;
-      for (size_t r = 0; r < place.size(); r++) sum += now_.mode->from_physical[k * place.size() + r] * number(place[r]);
-      one.add(sum, dw_[k]);
-    }
-  }
-  static double number(double x) { return x; }
-  static double number(const Jet& x) { return x.value; }
-
-  // And of the film momenta: the gaps of its free feet differ.
-  void add_momenta(const Shadow& one, double sign, std::vector<Row>& to) {
-    for (int i : now_.mode->free) {
-      if (!laws_.has(i, HAS_MOMENTUM)) continue;
-      const double slope = laws_.momentum_slope(i, now_.gap_of(i), settings_.probe).value * sign * one.instant.gap_of(i).value;
-      for (int k = 0; k < sizes_.state(); k++) one.add(slope * now_.mode->beta[i * sizes_.state() + k], to[k]);
-    }
   }
 
   // A channel that has jumped where its kink's time moves shifts the state by the difference of its rates.
@@ -273,7 +245,11 @@ class StepTangents {
 
   void output_slopes(int output, Row* to) const {
     outputs_at_nodes(*tables_, acting_, slope_, output, to);
-    for (const Shadow& one : shadows_) one.add_outputs(acting_, output, to);
+    for (const Structural& one : structural_) {
+      double line[N];
+      outputs_at_nodes(one.book->step(*now_.mode, step_.step_class).tables, acting_, value_, output, line);
+      for (int j = 0; j < N; j++) one.add(line[j], to[j]);
+    }
   }
 
   void solve_smooth(const Recorded& step) {
@@ -366,15 +342,23 @@ class StepTangents {
   // Tangents of what is shown at scaled time s of the step, until the next are asked for.
   const Shown<Row>& shown_at(const Recorded& step, double s) const {
     within_step(book_, nodes_, halves_, *now_.mode, step.step_class, s, acting_, slope_, slope_room_, inside_);
-    return shown_with(step, s, inside_);
+    for (const Structural& one : structural_) {
+      find_inside(one, step, s);
+      for (size_t k = 0; k < inside_.size(); k++) one.add(inside_structure_.moved[k], inside_[k]);
+    }
+    return shown_with(step, s, inside_, inside_structure_.state);
   }
-  const Shown<Row>& shown_at_end() const { return shown_with(step_, step_.fraction, flowed_); }
+  const Shown<Row>& shown_at_end() const { return shown_with(step_, step_.fraction, flowed_, end_); }
+  void find_inside(const Structural& one, const Recorded& step, double s) const {
+    inside_structure_.find(*one.book, nodes_, halves_, *now_.mode, step.step_class, s, acting_, value_);
+  }
 
-  const Shown<Row>& shown_with(const Recorded& step, double s, const std::vector<Row>& state) const {
+  const Shown<Row>& shown_with(const Recorded& step, double s, const std::vector<Row>& state, const std::vector<double>& value) const {
     Shown<Row>& out = shown_;
     show(*now_.mode, nodes_, step.length, s, acting_, slope_, state, out);
-    for (const Shadow& one : shadows_) {
-      const Shown<double> own = one.at(nodes_, halves_, step.length, s, acting_);
+    for (const Structural& one : structural_) {
+      Shown<double>& own = by_structure_;
+      show_by_structure(*now_.mode, *one.book->mode(*now_.mode).rows, nodes_, step.length, s, acting_, value_, value, own);
       for (size_t r = 0; r < own.place.size(); r++) one.add(own.place[r], out.place[r]);
       for (int i = 0; i < sizes_.feet; i++) {
         one.add(own.gap[i], out.gap[i]);
@@ -453,8 +437,16 @@ class StepTangents {
     } else {
       within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, slope_, slope_room_, flowed_);
     }
+    for (const Structural& one : structural_) {
+      if (step.fraction == 1.0) {
+        end_by_structure(one.book->step(*now_.mode, step.step_class), acting_, value_, moved_);
+      } else {
+        find_inside(one, step, step.fraction);
+        moved_ = inside_structure_.moved;
+      }
+      for (int k = 0; k < sizes_.state(); k++) one.add(moved_[k], flowed_[k]);
+    }
     dw_ = flowed_;
-    for (const Shadow& one : shadows_) add_place(one, one.at(nodes_, halves_, step.length, step.fraction, acting_).place);
     now_.time = Jet(step.time + step.length * step.fraction);
   }
 

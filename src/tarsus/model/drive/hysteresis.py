@@ -17,7 +17,7 @@ from tarsus.model.drive.crossings import bracketed_root
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts
 from tarsus.model.drive.plays import play_states, visited
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, TrackSlopes
 
 __all__ = ["PrandtlIshlinskii", "fit_branches"]
 
@@ -77,17 +77,19 @@ class PrandtlIshlinskii(VoltageLaw):
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
         return free + self.states(v, history) @ self.plays()[1]
 
+    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
+        """Force (n, N) [N] along n sequences of voltages (n, N) [V], side by side."""
+        r, w = self.plays()
+        state, out = play_states(visited(history), r, np.zeros(len(r)))[-1], np.empty(volts.shape)
+        for i, v in enumerate(volts.T):
+            state = np.minimum(np.maximum(state, v[:, None] - r), v[:, None] + r)
+            out[:, i] = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant + state @ w
+        return out
+
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
-        r, w = self.plays()
-        felt = np.abs(w) > 1e-15 * (abs(self.linear) + float(np.abs(w).sum()))
-        r, w = r[felt], w[felt]
-        past = visited(history)
-        levels = np.empty(len(past) + 2 * track.count)
-        levels[: len(past)] = past
-        levels[len(past) :: 2] = track.first
-        levels[len(past) + 1 :: 2] = track.last
-        rest = play_states(levels, r, np.zeros(len(r)))[len(past) :: 2]
+        r, w, _, states = self._along(track, history)
+        rest = states[0::2]
         sign = track.direction()
         engage = rest + sign[:, None] * r
         s = sign[:, None]
@@ -108,9 +110,8 @@ class PrandtlIshlinskii(VoltageLaw):
         high = np.ones(len(low))
         high[:-1][~new[1:]] = low[1:][~new[1:]]
 
-        middle = track.values(stretch, 0.5 * (low + high))[:, None]
+        engaged = _engaged(track, stretch, low, high, engage)
         s = s[stretch]
-        engaged = (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
         law = np.tile(self.coefficients(), (len(stretch), 1))
         law[:, 0] += np.where(engaged, -s * r, rest[stretch]) @ w
         law[:, 1] += engaged @ w
@@ -121,6 +122,35 @@ class PrandtlIshlinskii(VoltageLaw):
             loop = int(np.searchsorted(stretch, track.loop))
             kink[loop] |= abs(law[loop, 1] - law[-1, 1]) > slack
         return Parts(stretch, low, high, law, kink)
+
+    def remembered(
+        self, track: Track, history: Sequence[float], parts: Parts, slopes: TrackSlopes
+    ) -> Floats | float:
+        """A play at rest is where it was last engaged, a threshold from the voltage there."""
+        r, w, before, states = self._along(track, history)
+        rest = states[0::2]
+        engage = rest + track.direction()[:, None] * r
+        resting = ~_engaged(track, parts.stretch, parts.low, parts.high, engage)
+        dragged = states != np.concatenate([before, states[:-1]])
+        number = np.where(dragged, np.arange(len(states))[:, None], -1)
+        source = np.maximum.accumulate(number, axis=0)[0::2][parts.stretch]
+        levels = np.stack([slopes.first, slopes.last], axis=1).reshape(len(states), -1)
+        out = np.zeros((len(parts.stretch), levels.shape[1]))
+        for i in range(len(r)):
+            felt = np.flatnonzero(resting[:, i] & (source[:, i] >= 0))
+            out[felt] += w[i] * levels[source[felt, i]]
+        return out
+
+    def _along(self, track: Track, history: Sequence[float]) -> tuple[Floats, Floats, Floats, Floats]:
+        """Thresholds and weights of the plays that are felt, their states (1, n) [V] before a track, and (2S, n) at the
+        start and at the end of each of its stretches."""
+        r, w = self.plays()
+        felt = np.abs(w) > 1e-15 * (abs(self.linear) + float(np.abs(w).sum()))
+        r, w = r[felt], w[felt]
+        past = visited(history)
+        levels = np.concatenate([past, np.stack([track.first, track.last], axis=1).ravel()])
+        states = play_states(levels, r, np.zeros(len(r)))
+        return r, w, states[len(past) - 1 : len(past)], states[len(past) :]
 
     def monotone_range(self) -> tuple[float, float]:
         """Widest range [V] around 0 in which the force is strictly monotone in the voltage after any history.
@@ -199,6 +229,15 @@ class PrandtlIshlinskii(VoltageLaw):
             if (fa < 0.0) != (fb < 0.0):
                 return bracketed_root(miss, a, b, fa, fb)
         return None
+
+
+def _engaged(
+    track: Track, stretch: NDArray[np.intp], low: Floats, high: Floats, engage: Floats
+) -> NDArray[np.bool_]:
+    """Which plays (Q, n) follow the voltage on parts of stretches of a track, from where they engage (S, n) [V]."""
+    middle = track.values(stretch, 0.5 * (low + high))[:, None]
+    s = track.direction()[:, None][stretch]
+    return (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
 
 
 def _expand(miss: Callable[[float], float], start: float, sign: float) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, TrackSlopes
 
 __all__ = ["Cubic", "VoltageLaw"]
 
@@ -27,9 +27,20 @@ class VoltageLaw(Description, ABC):
         `history` [V] was visited before; every drive starts at 0 V.
         """
 
+    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
+        """Force (n, N) [N] along n sequences of voltages (n, N) [V], each after the same `history`."""
+        return np.array([self.force(row, history) for row in volts])
+
     @abstractmethod
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where the force changes its formula, with the cubic of the voltage on each part."""
+
+    def remembered(
+        self, track: Track, history: Sequence[float], parts: Parts, slopes: TrackSlopes
+    ) -> Floats | float:
+        """Derivatives (Q, P) of the force on each part by what the drive has been through before it, from those of its
+        track."""
+        return 0.0
 
     @property
     def has_memory(self) -> bool:

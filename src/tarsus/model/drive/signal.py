@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import Description
-from tarsus.model.drive.track import Track
+from tarsus.model.drive.track import Track, TrackSlopes
 
 __all__ = ["Signal"]
 
@@ -29,3 +30,10 @@ class Signal(Description, ABC):
     @abstractmethod
     def track(self) -> Track:
         """The voltage as monotone stretches in closed form."""
+
+    def sloped(self, moves: Mapping[str, NDArray[np.float64]]) -> tuple[Track, TrackSlopes] | None:
+        """The track, cut wherever it may come to have a kink, and its derivatives in closed form; None without one.
+
+        moves: by name of a field of n numbers, how these move (n, P) along P directions.
+        """
+        return None

@@ -96,6 +96,42 @@ class Track:
         return Track(start, again(self.inner), amplitude, self.offset, first, last, kink, True, self.count)
 
 
+@dataclass(frozen=True)
+class TrackSlopes:
+    """Derivatives of a track of straight stretches by P numbers of its waveform, last axis."""
+
+    start: Floats
+    """(S+1, P) of the times."""
+    first: Floats
+    """(S, P) of the values at the starts of stretches."""
+    last: Floats
+    """(S, P) and at their ends."""
+
+    def twice(self, track: Track) -> TrackSlopes:
+        """As `Track.twice` of the periodic track from its first stretch on."""
+        assert track.loop == 0
+        later = self.start[-1] + (self.start[1:] - self.start[0])
+        first, last = (np.concatenate([one, one]) for one in (self.first, self.last))
+        return TrackSlopes(np.concatenate([self.start, later]), first, last)
+
+
+def lines(
+    times: Floats, first: Floats, last: Floats, slopes: TrackSlopes, *, periodic: bool
+) -> tuple[Track, TrackSlopes]:
+    """Track of straight stretches, all of them as if values jumped between them, with its derivatives; one that does
+    not repeat holds its last value, as in `linear_track`."""
+    if not periodic:
+        times, slopes_of_times = np.append(times, times[-1] + max(1.0, times[-1])), slopes.start
+        first, last = np.append(first, last[-1]), np.append(last, last[-1])
+        slopes = TrackSlopes(
+            np.concatenate([slopes_of_times, slopes_of_times[-1:]]),
+            np.concatenate([slopes.first, slopes.last[-1:]]), np.concatenate([slopes.last, slopes.last[-1:]]),
+        )  # fmt: skip
+    inner = np.zeros((len(first), 4))
+    inner[:, 0], inner[:, 1] = np.where(first == last, first, 0.5 * first + 0.5 * last), 0.5 * (last - first)
+    return Track(times, inner, None, 0.0, first, last, np.ones(len(first), dtype=bool), periodic), slopes
+
+
 def horner(rows: Floats, xi: Floats) -> Floats:
     """Polynomials `rows` (Q, K) at `xi`, (Q,) or what (Q,) is broadcast to."""
     q = rows[:, -1]

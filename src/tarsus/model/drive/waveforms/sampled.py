@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import quantity
 from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.track import Track, cubic_track, linear_track
+from tarsus.model.drive.track import Track, TrackSlopes, cubic_track, linear_track, lines
 
 __all__ = ["Interpolation", "Sampled", "read_columns"]
 
@@ -108,6 +109,23 @@ class Sampled(Signal):
         needed[1:-1] = (levels[1:-1] != levels[:-2]) | (levels[1:-1] != levels[2:])
         times, levels = times[needed], levels[needed]
         return linear_track(times, levels[:-1], levels[1:], periodic=False, hold=True)
+
+    def sloped(self, moves: Mapping[str, Floats]) -> tuple[Track, TrackSlopes] | None:
+        """The lines between samples with their derivatives by times and levels; None for a spline."""
+        times, levels = self.samples()
+        cubic = self.interpolation is Interpolation.CUBIC and len(times) >= 3
+        if cubic or not set(moves) <= {"times", "levels"}:
+            return None
+        none = np.zeros((len(times), next(iter(moves.values())).shape[1]))
+        by_times, by_levels = moves.get("times", none), moves.get("levels", none)
+        if times[0] > 0.0:
+            times, levels = np.append(0.0, times), np.append(levels[0], levels)
+            by_times = np.concatenate([none[:1], by_times])
+            by_levels = np.concatenate([by_levels[:1], by_levels])
+        elif by_times[0].any():
+            return None  # the first of the samples can only come later
+        slopes = TrackSlopes(by_times, by_levels[:-1], by_levels[1:])
+        return lines(times, levels[:-1], levels[1:], slopes, periodic=False)
 
 
 def _check(times: Floats, levels: Floats) -> None:
