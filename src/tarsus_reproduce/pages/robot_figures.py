@@ -33,11 +33,7 @@ DECADES = 5
 def height_bars(rows: Sequence[Row]) -> Plate:
     """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
     words = [describe(row.scenario) for row in rows]
-    models = (
-        ("measured", {"color": "white", "edgecolor": INK}),
-        ("without small forces", {"color": ORANGE, "edgecolor": ORANGE}),
-        ("with small forces", {"color": BLUE, "edgecolor": BLUE}),
-    )
+    models = (("measured", "white", INK), ("without small forces", ORANGE, ORANGE), ("with small forces", BLUE, BLUE))
     lines = np.arange(len(rows))
 
     def draw(sheet: Sheet) -> None:
@@ -46,10 +42,10 @@ def height_bars(rows: Sequence[Row]) -> Plate:
         for axes, (key, title) in zip(panels, CRITERIA, strict=True):
             outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
             measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
-            for k, (label, look) in enumerate(models):
+            for k, (label, color, edge) in enumerate(models):
                 at = lines + 0.26 * (k - 1)
                 shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
-                axes.barh(at, shown, height=0.22, lw=0.9, label=label, **look)
+                axes.barh(at, shown, height=0.22, lw=0.9, label=label, color=color, edgecolor=edge)
                 if k > 0:
                     ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
                     axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
@@ -205,7 +201,8 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
         ticks = [*(-mark for mark in marks[::-every]), 0.0, *marks[::-every][::-1]]
         panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
         panels[-1].minorticks_off()
-        panels[-1].set_xlim(1.2 * edges[0], 1.2 * edges[-1])
+        room = 4.0 if sheet.narrow else 1.2  # for the words of the last tick
+        panels[-1].set_xlim(room * edges[0], room * edges[-1])
         panels[-1].set_xlabel(f"energy made by an impact ({scale.label}); left of zero it is lost")
         sheet.raise_by(0.15)
 
