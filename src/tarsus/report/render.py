@@ -42,7 +42,7 @@ def _environment() -> Environment:
     @pass_context
     def figure(context: Any, plate: Any) -> Markup:
         index = next(context["numbers"])
-        made: Markup = plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
+        made: Any = plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
         return made
 
     environment = Environment(
