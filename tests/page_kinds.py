@@ -65,5 +65,5 @@ def make_page(kind: str, folder: Path) -> Path:
         assert main(["synthesize", "cantilever", "-o", str(files["campaign"]), "--seed", "3", "-q"]) == 0
     code = main([*(word.format(**files) for word in words), "-o", str(folder / "out"), "-q"])
     assert code == 0, f"{kind}: {code}"
-    (page,) = (folder / "out" / name for name in ("report.html", "reproduction.html") if (folder / "out" / name).is_file())
-    return page
+    pages = (folder / "out" / name for name in ("report.html", "reproduction.html"))
+    return next(page for page in pages if page.is_file())

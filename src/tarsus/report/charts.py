@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
 
+from tarsus.base.tables import number
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.render import rendered
 from tarsus.report.style import CONTACT, INK, paint_of, upright
@@ -193,6 +194,11 @@ class Panel:
         height = round(self.height)
         return {"label": self._labels.get("y", ""), "lines": lines, "signs": self._signs, "height": height}
 
+    def ends(self) -> list[tuple[str, str, str]]:
+        """Name, least and largest value of each line, for those without a script."""
+        known = [(line.name, line.y[np.isfinite(line.y)]) for line in self._lines]
+        return [(name, number(float(y.min())), number(float(y.max()))) for name, y in known if len(y)]
+
     @property
     def log(self) -> bool:
         return self._log
@@ -225,7 +231,7 @@ class Charts:
                 "panels": panels,
             }
         )
-        heads = [panel.head() for panel in self.panels]
+        heads = [{**panel.head(), "ends": panel.ends()} for panel in self.panels]
         return rendered("charts.html", panels=heads, across=self.panels[-1].across, label=label, data=data)
 
 

@@ -98,4 +98,4 @@ def page(title: str, body: str) -> str:
     if first >= 0:
         body = body[:first] + rendered("contents.html", headings=headings) + body[first:]
     charts = '<div class="charts"' in body
-    return rendered("base.html", title=title, body=body, charts=charts)
+    return str(rendered("base.html", title=title, body=body, charts=charts))

@@ -115,15 +115,15 @@ def _draw(axes: Axes, panel: Panel, most: int) -> None:
     """A panel with at most so many points a curve."""
     across = _scale(panel.x_unit, [curve.x for curve in panel.curves])
     up = _scale(panel.y_unit, [curve.y for curve in panel.curves])
-    for number, curve in enumerate(panel.curves):
-        color = BLUE if number else INK
+    for place, curve in enumerate(panel.curves):
+        color = BLUE if place else INK
         if curve.joined:
             x, y = curve.x / across.step, curve.y / up.step
             if len(x) > most and np.all(np.diff(x) > 0.0):
                 x, y = decimate(x, y, most // 2)
             elif len(x) > most:
                 x, y = x[:: len(x) // most], y[:: len(y) // most]
-            axes.plot(x, y, color=color if number else VERMILION, lw=1.0, zorder=3)
+            axes.plot(x, y, color=color if place else VERMILION, lw=1.0, zorder=3)
             continue
         every = max(1, len(curve.x) // most)
         x, y = curve.x[::every] / across.step, curve.y[::every] / up.step

@@ -61,12 +61,11 @@ def identify_html(found: Identification) -> str:
     name = found.opened.campaign.name
     judged = assessed(found)
     slopes = law_slopes(found.known)
-    several = judged is not None and len(judged.names) > 1
     left = found.all_left_out
     body = rendered(
         "identify.html", found=found, name=name, parameters=_parameters(found, judged, slopes), of_slope=bool(slopes),
         open=[] if judged is None else _open(found, judged),
-        correlations=identify_figures.correlations(judged) if several else None,
+        correlations=identify_figures.correlations(judged) if judged and len(judged.names) > 1 else None,
         steps=[_step(found, step) for step in found.steps.values()], held_out=_held_out(found.comparisons),
         landing=_landing(found), in_air=_in_air(found), zero=_zero(found), sets=_sets(found),
         left_out=_left_out(left), unlisted=max(0, len(left) - MOST_LISTED), notes=_notes(found),

@@ -42,7 +42,8 @@ def _environment() -> Environment:
     @pass_context
     def figure(context: Any, plate: Any) -> Markup:
         index = next(context["numbers"])
-        return plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
+        made: Any = plate(index) if callable(plate) else rendered("figure.html", plate=plate, index=index)
+        return made
 
     environment = Environment(
         loader=FunctionLoader(lambda name: asset(name, "templates")),

@@ -104,8 +104,10 @@ def _motion(run: RunLike, series: Series, detail: Window) -> tuple[list[Shown], 
         )
     motion.append(partial(points_section, run, series, detail))
     turns = circular(series)
+    if turns is not None:
+        motion.append(turns)
     feet = range(min(len(series.feet), figures.MOST_FEET))
-    return motion + [turns] * (turns is not None), [figures.forces(series, detail, foot) for foot in feet]
+    return motion, [figures.forces(series, detail, foot) for foot in feet]
 
 
 def _signals(scene: Any) -> str:

@@ -173,7 +173,7 @@ def plate(draw: Callable[[Sheet], object], caption: str, *, wide: bool = True) -
             pictures.append(to_svg(sheet.figure, caption))
     if not wide:
         return Plate(pictures[0], caption, wide=False)
-    return Plate.of_both(*pictures, caption)
+    return Plate.of_both(pictures[0], pictures[1], caption)
 
 
 _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")

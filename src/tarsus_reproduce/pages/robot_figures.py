@@ -33,11 +33,7 @@ DECADES = 5
 def height_bars(rows: Sequence[Row]) -> Plate:
     """Three criteria for every scenario: measured, without and with small forces (as Fig. 3.23 of the source)."""
     words = [describe(row.scenario) for row in rows]
-    models = (
-        ("measured", {"color": "white", "edgecolor": INK}),
-        ("without small forces", {"color": ORANGE, "edgecolor": ORANGE}),
-        ("with small forces", {"color": BLUE, "edgecolor": BLUE}),
-    )
+    models = (("measured", "white", INK), ("without small forces", ORANGE, ORANGE), ("with small forces", BLUE, BLUE))
     lines = np.arange(len(rows))
 
     def draw(sheet: Sheet) -> None:
@@ -46,10 +42,10 @@ def height_bars(rows: Sequence[Row]) -> Plate:
         for axes, (key, title) in zip(panels, CRITERIA, strict=True):
             outcomes = [(row.without.prediction(key), row.ours.prediction(key)) for row in rows]
             measured = [_float(getattr(row.scenario.measured, key)) for row in rows]
-            for k, (label, look) in enumerate(models):
+            for k, (label, color, edge) in enumerate(models):
                 at = lines + 0.26 * (k - 1)
                 shown = np.array(measured if k == 0 else [pair[k - 1].median for pair in outcomes])
-                axes.barh(at, shown, height=0.22, lw=0.9, label=label, **look)
+                axes.barh(at, shown, height=0.22, lw=0.9, label=label, color=color, edgecolor=edge)
                 if k > 0:
                     ends = np.array([[pair[k - 1].low, pair[k - 1].high] for pair in outcomes])
                     axes.hlines(at, ends[:, 0], ends[:, 1], color=INK, lw=0.8)
@@ -88,7 +84,7 @@ def motion_of(traces: Sequence[Trace], what: str, caption: str, *, ground: bool)
                 _volts(next(free), trace)
             axes = next(free)
             _heights(axes, trace, scale)
-            axes.set_ylabel(f"{what}\n({scale.label})")
+            axes.set_ylabel(f"{what} ({scale.label})")
             if ground:
                 axes.axhline(0.0, color=INK, lw=0.7, ls=(0, (5, 3)), zorder=1)
             axes.set_ylim(low - edge, high + edge)
@@ -105,7 +101,7 @@ def _volts(axes: Axes, trace: Trace) -> None:
     part = _shown(trace)
     when, volts = decimate(*upright(trace.time[part], trace.volts[part]))
     axes.plot(when / trace.period - first, volts, color=MUTED, lw=0.9)
-    axes.set_ylabel("drive\n(V)")
+    axes.set_ylabel("(V)")
     axes.spines["bottom"].set_visible(False)
     axes.tick_params(axis="x", length=0)
     axes.margins(y=0.15)
@@ -160,7 +156,7 @@ def mode_shapes(modes: Sequence[ModeRow], column: np.ndarray, points: Sequence[s
             axes.set_ylim(-1.15, 1.15)
             axes.set_yticks([-1.0, 0.0, 1.0])
             axes.set_xticks(places, points)
-            axes.tick_params(axis="x", labelsize=6.5, labelrotation=35.0)
+            axes.tick_params(axis="x", labelsize=6.5, labelrotation=0.0 if sheet.narrow else 90.0)
         bars = panels[-1]
         bars.barh(numbers, [mode.mac for mode in modes], height=0.6, color=BLUE)
         bars.set_yticks(numbers)
@@ -201,11 +197,12 @@ def impact_histograms(energies: ImpactEnergies, run: str) -> Plate:
             if not sheet.narrow:
                 axes.set_title(words, loc="right", pad=2.0, color=INK)
             axes.set_ylabel("impacts")
-        every = 2 if sheet.narrow else 1
+        every = 2 if sheet.narrow else 1  # as many as stand beside each other
         ticks = [*(-mark for mark in marks[::-every]), 0.0, *marks[::-every][::-1]]
         panels[-1].set_xticks(ticks, [f"{tick:g}".replace("-", "−") for tick in ticks])
         panels[-1].minorticks_off()
-        panels[-1].set_xlim(edges[0], edges[-1])
+        room = 4.0 if sheet.narrow else 1.2  # for the words of the last tick
+        panels[-1].set_xlim(room * edges[0], room * edges[-1])
         panels[-1].set_xlabel(f"energy made by an impact ({scale.label}); left of zero it is lost")
         sheet.raise_by(0.15)
 

@@ -176,3 +176,15 @@ def test_the_report_shows_every_step():
         assert re.search(f"<h2[^>]*>{word}", page)
     assert re.search("<h2[^>]*>Zero position", page) and page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")
+
+
+def test_what_the_report_calls_determined_is_narrow():
+    """The weight of a play may be next to nothing: its interval is a part of the slope of the drive's law."""
+    from tarsus.report.identify_page import identify_html
+
+    line = r"<tr><td>(.*?)</td>.*?<td class=n>([\d.·⁻⁰-⁹]+) %([a-z ]*)</td><td>(.*?)</td></tr>"
+    rows = re.findall(line, identify_html(identified()))
+    weights = [of for name, _, of, _ in rows if "weights" in re.sub("<[^>]*>", "", name)]
+    assert weights and set(weights) == {" of slope"}
+    wide = [row for row in rows if row[3] == "determined" and "·" not in row[1] and float(row[1]) > 50.0]
+    assert len(rows) > 10 and not wide
