@@ -12,7 +12,7 @@ from tarsus.design.over import Box, Ensemble, Grounds
 from tarsus.design.polish import polish
 from tarsus.design.pulses import Family, families
 from tarsus.design.request import Request
-from tarsus.design.risk import Mean, Nominal, Risk, Worst
+from tarsus.design.risk import Nominal, Risk, Worst
 from tarsus.design.search import Archive, Budget, descend, search
 from tarsus.design.target import Target
 from tarsus.design.touchdown_slopes import touchdown_pieces
@@ -96,15 +96,6 @@ class Searcher:
             worse = self.score(best, self.nominal, Nominal()) > self.score(found[-1], self.nominal, Nominal())
             found.append(found[-1] if worse else best)
         return found
-
-    def prior_design(self, grounds: Grounds, others: list[Candidate]) -> Candidate:
-        """What does best on the mean of many grounds: of the archives' valleys searched on for that, and of others."""
-        found = list(others)
-        for pairs, (choices, archive) in self.archives.items():
-            cost = self._cost(choices, grounds, Mean())
-            again = self._descended(archive, cost, self.budget(pairs, 0.25), self._shortened(8))
-            found.append(self._candidate(pairs, choices, again, int(np.argmin(again.costs))))
-        return found[int(np.argmin([self.score(one, grounds, Mean()) for one in found]))]
 
     def _searched(self, pairs: int) -> tuple[list[Family], Archive]:
         """The scene's own ground: scanned, valleys followed down, those about transfers more closely."""

@@ -18,7 +18,7 @@ from tarsus.design.request import Request, Sensor
 from tarsus.design.target import Target
 from tarsus.design.trials import Landings, Trials
 
-__all__ = ["Learning", "learn_on_hidden_grounds", "prior_grounds"]
+__all__ = ["Learning", "learn_on_hidden_grounds"]
 
 Floats = NDArray[np.float64]
 
@@ -29,9 +29,8 @@ GROWS = 1.5
 (Rechenberg, Evolutionsstrategie, 1973)."""
 LEAST = 1e-3
 """Least first step, parts of a plateau: half a microsecond of 0.5 ms, what a timer of 1 us can still tell."""
-PRIOR = 32
-"""Grounds that stand for what is known beforehand: the start is softest on their mean, and the line of designs is
-spread over them."""
+PRIOR = 64
+"""Grounds that the line of designs is spread over."""
 UNKNOWN = 0.06
 """Without a box the hidden grounds have gaps, restitution and film within this share of the scene's."""
 
@@ -77,7 +76,8 @@ def learn_on_hidden_grounds(
     held = [np.repeat(one, hidden, axis=0) for one in request.step.plain()]
     plain = trials(held[0], held[1], grounds, every=True).speed
     plateaus = _Plateaus(request, start[1][0], rng)
-    line = ArrivalLine.of(trials, target, start, plateaus.near, prior_grounds(request))
+    prior = _grounds(request, PRIOR, np.random.default_rng([request.options.seed, 14]))
+    line = ArrivalLine.of(trials, target, start, plateaus.near, prior)
     first = step(np.repeat(start[1], hidden, axis=0))
     if request.options.sensor is Sensor.CONTACT:
         speeds = by_bits(line, step, hidden, steps, first)
@@ -133,11 +133,6 @@ class _Plateaus:
             longer = found[:, plateaus].sum(axis=1) - before[:, plateaus].sum(axis=1)
             found[:, hold] = np.maximum(before[:, hold] - longer, 0.2 * before[:, hold])
         return found
-
-
-def prior_grounds(request: Request) -> Grounds:
-    """Grounds that stand for what is known beforehand of the hidden ones."""
-    return _grounds(request, PRIOR, np.random.default_rng([request.options.seed, 14]))
 
 
 def _grounds(request: Request, hidden: int, rng: np.random.Generator) -> Grounds:

@@ -13,7 +13,7 @@ from tarsus.base.errors import InputError
 from tarsus.design import shown
 from tarsus.design.energy import Energy, period_rises
 from tarsus.design.landing_search import DENSE, Candidate, Searcher
-from tarsus.design.learning import Learning, learn_on_hidden_grounds, prior_grounds
+from tarsus.design.learning import Learning, learn_on_hidden_grounds
 from tarsus.design.over import Box, Grounds
 from tarsus.design.pulses import families
 from tarsus.design.request import Options, Request, request_of
@@ -219,8 +219,7 @@ class _Designer:
         signal = request.step.signal(rounded.levels, rounded.durations)
         learning = None
         if learn:
-            start = self.search.prior_design(prior_grounds(request), [rounded, *nominal, *robust])
-            learning = learn_on_hidden_grounds(self.trials, request, self.target, start.rows, learn)
+            learning = learn_on_hidden_grounds(self.trials, request, self.target, rounded.rows, learn)
         return LandingDesign(
             request, signal, request.step.signal(chosen.levels, chosen.durations), chosen.pairs,
             self.target.plain, self.trials(*rounded.rows, self.nominal),

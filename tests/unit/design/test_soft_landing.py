@@ -14,7 +14,7 @@ import tarsus as ts
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.design.landing_files import header_text, landing_table, signal_text, write_landing
-from tarsus.design.learning import learn_on_hidden_grounds, prior_grounds
+from tarsus.design.learning import learn_on_hidden_grounds
 from tarsus.design.over import Grounds, over_of
 from tarsus.design.request import Options, Sensor, request_of
 from tarsus.design.settling import regime_of, settled_periods
@@ -248,7 +248,7 @@ def test_learners_halve_the_plain_speed_on_hidden_grounds(scene, levels, pairs, 
     )
     designer = _Designer(request, lambda done, total, what: None)
     nominal = designer.search.nominal_designs()
-    start = designer.search.prior_design(prior_grounds(request), nominal).rows
+    start = nominal[-1].rows
     for sensor in Sensor:
         told = replace(request, options=replace(request.options, sensor=sensor))
         found = learn_on_hidden_grounds(designer.trials, told, designer.target, start, 10, 200)
