@@ -1,4 +1,4 @@
-"""Links of the built pages: what they point to is there, and nothing is loaded from elsewhere.
+"""Links of the built pages: what they point to is there, nothing comes from elsewhere, pages of names say something.
 
 python docs/check_links.py docs/_build/html
 """
@@ -38,7 +38,11 @@ class Page(HTMLParser):
 def broken(folder: Path) -> list[str]:
     """What is wrong, one sentence each."""
     page = cache(Page)
-    found = []
+    found = [
+        f"{file.relative_to(folder)} describes nothing"
+        for file in sorted((folder / "generated").glob("*.html"))
+        if 'class="sig ' not in file.read_text(encoding="utf-8")
+    ]
     for file in sorted(folder.rglob("*.html")):
         if "_static" in file.parts:
             continue

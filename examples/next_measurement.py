@@ -19,7 +19,7 @@ from tarsus.identify.candidates import Candidate, candidate_grid
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import Features, Instrument, features_of
 from tarsus.identify.posterior import Weighed, weigh_prior
-from tarsus.identify.prior import Prior
+from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.ranking import Ranking, rank
 
 START, RATE = "ground.adhesion.initial", "ground.adhesion.rate"
@@ -44,7 +44,7 @@ def recorded(candidate: Candidate, seed: int) -> Observed:
 
 
 def learnt(
-    records: list[Observed], prior: Prior, proposal: Prior | None = None, draws: int = 1024
+    records: list[Observed], prior: LogNormalPrior, proposal: LogNormalPrior | None = None, draws: int = 1024
 ) -> Weighed:
     """What records leave of a prior."""
     likelihood = FeatureLikelihood(records, prior.paths, instrument=INSTRUMENT)
@@ -65,7 +65,7 @@ def measured(draws: int = 1024) -> Story:
     """One record at 15 Hz; then the signal on top of the ranking for C_a; and, instead, the first one once more."""
     grid = candidate_grid((5.0, 15.0, 100.0), (6.0, 8.0), (0.25,))
     begin = next(c for c in grid if c.name.startswith("15 Hz, 6 V"))
-    prior = Prior.of_scene(device(), (START, RATE), spread=0.5)
+    prior = LogNormalPrior.of_scene(device(), (START, RATE), spread=0.5)
     record = recorded(begin, 1)
     first = learnt([record], prior, draws=draws)
     proposal = first.as_prior()

@@ -106,8 +106,8 @@ def test_former_words_of_files_and_modules_work_and_warn():
         assert parse_scene(former).ground.near_field_forces is False
     with pytest.warns(DeprecationWarning, match=r"tarsus\.identify\.belief is now tarsus\.identify\.prior"):
         module = importlib.import_module("tarsus.identify.belief")
-    with pytest.warns(DeprecationWarning, match=r"\.Belief is now .*\.Prior"):
-        assert module.Belief is module.Prior
+    with pytest.warns(DeprecationWarning, match=r"\.Belief is now .*\.LogNormalPrior"):
+        assert module.Belief is module.LogNormalPrior
 
 
 def test_a_verb_that_is_a_package_too_can_be_called():

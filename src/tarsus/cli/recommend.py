@@ -59,7 +59,7 @@ def recommend(
     """
     from tarsus.cli import console, requests
     from tarsus.identify.candidates import grid_about
-    from tarsus.identify.prior import Prior, read_draws, unknown_paths
+    from tarsus.identify.prior import LogNormalPrior, read_draws, unknown_paths
     from tarsus.identify.ranking import rank
 
     scene = changes.scene(device)
@@ -76,7 +76,7 @@ def recommend(
     paths = unknown_paths(scene, [parameter, *(unknown or ())])
     beside = Path(device).parent / "draws.npz"
     draws = read_draws(beside) if device.endswith(".toml") and beside.exists() else None
-    prior = Prior.of_scene(scene, paths, share, draws)
+    prior = LogNormalPrior.of_scene(scene, paths, share, draws)
     grid = grid_about(scene, *(lists.get(name) for name in ("hz", "volts", "ramp", "gap")))
     with console.progress_bar("signals", time_left=True) as progress, work.workers() as workers:
         found = rank(scene, grid, prior, parameter, seconds, seed=seed, threads=workers, progress=progress)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.identify.correlation import Ties
-from tarsus.identify.prior import Prior
+from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.profile import LogLikelihood
 from tarsus.identify.ranges import LEVEL
 from tarsus.identify.verdict import Assessment, judge_samples
@@ -43,11 +43,11 @@ class Drawn:
         middle = np.median(self.samples, axis=0)
         return judge_samples(self.paths, middle, self.samples, ties=ties, limits=limits, level=level)
 
-    def as_prior(self) -> Prior:
+    def as_prior(self) -> LogNormalPrior:
         """The draws as a normal distribution of the logarithms, for ranking what to measure next."""
-        return Prior.of_samples(self.paths, self.samples)
+        return LogNormalPrior.of_samples(self.paths, self.samples)
 
-    def belief(self) -> Prior:
+    def belief(self) -> LogNormalPrior:
         """The former name of `as_prior`."""
         warnings.warn("belief() is now as_prior()", DeprecationWarning, stacklevel=2)
         return self.as_prior()
@@ -81,9 +81,9 @@ class Weighed(Drawn):
 
 def weigh_prior(
     likelihood: LogLikelihood,
-    prior: Prior,
+    prior: LogNormalPrior,
     *,
-    proposal: Prior | None = None,
+    proposal: LogNormalPrior | None = None,
     draws: int = 1024,
     seed: int = 0,
 ) -> Weighed:
@@ -134,7 +134,7 @@ def weigh_prior(
 
 def sample_posterior(
     likelihood: LogLikelihood,
-    prior: Prior,
+    prior: LogNormalPrior,
     *,
     walkers: int | None = None,
     steps: int = 1000,

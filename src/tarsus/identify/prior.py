@@ -16,19 +16,19 @@ from tarsus.base.spec import float_paths, get_value
 from tarsus.identify.ranges import LEVEL
 from tarsus.model.scene import Scene
 
-__all__ = ["Prior", "read_draws", "unknown_paths"]
+__all__ = ["LogNormalPrior", "read_draws", "unknown_paths"]
 
 Floats = NDArray[np.float64]
 
 
 def __getattr__(name: str) -> object:
     if name == "Belief":
-        return renamed(__name__, "Belief", "Prior")
+        return renamed(__name__, "Belief", "LogNormalPrior")
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 
 @dataclass(frozen=True)
-class Prior:
+class LogNormalPrior:
     """What is known of np positive parameters: logarithms with a normal distribution.
 
     paths; values (np,): medians, SI; covariance (np, np) of the logarithms.
@@ -61,7 +61,7 @@ class Prior:
             raise InputError(problems)
 
     @classmethod
-    def of_samples(cls, paths: Sequence[str], samples: ArrayLike) -> Prior:
+    def of_samples(cls, paths: Sequence[str], samples: ArrayLike) -> LogNormalPrior:
         """From draws (ns, np), all positive: a bootstrap or a posterior."""
         rows = np.asarray(samples, dtype=float)
         rows = rows[np.isfinite(rows).all(axis=1)]
@@ -78,7 +78,7 @@ class Prior:
         paths: Sequence[str],
         spread: float = 0.3,
         draws: Mapping[str, Floats] | None = None,
-    ) -> Prior:
+    ) -> LogNormalPrior:
         """From a scene's values and what is known of them.
 
         Parameters

@@ -17,7 +17,7 @@ from tarsus.base.workers import Workers
 from tarsus.identify.candidates import Candidate
 from tarsus.identify.features import Features, Instrument, simulated
 from tarsus.identify.limits import field_limits
-from tarsus.identify.prior import Prior
+from tarsus.identify.prior import LogNormalPrior
 from tarsus.model.scene import Scene
 from tarsus.solve import Accuracy
 
@@ -75,7 +75,7 @@ class Ranking:
 def rank(
     scene: Scene,
     candidates: Sequence[Candidate],
-    prior: Prior,
+    prior: LogNormalPrior,
     parameter: str,
     budget: float,
     *,
@@ -187,8 +187,8 @@ class _Told:
 
 
 def _slopes(
-    candidate: Candidate, scene: Scene, prior: Prior, instrument: Instrument, kinds: Sequence[str], drawn: Floats,
-    step: float, threads: Workers, accuracy: Accuracy | None,
+    candidate: Candidate, scene: Scene, prior: LogNormalPrior, instrument: Instrument, kinds: Sequence[str],
+    drawn: Floats, step: float, threads: Workers, accuracy: Accuracy | None,
 ) -> _Told:  # fmt: skip
     count = len(prior.paths)
     changed = candidate.on(scene)
@@ -280,7 +280,7 @@ def _note(told: _Told, candidate: Candidate, budget: float) -> str:
 
 
 def _check(
-    candidates: Sequence[Candidate], prior: Prior, parameter: str, budget: float, scene: Scene
+    candidates: Sequence[Candidate], prior: LogNormalPrior, parameter: str, budget: float, scene: Scene
 ) -> None:
     problems = []
     if not candidates:

@@ -13,10 +13,10 @@ from tarsus.base.errors import InputError
 from tarsus.identify.feature_likelihood import FeatureLikelihood, Observed
 from tarsus.identify.features import features_of
 from tarsus.identify.posterior import sample_posterior, weigh_prior
-from tarsus.identify.prior import Prior
+from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.verdict import Determined, OnlyTogether
 
-PRIOR = Prior(("a", "b"), np.array([2.0, 3.0]), np.diag([1.0, 1.0]))
+PRIOR = LogNormalPrior(("a", "b"), np.array([2.0, 3.0]), np.diag([1.0, 1.0]))
 
 
 def product_only(theta):
@@ -53,7 +53,7 @@ def test_restitution_from_the_features_of_one_record():
     scene = ts.load_scene(LABORATORY, volts=2, hz=100, **ramped)
     truth = ts.get_value(scene, path)
     observed = Observed(scene, features_of(ts.simulate(scene, 0.08)), 0.08)
-    prior = Prior((path,), np.array([1.15 * truth]), np.array([[0.3**2]]))
+    prior = LogNormalPrior((path,), np.array([1.15 * truth]), np.array([[0.3**2]]))
     found = sample_posterior(
         FeatureLikelihood([observed], [path]), prior, walkers=16, steps=60, seed=5
     ).judge()
@@ -72,14 +72,14 @@ def test_weighing_the_prior_gives_the_exact_posterior_too():
     assert logs.mean(axis=0) == pytest.approx(middle, abs=0.02)
     assert logs.std(axis=0) == pytest.approx(np.sqrt(variance), rel=0.05)
     assert 1000.0 < found.effective < 4000.0
-    near = Prior(PRIOR.paths, np.array([2.3, 2.5]), np.diag([0.3, 0.2]))
+    near = LogNormalPrior(PRIOR.paths, np.array([2.3, 2.5]), np.diag([0.3, 0.2]))
     nearer = weigh_prior(likelihood, PRIOR, proposal=near, draws=8192, seed=2)
     logs = np.log(nearer.samples / PRIOR.values)
     assert logs.mean(axis=0) == pytest.approx(middle, abs=0.02)
     assert logs.std(axis=0) == pytest.approx(np.sqrt(variance), rel=0.05)
     assert nearer.effective > 1.3 * found.effective
     with pytest.raises(InputError, match="the proposal is of b, a, the prior of a, b"):
-        weigh_prior(likelihood, PRIOR, proposal=Prior(("b", "a"), near.values, near.covariance))
+        weigh_prior(likelihood, PRIOR, proposal=LogNormalPrior(("b", "a"), near.values, near.covariance))
     with pytest.raises(InputError, match="1 of 64 draws"):
         weigh_prior(lambda theta: -1e6 * np.log(theta[:, 0] / 2.0) ** 2, PRIOR, draws=64)
     with pytest.raises(InputError, match="0 of 64 draws"):
@@ -93,7 +93,7 @@ def test_what_cannot_be_drawn():
     with pytest.raises(InputError, match="0 of 128 draws of the prior"):
         sample_posterior(lambda theta: np.full(len(theta), -np.inf), PRIOR)
     with pytest.raises(InputError) as refused:
-        Prior(("a", "b"), np.array([0.0, 1.0]), np.diag([1.0, 0.0]))
+        LogNormalPrior(("a", "b"), np.array([0.0, 1.0]), np.diag([1.0, 0.0]))
     assert len(refused.value.problems) == 2
 
 

@@ -11,7 +11,7 @@ from scene_files import scene
 from tarsus.base.errors import InputError
 from tarsus.identify.candidates import Candidate, candidate_grid
 from tarsus.identify.features import Instrument, simulated
-from tarsus.identify.prior import Prior
+from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.ranking import RANKED, rank
 
 E = "ground.restitution.coefficient"
@@ -27,7 +27,7 @@ def ball() -> ts.Scene:
 
 
 def test_the_rebound_of_a_ball_tells_what_it_must():
-    prior = Prior((E,), np.array([0.6]), np.array([[0.1**2]]))
+    prior = LogNormalPrior((E,), np.array([0.6]), np.array([[0.1**2]]))
     drop = Candidate(name="drop", signal=ts.Constant(level=0.0), record=1.2)
     tool = Instrument(length=0.01, share=0.02)
     found = rank(ball(), [drop], prior, E, 3.0, kinds=("rebound",), instrument=tool, draws=8, step=0.5)
@@ -44,7 +44,7 @@ def test_the_rebound_of_a_ball_tells_what_it_must():
 
 def test_signals_without_contact_tell_nothing_of_restitution():
     grid = candidate_grid((100.0,), (0.3, 2.0), (0.25,))
-    found = rank(DEVICE, grid, Prior.of_scene(DEVICE, GROUND), E, 0.1, draws=4)
+    found = rank(DEVICE, grid, LogNormalPrior.of_scene(DEVICE, GROUND), E, 0.1, draws=4)
     best, worst = found.ranked
     assert best.candidate.name == "100 Hz, 2 V, lambda 0.25" and best.gain > 0.5
     assert worst.gain == pytest.approx(0.0, abs=1e-12) and worst.std == pytest.approx(0.3)
@@ -53,7 +53,7 @@ def test_signals_without_contact_tell_nothing_of_restitution():
 
 def test_long_contacts_tell_the_growth_of_adhesion_and_different_ones_separate_it_from_its_start():
     device = ts.with_values(DEVICE, {A0: 150e-9})
-    prior = Prior.of_scene(device, (A0, A))
+    prior = LogNormalPrior.of_scene(device, (A0, A))
     found = rank(device, candidate_grid((5.0, 15.0, 100.0), (6.0,), (0.25,)), prior, A, 20.0, draws=4)
     gains = {one.candidate.signal.frequency: one.gain for one in found.ranked}
     assert gains[5.0] > gains[15.0] > gains[100.0]
@@ -65,7 +65,7 @@ def test_long_contacts_tell_the_growth_of_adhesion_and_different_ones_separate_i
 
 def test_a_plan_keeps_its_budget():
     grid = candidate_grid((5.0, 50.0, 100.0), (6.0,), (0.25,))
-    prior = Prior.of_scene(DEVICE, (A0, A))
+    prior = LogNormalPrior.of_scene(DEVICE, (A0, A))
     said = []
     found = rank(DEVICE, grid, prior, A, 0.3, draws=2, progress=lambda k, n, what: said.append((k, n, what)))
     assert found.plan.cost <= 0.3 * (1.0 + 1e-9)
@@ -91,21 +91,21 @@ def test_a_candidate_changes_signal_and_gap_and_nothing_else():
 def test_priors_come_from_draws_or_from_intervals():
     random = np.random.default_rng(2)
     cov = np.array([[0.04, 0.03], [0.03, 0.09]])
-    prior = Prior.of_samples((A0, A), np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000)))
+    prior = LogNormalPrior.of_samples((A0, A), np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000)))
     assert prior.covariance == pytest.approx(cov, rel=0.1)
     assert np.log(prior.values) == pytest.approx([-18.0, -12.0], abs=0.02)
     known = ts.with_values(DEVICE, {"provenance": {
         E: {"source": "calibrated", "note": "from bounces", "interval": [[0.2653 / 1.1, 0.2653 * 1.1]]}
     }})  # fmt: skip
-    assert Prior.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
+    assert LogNormalPrior.of_scene(known, (E, A), 0.4).std == pytest.approx([np.log(1.1) / 1.96, 0.4], rel=1e-3)
     drawn = np.exp(random.multivariate_normal([-18.0, -12.0], cov, 4000))
-    mixed = Prior.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
+    mixed = LogNormalPrior.of_scene(known, (A0, E, A), 0.4, {A0: drawn[:, 0], A: drawn[:, 1], E: np.zeros(4000)})
     assert mixed.covariance[np.ix_([0, 2], [0, 2])] == pytest.approx(cov, rel=0.1)
     assert mixed.std[1] == pytest.approx(np.log(1.1) / 1.96, rel=1e-3) and mixed.covariance[0, 1] == 0.0
 
 
 def test_what_cannot_be_ranked_is_said_at_once():
-    prior = Prior.of_scene(DEVICE, (A0, A))
+    prior = LogNormalPrior.of_scene(DEVICE, (A0, A))
     with pytest.raises(InputError) as refused:
         rank(DEVICE, [], prior, E, 0.0)
     said = refused.value.problems
@@ -116,14 +116,14 @@ def test_what_cannot_be_ranked_is_said_at_once():
     with pytest.raises(InputError, match="record"):
         Candidate(name="x", signal=ts.Constant(level=1.0), record=0.0)
     with pytest.raises(InputError, match="more than 2 draws"):
-        Prior.of_samples((A0, A), [[1.0, 2.0]])
+        LogNormalPrior.of_samples((A0, A), [[1.0, 2.0]])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("parameter", [E, A])
 def test_the_signal_on_top_shrinks_the_interval_more_than_one_below(parameter):
     """Records are made at 30 devices drawn from the prior, and its draws weighed by how likely they make each."""
-    prior = Prior.of_scene(DEVICE, GROUND)
+    prior = LogNormalPrior.of_scene(DEVICE, GROUND)
     grid = candidate_grid((15.0, 50.0, 100.0), (2.0, 6.0), (0.0, 0.25))
     found = rank(DEVICE, grid, prior, parameter, 1.0)
     j = GROUND.index(parameter)
