@@ -24,7 +24,7 @@ from tarsus.report.style import INK, LEGEND_ROW, MUTED, NARROW_IN, WIDTH_IN, the
 
 __all__ = ["Sheet", "few_ticks", "figure_style", "plate", "to_svg"]
 
-LEFT, RIGHT, BELOW = 0.68, 0.1, 0.44
+LEFT, RIGHT, BELOW = 0.68, 0.18, 0.44
 """Margins around a panel [inch]: value labels and axis label; last tick label; ticks and label of the axis below."""
 
 LETTER, HANDLE = 0.062, 0.42
