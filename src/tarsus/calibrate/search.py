@@ -129,7 +129,7 @@ def evolve(
     return population
 
 
-def _children(population: Floats, best: int, targets: Floats, rng: np.random.Generator) -> Floats:
+def _children(population: Floats, best: int, targets: NDArray[np.int64], rng: np.random.Generator) -> Floats:
     """Children (n, nu) of members by number (n,): the best member and a difference of two, crossed with each; after
     Storn and Price (J. Glob. Optim. 11, 1997)."""
     size, nu = population.shape

@@ -124,7 +124,8 @@ class Transfer:
             of_volts[:, :k] *= turned[:, k, None]
             of_spans[:, k], of_volts[:, k] = self.rates * swing, (1.0 - turned[:, k]) * slopes[:, k]
         back = self.shapes.T
-        return (state @ back).real, *(np.moveaxis((one @ back).real, 1, 2) for one in (of_spans, of_volts))
+        by_spans, by_volts = (np.moveaxis((one @ back).real, 1, 2) for one in (of_spans, of_volts))
+        return (state @ back).real, by_spans, by_volts
 
     def ends(self, start: Floats, volts: Floats, spans: Floats) -> Floats:
         """States (n, 2n) at the end of plateaus, as `moves` has them."""

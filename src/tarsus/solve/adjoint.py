@@ -97,7 +97,7 @@ def _degrees(row: Rows, data: DataTangents) -> NDArray[np.int64]:
     moves."""
     first = np.asarray(row.signals.first)
     used = np.asarray(row.signals.coef) != 0.0
-    by_term: NDArray[np.bool_] = np.asarray(data.coef != 0.0).any(axis=2)
+    by_term = np.atleast_2d(np.asarray(data.coef != 0.0).any(axis=2))
     used[:, : by_term.shape[1]] |= by_term
     out = np.where(used, np.arange(used.shape[1]), 0).max(axis=1, initial=0).astype(np.int64)
     moves = np.logical_or.reduce([by_term.any(axis=1), data.begin.any(axis=1), data.end.any(axis=1)])
