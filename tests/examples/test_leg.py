@@ -13,8 +13,8 @@ from tarsus_reproduce.legs import millipede_leg
 
 
 def inline(svg: str) -> str:
-    """The text of an inline figure with the name space that its page declares."""
-    return svg.replace("<svg ", '<svg xmlns:xlink="http://www.w3.org/1999/xlink" ', 1)
+    """An inline figure, drawn wide and narrow, as one element with the name space that its page declares."""
+    return f'<div xmlns:xlink="http://www.w3.org/1999/xlink">{svg}</div>'
 
 
 def test_leg_step_py_the_two_models_agree_in_time_and_differ_in_height():

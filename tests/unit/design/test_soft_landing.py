@@ -115,7 +115,7 @@ def test_the_page_draws_before_and_after(quick):
     from tarsus.report.landing_page import landing_html
 
     page = landing_html(quick)
-    assert page.count("<svg") == 3 and "before: plain step" in page and "after: designed" in page
+    assert page.count("<b>Figure ") == 3 and "before: plain step" in page and "after: designed" in page
     assert f"{quick.speed:.3g} m/s" in page and "LANDING_DIGEST" in page
 
 

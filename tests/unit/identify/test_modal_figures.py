@@ -15,7 +15,7 @@ def test_figures_of_a_fit():
     with figure_style():
         plates = stabilisation(fit), nyquist(fit), synthesis(fit)
     for plate in plates:
-        assert plate.picture.startswith("<svg") and plate.caption
+        assert "<svg" in plate.picture and plate.caption
     for text in ("300 Hz, 2 %", "340 Hz, 1.5 %", "700 Hz, 5 %"):
         assert text in plates[1].picture, "a curve for every mode, with its figures"
     assert "order of the model" in plates[0].picture
