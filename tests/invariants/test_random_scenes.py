@@ -5,11 +5,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import tarsus as ts
 from random_scenes import plain_scene, scene_of
 from survey import faults, look_at
+from tarsus.base.events import EventKind
+from tarsus.solve.codes import ResultCode
 
 FAST = (2, 3, 17, 22, 34, 38, 46, 59, 63, 75, 77, 225)
 SLOW = [seed for seed in range(200) if seed not in FAST]
@@ -79,3 +82,33 @@ def test_a_foot_of_many_under_a_strong_film_stops_on_the_ground_once() -> None:
     run = ts.simulate(scene, 2e-3 * scene.duration)  # it stalled at 9e-4 of it
     assert run.end_time == run.duration  # what the film takes is known to 2e-5 of itself: LEDGER_OPEN says so
     assert len(run.events) == 3
+
+
+def test_a_hop_lower_than_the_error_of_a_step_is_followed_by_shorter_ones() -> None:
+    """A pull that outgrows the attraction for 20 us lifts the foot by 1e-12 m. Steps that err by 1e-11 m see it pressed
+    down as it is let go, and let go as it is pressed down, 2e-16 s later: several of these thirty runs stopped so."""
+    base = ts.load_scene("hexapod")
+    ratios = (0.0058273, 0.0143836, 0.0107725, 0.0082883, 0.0078266, 0.0120103)
+    scene = ts.with_values(
+        base,
+        {
+            "ground.electrostatic.coefficient": 5.434928e-17,
+            "ground.film.coefficient": 5.434928e-20,
+            "ground.restitution.coefficient": 0.427929,
+            "robot.drives.pzt.law.gain": -1.4341913e-6,
+            "robot.structure.damping_ratios": ratios,
+            "signals.pzt": {
+                "kind": "sine",
+                "amplitude": 5.0,
+                "offset": 5.0,
+                "frequency": 134.0,
+                "phase": 0.0,
+            },
+        },
+    )
+    frequencies = 133.97417776 * (1.0 + 1e-4 * np.arange(-5, 25))
+    coarse = ts.Accuracy(gap=1e-6, steps=40_000)
+    batch = ts.simulate_batch(scene, {"signals.pzt.frequency": frequencies}, 0.3, accuracy=coarse)
+    assert set(batch.codes) == {ResultCode.DONE}
+    pressed = [int((batch.events(i)["kind"] == EventKind.CONTACT_AT_START).sum()) for i in range(len(batch))]
+    assert 0 < max(pressed) < 20, "one or two shorter steps resolve such a hop"

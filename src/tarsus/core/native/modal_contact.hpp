@@ -234,7 +234,8 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
     const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
     // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
     // lets no other go
-    const bool let_go = t - m.feet[foot].left <= m.settings.least_progress;
+    const bool let_go = m.just_let_go(foot);
+    if (pressed && let_go) m.feet[foot].low++;
     if (pressed || pull <= strength + (let_go ? -m.settings.force_zero : m.settings.force_zero)) {
       m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
       hold(m, foot, t);

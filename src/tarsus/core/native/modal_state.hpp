@@ -95,6 +95,9 @@ struct Modal {
     constant[sizes.last()] = 1;
   }
 
+  // Whether a foot's pull has outgrown what held it at this very moment.
+  bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
+
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
   TARSUS_INLINE double* state() { return state_; }
   TARSUS_INLINE const double* state() const { return state_; }

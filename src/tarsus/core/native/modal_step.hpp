@@ -29,10 +29,15 @@ inline int classes_down(const Modal& m, double error) {
   return down;
 }
 
-// First step class in a contact mode: one to land in, or what the film let pass at the last start.
+// First step class in a contact mode: one to land in, or what the film let pass at the last start; shorter by a class for every
+// time that a foot now let go rose by less than the error of a step, which showed it pressed down again at once.
 inline int launch_class(const Modal& m) {
-  const int k = m.mode->landing_class;
-  return !m.acting.empty() && m.acting[0] < 2 * m.sizes.feet ? std::max(k, m.last_launch) : k;
+  int k = m.mode->landing_class, lost = 0;
+  if (!m.acting.empty() && m.acting[0] < 2 * m.sizes.feet) k = std::max(k, m.last_launch);
+  for (int i : m.mode->free) {
+    if (m.just_let_go(i)) lost = std::max(lost, m.feet[i].low);
+  }
+  return lost > 0 ? std::min(k + lost, int(m.book.lengths.size()) - 1) : k;
 }
 
 // Longest shorter class that ends within a fraction of class k (at least one class down).
