@@ -3,7 +3,7 @@ import pytest
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
 from tarsus.files.library import load_scene
-from tarsus.files.toml import parse_scene, scene_text
+from tarsus.files.toml import description_text, parse_scene, scene_text
 from tarsus.model.scene import Provenance, Source, override, provenance_problems
 
 GAP, RATIOS = "robot.feet.tip.gap", "robot.structure.damping_ratios"
@@ -79,4 +79,4 @@ def test_refused() -> None:
         f"provenance.{RATIOS}.interval: expected 2 (low, high), one for each number, got 1"
     ]
     with pytest.raises(InputError, match="expected 2"):
-        parse_scene(scene_text(wrong))
+        parse_scene(description_text(wrong))

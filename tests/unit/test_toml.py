@@ -111,6 +111,14 @@ def test_any_values_round_trip_exactly(values: dict[str, float]) -> None:
     assert parse_scene(scene_text(it)) == it
 
 
+def test_a_signal_of_another_kind_leaves_no_provenance_that_cannot_be_read() -> None:
+    sine = {"kind": "sine", "amplitude": 5.0, "offset": 5.0, "frequency": 134.0, "phase": 0.0}
+    changed = with_values(load_scene("hexapod"), {"signals.pzt": sine})
+    again = parse_scene(scene_text(changed))
+    assert again.signals == changed.signals and again.robot == changed.robot
+    assert "signals.pzt.amplitude" in again.provenance and "signals.pzt.duty" not in again.provenance
+
+
 def test_quantities_are_written_as_people_write_them() -> None:
     text = scene_text(load_scene("cantilever-1"))
     for line in (

@@ -12,10 +12,10 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import Description, described, quantity_units, validate
+from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.laws import Law
-from tarsus.model.scene import Scene, provenance_problems, table_faults
+from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
 
 __all__ = ["description_text", "parse_scene", "read_scene", "scene_text", "write_scene"]
@@ -107,7 +107,12 @@ def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
 
 
 def scene_text(scene: Scene) -> str:
-    """A scene as TOML text, quantities as unit strings."""
+    """A scene as TOML text, quantities as unit strings; without the provenance of what it no longer has, as of a signal
+    that another one has taken the place of."""
+    stale = provenance_faults(scene)
+    if stale:
+        kept = {path: origin for path, origin in scene.provenance.items() if path not in stale}
+        scene = with_values(scene, {"provenance": kept})
     return description_text(scene)
 
 

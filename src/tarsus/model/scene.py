@@ -54,6 +54,7 @@ __all__ = [
     "Source",
     "Standing",
     "override",
+    "provenance_faults",
     "provenance_problems",
     "reference_faults",
 ]
@@ -338,9 +339,15 @@ def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list
 
 def provenance_problems(scene: Scene) -> list[str]:
     """Provenance that does not fit the scene, one sentence each: unknown paths, intervals for other values."""
-    problems: list[str] = []
+    return [text for problems in provenance_faults(scene).values() for text in problems]
+
+
+def provenance_faults(scene: Scene) -> dict[str, list[str]]:
+    """`provenance_problems` by the path of the provenance."""
+    found: dict[str, list[str]] = {}
     floats = float_paths(scene) if any(origin.interval for origin in scene.provenance.values()) else {}
     for path, origin in scene.provenance.items():
+        problems = found.setdefault(path, [])
         try:
             places = _places(scene, path)
         except InputError as error:
@@ -354,7 +361,7 @@ def provenance_problems(scene: Scene) -> list[str]:
             if wrong:
                 text = f"expected {min(wrong)} (low, high), one for each number, got {len(origin.interval)}"
                 problems.append(f"provenance.{path}.interval: {text}")
-    return problems
+    return {path: problems for path, problems in found.items() if problems}
 
 
 def _places(scene: Scene, path: str) -> list[str]:
