@@ -60,6 +60,7 @@ def test_at_its_capacity_the_leg_is_as_high_as_without_load(leg):
     assert abs(lift) < (links + 1e-4) * step_lift(small).static
 
 
+@pytest.mark.slow  # a landscape of hundreds of legs
 def test_the_optimum_is_the_highest_point_of_the_landscape(leg, design):
     lengths = np.linspace(*BOUNDS, 21)
     land = landscape(design.leg, "hip.length", lengths, "thigh.length", lengths[::5])

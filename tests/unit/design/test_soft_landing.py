@@ -127,6 +127,7 @@ def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):
     assert np.allclose(design.on_grounds.speed[0], again, rtol=1e-4)
 
 
+@pytest.mark.slow  # two designs; what a pair more can do is in test_landing_parts.py
 def test_a_pair_more_is_never_worse(scene):
     designs = [ts.design.landing(scene, "tip", pairs=n, effort=0.012, seed=3) for n in (0, 1, 2)]
     assert (
@@ -153,7 +154,7 @@ def test_settling_is_measured_and_said(scene):
     assert regime_of(trials, levels, durations, nominal).repeats == 1
 
 
-@pytest.mark.parametrize("sensor", list(Sensor))
+@pytest.mark.parametrize("sensor", [Sensor.SPEED, pytest.param(Sensor.CONTACT, marks=pytest.mark.slow)])
 def test_a_learner_is_told_nothing_of_its_ground_and_softens_its_steps(scene, sensor):
     design = ts.design.landing(
         scene, "tip", pairs=1, levels="free=-8V:8V", over={GAP: ("67 um", "73 um")}, risk="nominal", learn=12,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -168,10 +169,15 @@ def test_what_the_records_leave_open_is_said():
     assert assessed(replace(found, known=loose))[weights[0]].word != "determined"
 
 
-def test_the_report_shows_every_step():
+@lru_cache(maxsize=1)
+def report() -> str:
     from tarsus.report.identify_page import identify_html
 
-    page = identify_html(identified())
+    return identify_html(identified())
+
+
+def test_the_report_shows_every_step():
+    page = report()
     for word in ("Parameters", "Resonances", "Hysteresis", "Film", "Adhesion", "Restitution", "Held-out"):
         assert re.search(f"<h2[^>]*>{word}", page)
     assert re.search("<h2[^>]*>Zero position", page) and page.count("<svg") >= 8
@@ -180,10 +186,8 @@ def test_the_report_shows_every_step():
 
 def test_what_the_report_calls_determined_is_narrow():
     """The weight of a play may be next to nothing: its interval is a part of the slope of the drive's law."""
-    from tarsus.report.identify_page import identify_html
-
     line = r"<tr><td>(.*?)</td>.*?<td class=n>([\d.·⁻⁰-⁹]+) %([a-z ]*)</td><td>(.*?)</td></tr>"
-    rows = re.findall(line, identify_html(identified()))
+    rows = re.findall(line, report())
     weights = [of for name, _, of, _ in rows if "weights" in re.sub("<[^>]*>", "", name)]
     assert weights and set(weights) == {" of slope"}
     wide = [row for row in rows if row[3] == "determined" and "·" not in row[1] and float(row[1]) > 50.0]

@@ -66,6 +66,7 @@ def test_nothing_is_cut_overlaps_or_is_faint(kind: str, tmp_path: Path) -> None:
                 assert found["height"] <= TALLEST
 
 
+@pytest.mark.slow  # starts Chromium, as the next one
 def test_faults_are_found(tmp_path: Path) -> None:
     """Each fault that is looked for, made on purpose."""
     body = (
@@ -85,6 +86,7 @@ def test_faults_are_found(tmp_path: Path) -> None:
         assert ("tiny" in said) == (found["width"] < 1000)
 
 
+@pytest.mark.slow
 def test_a_plain_page_has_no_fault(tmp_path: Path) -> None:
     rows = [["robot.structure.frequencies", "6.4 kHz", "a remark that is long enough to be broken " * 3]] * 40
     shown = table([Column("path", number=False), Column("value"), Column("remark", number=False)], rows, tall=True)
