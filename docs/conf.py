@@ -32,6 +32,7 @@ autodoc_typehints_description_target = "documented"
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 
+html_domain_indices = False  # of modules: there is one that users name, and its page is in the reference
 html_theme = "pydata_sphinx_theme"
 html_title = "Tarsus"
 html_static_path = ["_static"]
