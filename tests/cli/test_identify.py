@@ -31,7 +31,7 @@ def test_a_campaign_from_end_to_end(tarsus, tmp_path):
     (lab / "loops-2.txt").write_bytes((lab / "loops-2.txt").read_bytes()[:100_000])
     found = tarsus("identify", str(lab / "campaign.toml"), "-o", str(result))
     assert found.code == 0, found.err
-    assert len(found.sentences) == 1 and "left out: loops-2.txt: is truncated" in found.sentences[0]
+    assert len(found.sentences) == 1 and "excluded: loops-2.txt: is truncated" in found.sentences[0]
     assert "ground.adhesion.rate" in found.out and "held-out signals: 16" in found.out
     assert sorted(path.name for path in result.iterdir() if not path.name.startswith(".")) == [
         "draws.npz", "identification.json", "identified.toml", "report.html",

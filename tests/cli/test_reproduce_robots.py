@@ -100,7 +100,7 @@ def test_tables_for_people(tarsus, written):
 # Slow: all rows again. Its sibling above shows those of two seeds.
 @pytest.mark.slow
 def test_tables_of_one_seed_which_has_no_spread(tarsus):
-    result = tarsus("reproduce", "hexapod", "--seeds", "1")
+    result = tarsus("reproduce", "hexapod", "--seeds", "1", "-q")
     assert result.code == 0 and not result.err
     assert all(words in result.out for words in HEADINGS)
     assert " nan" not in result.out
