@@ -37,8 +37,8 @@ Floats = NDArray[np.float64]
 DOWN = 2.0 / 3.0
 """Share of a generation's children that are steps down; the others keep the search from one valley."""
 FEWEST = 10
-"""Members of a population that takes steps down: of six, two went on by evolution, and three of eight searches found the
-values of a bouncing ball, where evolution alone finds them in six; of ten and sixteen both find them in all eight."""
+"""Members of a population that takes steps down: of six, two went on by evolution, and three of eight searches found
+the values of a bouncing ball, where evolution alone finds them in six; of ten and sixteen both do in all eight."""
 LEVEL = 0.9
 """Members of an ensemble lie inside the likelihood region of this probability (chi-squared with one degree of freedom
 for each unknown)."""
