@@ -10,22 +10,16 @@ import pytest
 import tarsus as ts
 from random_scenes import plain_scene
 from scene_files import scene as scene_of
+from scene_files import with_gradients
 from tarsus.base.spec import get_value
 from tarsus.measure import PER_WINDOW, WHOLE_RUN
-from tarsus.plan.slots import slots
 from tarsus.solve import directional
 from tarsus.solve.directional import measure_slopes, row_slopes, step_along
 
 
 def compared(scene: ts.Scene, duration: float | None, monkeypatch) -> int:
     """How many derivatives of measures, with the products and by differences alone, agree; all do."""
-    paths = list(slots(scene))
-    while True:
-        try:
-            run = ts.simulate(scene, duration, gradients=paths)
-            break
-        except ts.InputError as error:  # of a drive whose pieces change
-            paths.remove(str(error).split(":")[0])
+    run, paths = with_gradients(scene, duration)
     log, count = run._log, 0
     for name in (*PER_WINDOW, *WHOLE_RUN):
         known = row_slopes(log, run.foot_names, name, together=True)

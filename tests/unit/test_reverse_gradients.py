@@ -8,6 +8,7 @@ import pytest
 import tarsus as ts
 from random_scenes import plain_scene
 from scene_files import scene as scene_of
+from scene_files import with_gradients
 from tarsus.base.spec import float_paths, get_value
 from tarsus.measure import PER_WINDOW, WHOLE_RUN
 from tarsus.plan.slots import slots
@@ -100,13 +101,7 @@ KINDS = {"time": [0], "impact": [3, 4, 5, 6, 7, 8], "apex": [9], "integral": [11
 
 
 def assert_as_forwards(scene: ts.Scene, duration: float | None) -> None:
-    paths = list(slots(scene))
-    while True:
-        try:
-            run = ts.simulate(scene, duration, gradients=paths)
-            break
-        except ts.InputError as error:  # of a drive whose pieces change
-            paths.remove(str(error).split(":")[0])
+    run, paths = with_gradients(scene, duration)
     values = np.array([abs(float(get_value(scene, path))) or 1.0 for path in paths])
     for name, (got, flags), wanted, size, forwards in numbers_of(run, KINDS):
         scale = np.maximum(size, 1e-4 * size.max() / values)
