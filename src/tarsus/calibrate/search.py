@@ -114,11 +114,12 @@ def evolve(
     population, now = start.copy(), cost(start) if generations else np.zeros(size)
     for _ in range(generations):
         points, readings = archive.points(chosen.run)
-        residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points, without)
-        before = (residuals**2).sum(axis=1)
-        told = size >= FEWEST and len(points) > 2 * (points.shape[1] + 1)
-        count = round(DOWN * size / len(STEPS)) if told else 0
-        bases = valleys.bases(points, before, max(count, 1)) if count else []
+        bases: list[int] = []
+        residuals = before = np.zeros(0)
+        if size >= FEWEST and len(points) > 2 * (points.shape[1] + 1):
+            residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points, without)
+            before = (residuals**2).sum(axis=1)
+            bases = valleys.bases(points, before, round(DOWN * size / len(STEPS)))
         targets = rng.permutation(size)[: size - len(STEPS) * len(bases)]
         asked = [steps(points, residuals, base, rng) for base in bases]
         asked.append(_children(population, int(np.argmin(now)), targets, rng))
