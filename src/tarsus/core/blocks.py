@@ -1,4 +1,4 @@
-"""Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode (numpy only).
+"""Real block-diagonal form of x' = A x: 2 x 2 blocks, one a mode, in a fixed order of operations.
 
 A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
 (a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form
@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tarsus.base.linear import cholesky, condition_of, eig, eigh, inverse, length, product, solve, svd
 
 Floats = NDArray[np.float64]
 
@@ -28,20 +30,18 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
     n = mass.shape[0]
     if n == 0:
         return np.zeros((0, 2, 2)), np.zeros((0, 0))
-    root = np.linalg.cholesky(mass)
-    inverse = np.linalg.inv(root)
-    k = inverse @ stiffness @ inverse.T
-    c = inverse @ damping @ inverse.T
+    root = inverse(cholesky(mass))
+    k, c = (product(root, part, root.T) for part in (stiffness, damping))
     if np.abs(k - k.T).max() <= 1e-10 * max(np.abs(k).max(), 1e-300):
-        square, u = np.linalg.eigh(0.5 * (k + k.T))
-        modal_c = u.T @ c @ u
+        square, u = eigh(k)
+        modal_c = product(u.T, c, u)
         rates = modal_c.diagonal()
         if np.abs(modal_c - np.diag(rates)).max() <= 1e-12 * max(np.abs(modal_c).max(), 1e-300):
-            # rigid is what is below the rounding of its own terms: a soft mode beside a very stiff one is not
+            # rigid and undamped is what is below the rounding of its own terms: a soft mode beside a very stiff one is not
             sizes = np.abs(u)
-            rounding = 1e-14 * n * (sizes * (np.abs(k) @ sizes)).sum(axis=0)
-            square = np.where(np.abs(square) <= rounding, 0.0, square)
-            return _classical(square, rates, inverse.T @ u)
+            stiff, rubbed = (1e-14 * n * (sizes * product(np.abs(part), sizes)).sum(axis=0) for part in (k, c))
+            square, rates = np.where(np.abs(square) <= stiff, 0.0, square), np.where(np.abs(rates) <= rubbed, 0.0, rates)
+            return _classical(square, rates, product(root.T, u))
     return _general(mass, damping, stiffness)
 
 
@@ -70,28 +70,28 @@ def _classical(square: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, Fl
 def _general(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
     """General damping: invariant planes of the state matrix, rigid-body chains split off first."""
     n = mass.shape[0]
-    solve = np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    per_mass = solve(mass, np.hstack([stiffness, damping]))
     state = np.zeros((2 * n, 2 * n))
     state[:n, n:] = np.eye(n)
-    state[n:, :n] = -solve[:, :n]
-    state[n:, n:] = -solve[:, n:]
+    state[n:, :n] = -per_mass[:, :n]
+    state[n:, n:] = -per_mass[:, n:]
     # Balance displacement against velocity so that both halves have comparable size.
-    w = np.sqrt(max(np.abs(solve[:, :n]).max(), 1e-300))
+    w = np.sqrt(max(np.abs(per_mass[:, :n]).max(), 1e-300))
     scale = np.concatenate([np.ones(n), np.full(n, w)])
     state = state * scale[None, :] / scale[:, None]
     planes: list[tuple[Floats, Floats]] = []
     rest, lift = _split_rigid(state, mass, stiffness, damping, w, planes)
     if rest.size:
         half = lift[:n, : lift.shape[1] // 2]
-        pencil = tuple(half.T @ part @ half for part in (mass, damping, stiffness))
-        planes += [(lift @ pair, block) for pair, block in _planes(rest, pencil, w)]
+        pencil = tuple(product(half.T, part, half) for part in (mass, damping, stiffness))
+        planes += [(product(lift, pair), block) for pair, block in _planes(rest, pencil, w)]
     basis = np.zeros((2 * n, 2 * n))
     blocks = np.zeros((n, 2, 2))
-    apart = np.hstack([np.linalg.qr(pair)[0] for pair, _ in planes])
+    apart = np.hstack([_orthonormal(pair)[0] for pair, _ in planes])
     for r, (pair, block) in enumerate(planes):
         basis[:, r], basis[:, n + r] = pair[:, 0], pair[:, 1]
         blocks[r] = block
-    if len(planes) != n or np.linalg.cond(apart) > 1e9:
+    if len(planes) != n or condition_of(apart) > 1e9:
         raise DefectiveStructureError(
             "two or more modes of the damped structure coincide and cannot be separated; "
             "change one damping value slightly (1e-6 relative is enough) or give modal damping"
@@ -103,10 +103,10 @@ def _split_rigid(state, mass, stiffness, damping, w, planes):
     """Take out motions with no stiffness and no damping (rest of the space is mass-orthogonal to them)."""
     n = mass.shape[0]
     both = np.vstack([stiffness / max(np.abs(stiffness).max(), 1e-300), damping / max(np.abs(damping).max(), 1e-300)])
-    _, s, vt = np.linalg.svd(both)
-    rigid = vt[np.sum(s > 1e-12) :].T if np.any(s <= 1e-12) else np.zeros((n, 0))
+    sizes, ways = svd(both)
+    rigid = ways[:, sizes <= 1e-12]
     left = both.reshape(2, n, n)
-    if rigid.shape[1] and max(np.abs(rigid.T @ left[0]).max(), np.abs(rigid.T @ left[1]).max()) > 1e-10:
+    if rigid.shape[1] and max(np.abs(product(rigid.T, part)).max() for part in left) > 1e-10:
         rigid = np.zeros((n, 0))  # forces from the elastic part act on it: not separable
     if rigid.shape[1] == 0:
         return state, np.eye(2 * n)
@@ -115,12 +115,11 @@ def _split_rigid(state, mass, stiffness, damping, w, planes):
         pair[:n, 0] = rigid[:, j]
         pair[n:, 1] = rigid[:, j]
         planes.append((pair, np.array([[0.0, w], [0.0, 0.0]])))
-    _, _, wt = np.linalg.svd(rigid.T @ mass)
-    elastic = wt[rigid.shape[1] :].T
+    elastic = svd(product(rigid.T, mass))[1][:, rigid.shape[1] :]
     lift = np.zeros((2 * n, 2 * elastic.shape[1]))
     lift[:n, : elastic.shape[1]] = elastic
     lift[n:, elastic.shape[1] :] = elastic
-    return np.linalg.lstsq(lift, state @ lift, rcond=None)[0], lift
+    return product(lift.T, state, lift), lift
 
 
 SLOW = 1e-3
@@ -130,7 +129,7 @@ largest only, and the slow rates of a structure damped by ratios of 1e4 lie 1e9 
 
 def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[Floats, Floats]]:
     """Invariant planes (2n, 2) of a state matrix and its block on each; pencil: M, C, K, and w its unit of velocity."""
-    values, vectors = (part.astype(complex) for part in np.linalg.eig(state))
+    values, vectors = eig(state)
     scale = np.abs(values).max()
     known = np.full(len(values), scale)  # what the rounding of each goes by
     for r in np.flatnonzero(np.abs(values) < SLOW * scale):
@@ -154,16 +153,14 @@ def _planes(state: Floats, pencil: tuple[Floats, ...], w: float) -> list[tuple[F
             # velocities count by the pair's own rate: by a much faster one the two vectors would hardly differ
             own_scale[len(state) // 2 :] = w / min(np.abs(close).max(), w)
         tall = vectors[:, [second, first]].real * own_scale[:, None]
-        pair, own = np.linalg.qr(tall / np.linalg.norm(tall, axis=0))
+        pair, own = _orthonormal(tall / length(tall))
         if abs(own[1, 1]) > 1e-4:
             block = [[close[0], (close[1] - close[0]) * own[0, 1] / own[1, 1]], [0.0, close[1]]]
             planes.append((pair / own_scale[:, None], np.array(block)))
             continue
         # An orthonormal basis of the plane is well conditioned even where the two nearly coincide.
-        shifted = (state - close[0] * np.eye(len(state))) @ (state - close[1] * np.eye(len(state)))
-        _, _, vt = np.linalg.svd(shifted)
-        pair = vt[-2:].T
-        planes.append((pair, pair.T @ state @ pair))
+        pair = svd(product(*(state - rate * np.eye(len(state)) for rate in close)))[1][:, -2:]
+        planes.append((pair, product(pair.T, state, pair)))
     return planes
 
 
@@ -172,8 +169,9 @@ def _known_apart(rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]) -> b
     the pair's own rate nothing is left for either shape, of columns (n, 2)."""
     mass, damping, stiffness = pencil
     fastest = np.abs(rates).max()
-    left = mass @ shapes * rates**2 + damping @ shapes * rates + stiffness @ shapes
-    size = fastest**2 * np.abs(mass @ shapes).max(axis=0) + fastest * np.abs(damping @ shapes).max(axis=0)
+    inert, damped, sprung = (product(part, shapes) for part in (mass, damping, stiffness))
+    left = inert * rates**2 + damped * rates + sprung
+    size = fastest**2 * np.abs(inert).max(axis=0) + fastest * np.abs(damped).max(axis=0)
     return bool((np.abs(left).max(axis=0) < 1e-6 * size).all())
 
 
@@ -184,14 +182,41 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
     """
     mass, damping, stiffness = pencil
     for _ in range(4):
-        u, _, vh = np.linalg.svd(value * value * mass + value * damping + stiffness)
-        left, right = u[:, -1].conj(), vh[-1].conj()
-        slope = left @ (2.0 * value * mass + damping) @ right
+        matrix = value * value * mass + value * damping + stiffness
+        left, right = _least_moved(matrix.T), _least_moved(matrix)
+        slope = product(left, 2.0 * value * mass + damping, right)
         if slope == 0.0:
             break
-        change = left @ (value * value * mass + value * damping + stiffness) @ right / slope
+        change = product(left, matrix, right) / slope
         value = complex(value - change)
         if abs(change) <= 1e-15 * abs(value):
             break
     vector = np.concatenate([right, value / w * right])
-    return value, vector / np.linalg.norm(vector)
+    return value, vector / length(vector)
+
+
+def _least_moved(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """A vector (n,) of length one that a matrix all but takes to zero: three steps of inverse iteration."""
+    vector = 1.0 + np.arange(len(matrix)) % 3 + 0.0j
+    pivot = 1e-16 * np.abs(matrix).max()  # where the matrix is singular to the last bit, one beside it
+    for _ in range(3):
+        try:
+            vector = solve(matrix, vector)
+        except np.linalg.LinAlgError:
+            vector = solve(matrix + pivot * np.eye(len(matrix)), vector)
+        vector = vector / np.abs(vector).max()
+        vector = vector / length(vector)
+    return vector
+
+
+def _orthonormal(pair: Floats) -> tuple[Floats, Floats]:
+    """Q (n, 2) and the triangle R (2, 2) of Q R = pair, by Gram and Schmidt's method, twice."""
+    first = float(length(pair[:, 0]))
+    q = pair[:, 0] / first
+    second, share = pair[:, 1], 0.0
+    for _ in range(2):
+        more = float(product(q, second))
+        second, share = second - more * q, share + more
+    left = float(length(second))
+    other = second / left if left > 0.0 else second
+    return np.stack([q, other], axis=1), np.array([[first, share], [0.0, left]])

@@ -1,4 +1,4 @@
-"""Contact modes: the linear structure with some feet held on the ground (numpy only).
+"""Contact modes: the linear structure with some feet held on the ground, in a fixed order of operations.
 
 With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
 with every input a polynomial through its nodal values, is a handful of constant matrices; the native
@@ -20,12 +20,14 @@ Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a he
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.linear import cholesky, inverse, length, product, pseudoinverse, rank_of, solve, svd
 from tarsus.core.blocks import split_modes
 
 Floats = NDArray[np.float64]
@@ -72,7 +74,7 @@ class LinearSystem:
     @cached_property
     def per_impulse(self) -> Floats:
         """Change of the velocities (n, m) by a unit impulse on each foot."""
-        return np.linalg.solve(self.mass, self.normals)
+        return solve(self.mass, self.normals)
 
     @cached_property
     def holdings(self) -> dict[tuple[int, ...], tuple[Floats, Floats, Floats, Floats]]:
@@ -125,13 +127,13 @@ class ContactMode:
         """The mode with what these sources (m + 1,) add: rest gaps [m], gravity [m/s^2]."""
         inputs, feed = self.inputs.copy(), self.feed.copy()
         held_feed, printed_feed = self.held_feed.copy(), self.printed_feed.copy()
-        inputs[-1] = sources @ self.bias.inputs
-        feed[:, -1] = sources @ self.bias.feed
-        held_feed[:, -1] = sources @ self.bias.held_feed
-        printed_feed[:, -1] = sources @ self.bias.printed_feed
+        inputs[-1] = product(sources, self.bias.inputs)
+        feed[:, -1] = product(sources, self.bias.feed)
+        held_feed[:, -1] = product(sources, self.bias.held_feed)
+        printed_feed[:, -1] = product(sources, self.bias.printed_feed)
         return replace(
             self, inputs=inputs, feed=feed, held_feed=held_feed, printed_feed=printed_feed,
-            offset=sources @ self.bias.offset,
+            offset=product(sources, self.bias.offset),
         )  # fmt: skip
 
 
@@ -139,7 +141,7 @@ def _apply(blocks: Floats, y: Floats) -> Floats:
     """T y for y (..., 2nb) stored as [first components, second components]; T a full matrix where blocks are."""
     nb = len(blocks)
     if blocks.ndim == 2:
-        return y @ blocks.T
+        return product(y, blocks.T)
     a, b = y[..., :nb], y[..., nb:]
     return np.concatenate(
         [blocks[:, 0, 0] * a + blocks[:, 0, 1] * b, blocks[:, 1, 0] * a + blocks[:, 1, 1] * b], axis=-1
@@ -166,29 +168,30 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     normals = system.normals[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
-    u, s, vt = np.linalg.svd(normals.real)
-    rank = int(np.sum(s * s > REDUNDANT * s[0] * s[0])) if s.size else 0
-    z = u[:, rank:]
-    placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
+    rows = normals.real.T
+    sizes, ways = svd(rows)
+    rank = rank_of(rows, math.sqrt(REDUNDANT), sizes)
+    z, seen = ways[:, rank:], ways[:, :rank] / sizes[:rank]
+    placed = -product(seen, product(rows, seen).T)
     if np.iscomplexobj(normals):  # N^T Z = 0 and N^T placed = -1, with derivatives
-        moved = placed @ (1j * normals.imag.T)
-        z, placed = z + moved @ z, placed + moved @ placed
-    onto = z.T @ system.mass
-    projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
+        moved = product(placed, 1j * normals.imag.T)
+        z, placed = z + product(moved, z), placed + product(moved, placed)
+    onto = product(z.T, system.mass)
+    projector = solve(product(onto, z), onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
-    met = normals.T @ minv_n
+    met = product(normals.T, minv_n)
     share = _inverse_of(met) if len(held) > 1 else 1.0 / met
-    return z, placed, projector, share @ minv_n.T
+    return z, placed, projector, product(share, minv_n.T)
 
 
 def _inverse_of(matrix: Floats) -> Floats:
     """Pseudoinverse of a symmetric matrix, with the derivative in its imaginary part where it keeps its rank."""
-    inverse = np.linalg.pinv(matrix.real, rcond=REDUNDANT, hermitian=True)
+    found = pseudoinverse(matrix.real, REDUNDANT)
     if not np.iscomplexobj(matrix):
-        return inverse
-    moved, left = 1j * matrix.imag, np.eye(len(matrix)) - matrix.real @ inverse
-    across = inverse @ inverse @ moved @ left
-    return inverse - inverse @ moved @ inverse + across + across.T
+        return found
+    moved, left = 1j * matrix.imag, np.eye(len(matrix)) - product(matrix.real, found)
+    across = product(found, found, moved, left)
+    return found - product(found, moved, found) + across + across.T
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
@@ -207,19 +210,19 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     held_feet = [i for i in range(m) if mask >> i & 1]
     free_feet = [i for i in range(m) if not mask >> i & 1]
     z, placed, projector, rows = _holding(system, held_feet)
-    mz, cz, kz = (z.T @ part @ z for part in (system.mass, system.damping, system.stiffness))
+    mz, cz, kz = (product(z.T, part, z) for part in (system.mass, system.damping, system.stiffness))
     nz, own, kind = z.shape[1], basis is None, mz.dtype
     if basis is None:
         blocks, basis = split_modes(mz, cz, kz)
-    inverse = np.linalg.inv(basis)
+    onto = inverse(basis)
     if not own:
-        rates = np.vstack([basis[nz:], -np.linalg.solve(mz, kz @ basis[:nz] + cz @ basis[nz:])])
-        blocks = inverse @ rates
-    position, velocity = z @ basis[:nz], z @ basis[nz:]
-    force_in = inverse[:, nz:] @ np.linalg.solve(mz, z.T) if nz else np.zeros((0, n))
+        rates = np.vstack([basis[nz:], -solve(mz, product(kz, basis[:nz]) + product(cz, basis[nz:]))])
+        blocks = product(onto, rates)
+    position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
+    force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
     particular = np.zeros((n, m + 1), kind)
     particular[:, held_feet] = placed
-    constant = -system.stiffness @ particular  # forces per unit of every source
+    constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
 
     beta = np.zeros((m, 2 * nz), kind)
@@ -237,66 +240,67 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     skew = np.zeros(m, kind)
     printed, printed_feed, printed_damping = np.zeros((m, 2 * nz), kind), np.zeros((m, ni), kind), np.zeros(m, kind)
 
-    inputs[2 * m : 2 * m + nd] = (force_in @ system.loads).T
+    inputs[2 * m : 2 * m + nd] = product(force_in, system.loads).T
     bias = Bias(
-        inputs=(force_in @ constant).T, feed=np.zeros((m + 1, 2 * m), kind), offset=np.zeros((m + 1, 2 * n), kind),
+        inputs=product(force_in, constant).T, feed=np.zeros((m + 1, 2 * m), kind), offset=np.zeros((m + 1, 2 * n), kind),
         held_feed=np.zeros((m + 1, m), kind), printed_feed=np.zeros((m + 1, m), kind),
     )  # fmt: skip
     bias.offset[:, :n] = particular.T
     for i in free_feet:
         normal = system.normals[:, i]
-        beta[i] = force_in @ normal
+        beta[i] = product(force_in, normal)
         inputs[i] = _apply(blocks, beta[i])
         inputs[m + i] = beta[i]
-        outputs[i] = normal @ position
-        outputs[m + i] = normal @ velocity
-        bias.feed[:, i] = normal @ particular
+        outputs[i] = product(normal, position)
+        outputs[m + i] = product(normal, velocity)
+        bias.feed[:, i] = product(normal, particular)
         bias.feed[i, i] += 1.0
-    restoring = system.stiffness @ position + system.damping @ velocity
+    restoring = product(system.stiffness, position) + product(system.damping, velocity)
     for row, i in zip(rows, held_feet, strict=True):
-        outputs[i] = -row @ restoring
+        outputs[i] = -product(row, restoring)
         feed[i] = _force_feed(row, system, free_feet, ni)
-        bias.feed[:, i] = row @ constant
-        feed_rate[i, free_feet] = row @ system.normals[:, free_feet]
+        bias.feed[:, i] = product(row, constant)
+        feed_rate[i, free_feet] = product(row, system.normals[:, free_feet])
     for i in free_feet:
         for k in free_feet:
-            feed[m + i, k] = outputs[m + i] @ beta[k]
+            feed[m + i, k] = product(outputs[m + i], beta[k])
         for k in held_feet:
-            feed[k, i] += outputs[k] @ beta[i]
+            feed[k, i] += product(outputs[k], beta[i])
         together = sorted([*held_feet, i])
         z2, _, projector2, rows2 = _holding(system, together)
         row = rows2[together.index(i)]
-        held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
+        stopped = product(z2, product(projector2, velocity))
+        held[i] = -product(row, product(system.stiffness, position) + product(system.damping, stopped))
         held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
-        bias.held_feed[:, i] = row @ constant
-        mobility[i] = outputs[m + i] @ beta[i]
-        if mobility[i].real <= REDUNDANT * (system.normals[:, i] @ system.per_impulse[:, i]).real:
+        bias.held_feed[:, i] = product(row, constant)
+        mobility[i] = product(outputs[m + i], beta[i])
+        if mobility[i].real <= REDUNDANT * (product(system.normals[:, i], system.per_impulse[:, i])).real:
             mobility[i] = 0.0  # held feet hold this one as well
             continue
         jump[i] = beta[i] / mobility[i]
-        reaction[i, held_feet] = -rows @ system.normals[:, i]
+        reaction[i, held_feet] = -product(rows, system.normals[:, i])
         if system.directions is not None:
-            across, skew[i] = _across(mz, z.T @ system.normals[:, i], projector @ system.directions[:, i])
-            side[i] = inverse[:, nz:] @ across
-            side_rate[i] = across @ mz @ basis[nz:]
+            across, skew[i] = _across(mz, product(z.T, system.normals[:, i]), product(projector, system.directions[:, i]))
+            side[i] = product(onto[:, nz:], across)
+            side_rate[i] = product(across, mz, basis[nz:])
         if system.alone is not None:
             # -K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign
             row = system.alone[:, i]
-            printed[i] = -row @ restoring
+            printed[i] = -product(row, restoring)
             printed_feed[i] = _force_feed(row, system, [], ni)
-            bias.printed_feed[:, i] = row @ constant
-            bias.printed_feed[i, i] -= 2.0 * (row @ system.stiffness @ row)
-            printed_damping[i] = row @ system.damping @ row
+            bias.printed_feed[:, i] = product(row, constant)
+            bias.printed_feed[i, i] -= 2.0 * (product(row, system.stiffness, row))
+            printed_damping[i] = product(row, system.damping, row)
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
     if own:
-        leading, share = _leading(np.linalg.solve(np.linalg.cholesky(mz), z.T @ system.normals[:, free_feet]).T)
+        leading, share = _leading(solve(cholesky(mz), product(z.T, system.normals[:, free_feet])).T)
         spanned = np.zeros((m, len(leading)))
         spanned[free_feet] = share
     both = np.zeros((2 * nz, 2 * n), kind)
     both[:nz, :n], both[nz:, n:] = projector, projector
     return ContactMode(
         mask=mask, blocks=blocks, basis=basis, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
-        to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=inverse @ both,
+        to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=product(onto, both),
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
         side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
         printed_damping=printed_damping, leading=np.array(free_feet, dtype=np.int64)[leading], spanned=spanned, bias=bias,
@@ -309,20 +313,20 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
     Of many feet on few modes only so many move by themselves. Each next one is that which the ones before leave most of, so
     that no share is large. What is below 1e-13 of the largest row is rounding.
     """
-    rest, size = rows.copy(), np.linalg.norm(rows, axis=1).max(initial=0.0)
+    rest, size = rows.copy(), length(rows.T).max(initial=0.0)
     chosen: list[int] = []
     ways = np.zeros((0, rows.shape[1]))
     while len(chosen) < min(rows.shape):
-        left = np.linalg.norm(rest, axis=1)
+        left = length(rest.T)
         best = int(np.argmax(left))
         if left[best] <= 1e-13 * size:
             break
-        way = rest[best] - ways.T @ (ways @ rest[best])  # once more, for what rounding left of the others' ways
-        ways = np.vstack([ways, way / np.linalg.norm(way)])
-        rest -= np.outer(rest @ ways[-1], ways[-1])
+        way = rest[best] - product(ways.T, product(ways, rest[best]))  # once more, for what rounding left of the others' ways
+        ways = np.vstack([ways, way / length(way)])
+        rest -= np.outer(product(rest, ways[-1]), ways[-1])
         chosen.append(best)
     chosen.sort()
-    shares = np.linalg.lstsq(rows[chosen].T, rows.T, rcond=None)[0].T
+    shares = product(rows, pseudoinverse(rows[chosen])) if chosen else np.zeros((len(rows), 0))
     shares[chosen] = np.eye(len(chosen))
     return np.array(chosen, dtype=np.int64), shares
 
@@ -333,24 +337,24 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     d = M^-1 n / mobility + skew s / sqrt(mobility), scaled so that n^T d = 1. A direction that the held feet leave no
     room for is taken mass-weighted (skew 0).
     """
-    along = np.linalg.solve(mass, normal)
-    mobility = normal @ along
-    rate = normal @ direction
-    size = np.sqrt(direction @ mass @ direction * mobility)
+    along = solve(mass, normal)
+    mobility = product(normal, along)
+    rate = product(normal, direction)
+    size = np.sqrt(product(direction, mass, direction) * mobility)
     if rate.real <= 1e-9 * size.real:
         return np.zeros_like(normal), 0.0
     rest = direction / rate - along / mobility
-    length = np.sqrt(rest @ mass @ rest)
-    skew = length * np.sqrt(mobility)
-    return (rest / length, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
+    across = np.sqrt(product(rest, mass, rest))
+    skew = across * np.sqrt(mobility)
+    return (rest / across, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
 def _force_feed(row: Floats, system: LinearSystem, free: list[int], ni: int) -> Floats:
     m, nd = system.normals.shape[1], system.loads.shape[1]
     out = np.zeros(ni, row.dtype)
-    out[2 * m : 2 * m + nd] = row @ system.loads
+    out[2 * m : 2 * m + nd] = product(row, system.loads)
     for k in free:
-        out[m + k] = row @ system.normals[:, k]
+        out[m + k] = product(row, system.normals[:, k])
     return out
 
 

@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import (
     Amount,
@@ -222,7 +223,7 @@ class Scene(Description):
     def _start_faults(self, start: Array) -> list[tuple[str, str]]:
         faults: list[tuple[str, str]] = []
         for name, foot in self.robot.feet.items():
-            moved = float(self.robot.structure.row(foot.point) @ start)
+            moved = float(product(self.robot.structure.row(foot.point), start))
             gap = foot.gap + foot.normal * moved
             if gap < -1e-12 * max(foot.gap, abs(moved)):
                 depth = format_quantity(float(f"{-gap:.6g}"), "m")

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import eigh, product, solve
 from tarsus.base.spec import described, with_values
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.lower import evaluate, lower
@@ -59,14 +60,15 @@ def equilibrium(scene: Scene, *, driven: bool = False) -> Array:
     volts, load = _drives(scene, driven)
     matrices = walker.matrices()
     if scene.ground.gravity is not None:
-        load = load - scene.ground.gravity.acceleration * (matrices.mass @ walker.vertical())
+        load = load - scene.ground.gravity.acceleration * (product(matrices.mass, walker.vertical()))
     heights = {name: walker.leg_coordinate(foot.point) + 1 for name, foot in scene.robot.feet.items()}
     held = {place: -scene.robot.feet[name].gap for name, place in heights.items()}
     ways = [0, *(walker.leg_coordinate(leg) for leg, one in walker.legs.items() if one.stiffness_l == 0.0)]
     held |= dict.fromkeys(ways, 0.0)
     x = _equilibrium(walker, matrices.stiffness, load, held)
-    push = matrices.stiffness @ x - load
-    scale = _BALANCED * float(np.abs(load).max(initial=0.0) + np.abs(matrices.stiffness @ x).max())
+    held_by = product(matrices.stiffness, x)
+    push = held_by - load
+    scale = _BALANCED * float(np.abs(load).max(initial=0.0) + np.abs(held_by).max())
     problems = []
     for name, place in heights.items():
         hold = push[place] + _hold(scene.ground, volts.get(scene.robot.feet[name].electrode, 0.0))
@@ -101,10 +103,10 @@ def _equilibrium(walker: Walker, stiffness: Array, load: Array, held: Mapping[in
         return x
     inner = stiffness[np.ix_(free, free)]
     size = np.sqrt(np.where(np.diag(inner) > 0.0, np.diag(inner), 1.0))
-    values, shapes = np.linalg.eigh(inner / np.outer(size, size))
+    values, shapes = eigh(inner / np.outer(size, size))
     if values[0] < _LOOSE * max(values[-1], 1.0):
         raise InputError(_unsupported(walker, free[int(np.argmax(np.abs(shapes[:, 0])))]))
-    x[free] = np.linalg.solve(inner, (load - stiffness @ x)[free])
+    x[free] = solve(inner, (load - product(stiffness, x))[free])
     return x
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import largest_of, product, solve
 from tarsus.core import _native
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
@@ -168,7 +170,7 @@ def lower_system(scene: Scene) -> LinearSystem:
     if scene.ground.gravity is not None:
         up = structure.vertical()
         assert up is not None  # checked by Scene
-        weight, gravity = -(matrices.mass @ up), scene.ground.gravity.acceleration
+        weight, gravity = -product(matrices.mass, up), scene.ground.gravity.acceleration
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
         np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
@@ -304,7 +306,7 @@ def scales(
     `tarsus.plan.slots.Rows`.
     """
     n, m = system.normals.shape
-    lengths = [np.abs(sources[:, :m] + initial[:, :n] @ system.normals), sources[:, :m]]
+    lengths = [np.abs(sources[:, :m] + product(initial[:, :n], system.normals)), sources[:, :m]]
     forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
     for name, law in laws.acting.items():
         first, fields = laws.columns[name], law.names()
@@ -324,10 +326,8 @@ def scales(
 
 
 def _rate(system: LinearSystem) -> float:
-    """Fastest rate [1/s] of a structure."""
+    """Fastest rate [1/s] of a structure, undriven and free, to some per cent: a scale of steps and thresholds."""
     if not len(system.mass):
         return 1.0
-    per_mass = np.linalg.solve(system.mass, np.concatenate([system.stiffness, system.damping], axis=1))
-    squares, rub = np.split(per_mass, 2, axis=1)
-    fastest = np.sqrt(np.abs(np.linalg.eigvals(squares)).max())
-    return max(float(fastest), float(np.abs(np.linalg.eigvals(rub)).max()) if rub.any() else 0.0, 1.0)
+    springs, dampers = (solve(system.mass, part) for part in (system.stiffness, system.damping))
+    return max(math.sqrt(largest_of(springs)), largest_of(dampers), 1.0)

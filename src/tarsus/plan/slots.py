@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.base.units import format_quantity
 from tarsus.core import _native
@@ -271,7 +272,7 @@ def _driven(
 def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:
     """No run starts with a foot below the ground."""
     rest = rows.sources[:, : plan.feet]
-    moved = rows.initial[:, : len(plan.system.mass)] @ plan.system.normals
+    moved = product(rows.initial[:, : len(plan.system.mass)], plan.system.normals)
     below = rest + moved < -1e-12 * np.maximum(rest, np.abs(moved))
     for run, foot in np.argwhere(below)[:1]:
         name = list(scene.robot.feet)[foot]

@@ -23,7 +23,17 @@ from tarsus.base.spec import Amount, Description, Named, quantity
 from tarsus.base.units import format_quantity
 from tarsus.model.drive.waveforms import Square
 
-__all__ = ["Alternating", "AnyGait", "CustomGait", "Gait", "Layout", "MetachronalGait", "Reach", "Ripple", "Tripod"]
+__all__ = [
+    "Alternating",
+    "AnyGait",
+    "CustomGait",
+    "Gait",
+    "Layout",
+    "MetachronalGait",
+    "Reach",
+    "Ripple",
+    "Tripod",
+]
 
 
 @dataclass(frozen=True)

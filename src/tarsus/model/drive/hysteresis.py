@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amount, Amounts, quantity
 from tarsus.model.drive.crossings import bracketed_root
@@ -75,7 +76,7 @@ class PrandtlIshlinskii(VoltageLaw):
         """Force (N,) [N] along a sequence of voltages (N,) [V], monotone from each to the next."""
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
-        return free + self.states(v, history) @ self.plays()[1]
+        return free + product(self.states(v, history), self.plays()[1])
 
     def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
         """Force (n, N) [N] along n sequences of voltages (n, N) [V], side by side."""
@@ -83,7 +84,9 @@ class PrandtlIshlinskii(VoltageLaw):
         state, out = play_states(visited(history), r, np.zeros(len(r)))[-1], np.empty(volts.shape)
         for i, v in enumerate(volts.T):
             state = np.minimum(np.maximum(state, v[:, None] - r), v[:, None] + r)
-            out[:, i] = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant + state @ w
+            out[:, i] = (
+                ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant + product(state, w)
+            )
         return out
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
@@ -113,8 +116,8 @@ class PrandtlIshlinskii(VoltageLaw):
         engaged = _engaged(track, stretch, low, high, engage)
         s = s[stretch]
         law = np.tile(self.coefficients(), (len(stretch), 1))
-        law[:, 0] += np.where(engaged, -s * r, rest[stretch]) @ w
-        law[:, 1] += engaged @ w
+        law[:, 0] += product(np.where(engaged, -s * r, rest[stretch]), w)
+        law[:, 1] += product(engaged, w)
         slack = 1e-13 * (abs(self.linear) + float(np.abs(w).sum()))
         kink = np.where(new, track.kink[stretch], True)
         kink[1:] |= np.abs(np.diff(law[:, 1])) > slack
@@ -211,7 +214,7 @@ class PrandtlIshlinskii(VoltageLaw):
 
         def miss(v: float) -> float:
             free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
-            return free + float(np.minimum(np.maximum(state, v - r), v + r) @ w) - force
+            return free + float(product(np.minimum(np.maximum(state, v - r), v + r), w)) - force
 
         corners = np.concatenate([state - r, state + r])
         corners = np.sort(corners[(corners > low) & (corners < high)]).tolist()

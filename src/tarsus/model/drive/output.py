@@ -19,6 +19,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import product, solve
 from tarsus.model.drive.crossings import crossing, turns, value
 from tarsus.model.drive.parts import IDENTITY, to_pieces, whole_parts
 from tarsus.model.drive.pieces import TERMS, Pieces
@@ -413,16 +414,14 @@ class _Output:
 
         V = V0 + ratio times the integral of u - V from -1 on, in Chebyshev terms.
         """
-        right = ratio * (_INTEGRAL @ (_TO_CHEBYSHEV @ command))
+        right = ratio * product(_INTEGRAL, product(_TO_CHEBYSHEV, command))
         right[0] += self.volts
         matrix = np.eye(_TERMS) + ratio * _INTEGRAL
-        series = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+        series = solve(matrix, right)
         miss = float(np.abs(series[TERMS:]).sum())
         kept = series[:TERMS]
         rest = np.cumsum(np.abs(kept[::-1]))[::-1]
-        return np.asarray(
-            _TO_MONOMIAL @ np.where(rest <= 2e-15 * self.span, 0.0, kept), dtype=np.float64
-        ), miss
+        return product(_TO_MONOMIAL, np.where(rest <= 2e-15 * self.span, 0.0, kept)), miss
 
 
 def _place(at: float, x: float) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import product
 from tarsus.model.drive.pieces import TERMS, Pieces
 from tarsus.model.drive.track import Floats, Ints, Track, shifted
 
@@ -151,13 +152,13 @@ def _fit(
     # on a sliver the high coefficients are rounding, which would grow where the engine continues the piece
     rest = np.cumsum(np.abs(chebyshev[:, ::-1]), axis=1)[:, ::-1]
     chebyshev[(high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size)] = 0.0
-    return chebyshev[:, :TERMS] @ _TO_MONOMIAL.T, source, low, high
+    return product(chebyshev[:, :TERMS], _TO_MONOMIAL.T), source, low, high
 
 
 def _chebyshev(values: Floats) -> Floats:
     """Chebyshev coefficients (Q, 16) of the values (Q, 16) at the nodes; the mean is kept out of the sums."""
     middle = values[:, _NODES // 2].copy()
-    coef = (values - middle[:, None]) @ _TO_CHEBYSHEV.T
+    coef = product(values - middle[:, None], _TO_CHEBYSHEV.T)
     coef[:, 0] += middle
     return coef
 
@@ -169,5 +170,5 @@ def _sample(track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats)
     c = law[:, :, None]
     values = ((c[:, 3] * volts + c[:, 2]) * volts + c[:, 1]) * volts + c[:, 0]
     top = float(np.abs(volts).max(initial=0.0))
-    size = float((np.abs(law) @ top ** np.arange(4)).max(initial=0.0))
+    size = float(product(np.abs(law), top ** np.arange(4)).max(initial=0.0))
     return values, size

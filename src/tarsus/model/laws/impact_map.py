@@ -30,10 +30,19 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import cholesky, inverse, modes_of, product, pseudoinverse, rank_of, solve, svd
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Description, FrozenDict, Named, quantity
 
-__all__ = ["AnyImpactMap", "Body", "Directed", "DominantMode", "ImpactMap", "MassWeighted", "MeasuredImpactMap"]
+__all__ = [
+    "AnyImpactMap",
+    "Body",
+    "Directed",
+    "DominantMode",
+    "ImpactMap",
+    "MassWeighted",
+    "MeasuredImpactMap",
+]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +60,7 @@ class Body:
 
     def mobility(self, normal: Array) -> float:
         """``n^T M^-1 n`` [1/kg]: rate of a foot per unit impulse on it."""
-        return float(normal @ np.linalg.solve(self.mass, normal))
+        return float(product(normal, solve(self.mass, normal)))
 
 
 class ImpactMap(Description):
@@ -92,8 +101,8 @@ class MassWeighted(ImpactMap):
     kind: Literal["mass_weighted"] = "mass_weighted"
 
     def direction(self, foot: str, normal: Array, body: Body) -> Array:
-        spread = np.linalg.solve(body.mass, normal)
-        return np.asarray(spread / float(normal @ spread), dtype=np.float64)
+        spread = solve(body.mass, normal)
+        return np.asarray(spread / float(product(normal, spread)), dtype=np.float64)
 
 
 class DominantMode(ImpactMap):
@@ -110,12 +119,12 @@ class DominantMode(ImpactMap):
     )
 
     def direction(self, foot: str, normal: Array, body: Body) -> Array:
-        shapes = _modes(body)
-        shares = (normal @ shapes) ** 2
+        _, shapes = modes_of(body.mass, body.stiffness)
+        shares = product(normal, shapes) ** 2
         if self.mode is not None and self.mode > len(shares):
             raise PathErrors([("mode", f"the structure has {len(shares)} modes, got {self.mode}")])
         chosen = int(np.argmax(shares)) if self.mode is None else self.mode - 1
-        at_foot = float(normal @ shapes[:, chosen])
+        at_foot = float(product(normal, shapes[:, chosen]))
         if at_foot**2 <= 1e-12 * shares.sum():
             raise PathErrors([("mode", f"mode {chosen + 1} does not move foot '{foot}'")])
         return np.asarray(shapes[:, chosen] / at_foot, dtype=np.float64)
@@ -155,12 +164,13 @@ class MeasuredImpactMap(ImpactMap):
         if faults:
             raise PathErrors(faults)
         n = len(normal)
-        found = int(np.linalg.matrix_rank(np.array(rows)))
+        matrix = np.array(rows)
+        found = rank_of(matrix)
         if found < n:
             text = f"its {len(column)} points determine {found} of the {n} coordinates of the structure"
             raise PathErrors([(where, text)])
-        direction = np.linalg.lstsq(np.array(rows), np.array(list(column.values())), rcond=None)[0]
-        at_foot = float(normal @ direction)
+        direction = product(pseudoinverse(matrix), np.array(list(column.values())))
+        at_foot = float(product(normal, direction))
         if abs(abs(at_foot) - 1.0) > 1e-6:
             raise PathErrors([(where, f"expected 1 at the foot itself, got {abs(at_foot):g}")])
         return direction / at_foot
@@ -205,15 +215,6 @@ class MeasuredImpactMap(ImpactMap):
 AnyImpactMap = Annotated[MassWeighted | DominantMode | MeasuredImpactMap, Field(discriminator="kind")]
 
 
-def _modes(body: Body) -> Array:
-    """Mass-normalised modes (n, n) as columns, in order of frequency."""
-    factor = np.linalg.cholesky(body.mass)
-    inverse = np.linalg.inv(factor)
-    stiffness = 0.5 * (body.stiffness + body.stiffness.T)
-    _, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
-    return np.asarray(inverse.T @ vectors, dtype=np.float64)
-
-
 @dataclass(frozen=True)
 class Directed:
     """An impact at one foot: mass (n, n), normal (n,), direction d (n,) and restitution e.
@@ -230,19 +231,19 @@ class Directed:
     @property
     def mobility(self) -> float:
         """``n^T M^-1 n`` [1/kg]."""
-        return float(self.normal @ np.linalg.solve(self.mass, self.normal))
+        return float(product(self.normal, solve(self.mass, self.normal)))
 
     @property
     def across(self) -> Array:
         """``d - M^-1 n / (n^T M^-1 n)`` (n,): what the direction has beyond the mass-weighted one."""
-        spread = np.linalg.solve(self.mass, self.normal)
-        return self.direction - spread / float(self.normal @ spread)
+        spread = solve(self.mass, self.normal)
+        return self.direction - spread / float(product(self.normal, spread))
 
     @property
     def skew(self) -> float:
         """Size of the part across the normal, against that along it, in the mass metric [1]."""
         across = self.across
-        return math.sqrt(max(float(across @ self.mass @ across), 0.0) * self.mobility)
+        return math.sqrt(max(float(product(across, self.mass, across)), 0.0) * self.mobility)
 
     def matrix(self) -> Array:
         """R (n, n) of the map as it is, (3.22)."""
@@ -260,19 +261,21 @@ class Directed:
         theta = passive_angle(e, size)
         beta = math.sqrt(max(1.0 - e * e, 0.0)) * math.sin(theta)
         root = math.sqrt(self.mobility)
-        spread = np.linalg.solve(self.mass, self.normal)
+        spread = solve(self.mass, self.normal)
         out = np.eye(len(self.mass)) - (1.0 + e) * np.outer(spread, self.normal) / self.mobility
         if size > 0.0:
             side = self.across * root / size
-            out -= np.outer(side, beta * self.normal / root + (1.0 - math.cos(theta)) * (self.mass @ side))
+            out -= np.outer(
+                side, beta * self.normal / root + (1.0 - math.cos(theta)) * product(self.mass, side)
+            )
         return out
 
     def gain(self, *, passive: bool = False) -> float:
         """Largest factor by which one impact can multiply kinetic energy: max eig of ``M^-1/2 R^T M R M^-1/2``."""
-        factor = np.linalg.cholesky(self.mass)
+        factor = cholesky(self.mass)
         r = self.passive_matrix() if passive else self.matrix()
-        scaled = factor.T @ r @ np.linalg.inv(factor.T)
-        return float(np.linalg.norm(scaled, ord=2) ** 2)
+        scaled = product(factor.T, r, inverse(factor.T))
+        return float(svd(scaled)[0][0] ** 2)
 
     def energy(self, velocity: Array, *, passive: bool = False) -> Array:
         """Kinetic energy [J] that the impact creates (positive) or destroys, for velocities (n,) or (n, k) before."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import condition_of, solve
 from tarsus.base.spec import Description
 
 __all__ = ["Array", "Matrices", "Structure"]
@@ -71,7 +72,7 @@ class Structure(Description):
         """
         points = self.lumped_points
         rows = np.array([self.row(name) for name in points])
-        if len(points) != self.size or np.linalg.cond(rows) > 1e10:  # beyond it five digits of K_pp are left
+        if len(points) != self.size or condition_of(rows) > 1e10:  # beyond it five digits of K_pp are left
             raise InputError(
                 f"the displacements of its points ({', '.join(points)}) cannot stand for the {self.size} coordinates "
                 "of the structure: as many points with independent shapes are needed"
@@ -81,7 +82,7 @@ class Structure(Description):
                 f"'{point}' is a combination of the coordinates ({', '.join(points)}), not one of them"
             )
         own = np.array([float(name == point) for name in points])
-        return np.asarray(np.linalg.solve(rows, own), dtype=np.float64)
+        return solve(rows, own)
 
     @property
     def body_coordinates(self) -> tuple[str, ...]:

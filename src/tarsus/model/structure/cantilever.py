@@ -222,11 +222,11 @@ def cantilever_modes(
         end, center = deflection(np.array([1.0, 0.5]))
         tip_center = end + delta * end_slope
         rotary = mu * kappa * kappa * end_slope**2
-        modal = beam_mass * (float(weight @ shape**2) + mu * tip_center**2 + rotary)
+        modal = beam_mass * (float((weight * shape**2).sum()) + mu * tip_center**2 + rotary)
         scale = math.copysign(math.sqrt((beam_mass + tip.mass) / modal), tip_center)
         omega[k] = (beta / length) ** 2 * math.sqrt(stiffness / mass_per_length)
         at_tip[k], at_center[k], slopes[k] = scale * tip_center, scale * center, scale * end_slope / length
-        total = beam_mass * (float(weight @ shape) + mu * tip_center)
+        total = beam_mass * (float((weight * shape).sum()) + mu * tip_center)
         upward[k] = scale * total / (beam_mass + tip.mass)
     for values in (omega, at_tip, at_center, slopes, upward):
         values.flags.writeable = False

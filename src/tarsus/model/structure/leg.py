@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tarsus.base.errors import InputError
+from tarsus.base.linear import inverse, modes_of, product, solve
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.structure.base import Array
@@ -114,20 +115,20 @@ class Leg(Description):
         """
         chain = self.chain()
         back = self._joints_of_heights()
-        mass = back.T @ chain.mass(chain.rest) @ back
-        weight = back.T @ chain.weight(chain.rest)
-        damping, stiffness = (back.T @ np.diag(one) @ back for one in (chain.damping, chain.stiffness))
+        mass = product(back.T, chain.mass(chain.rest), back)
+        weight = product(back.T, chain.weight(chain.rest))
+        damping, stiffness = (product(back.T * one, back) for one in (chain.damping, chain.stiffness))
         return Lumped(
             coordinates=("body", "hip"),
             mass=(mass + mass.T) / 2.0,  # pyright: ignore[reportArgumentType]
             damping=(damping + damping.T) / 2.0,  # pyright: ignore[reportArgumentType]
             stiffness=(stiffness + stiffness.T) / 2.0,  # pyright: ignore[reportArgumentType]
-            upward=np.linalg.solve(mass, weight),  # pyright: ignore[reportArgumentType]
+            upward=solve(mass, weight),  # pyright: ignore[reportArgumentType]
         )
 
     def torque_load(self) -> Array:
         """Forces (2,) on the heights of `linearised` per torque at the hip [1/m]."""
-        return self._joints_of_heights().T @ np.array([1.0, 0.0])
+        return self._joints_of_heights()[0].copy()
 
     def _joints_of_heights(self) -> Array:
         """Turns of hip and knee joint (rows) per height of body and hip joint (columns) [rad/m]."""
@@ -135,7 +136,7 @@ class Leg(Description):
         heights = chain.heights(chain.rest)
         if abs(np.linalg.det(heights)) < 1e-6 * float(np.sum(chain.lengths)) ** 2:
             raise InputError("at this posture the heights of body and hip joint do not determine the joints")
-        return np.asarray(np.linalg.inv(heights), dtype=np.float64)
+        return inverse(heights)
 
 
 @dataclass(frozen=True)
@@ -155,15 +156,13 @@ class SingleMode:
         """The slow mode of a linearised leg, scaled to one at the body; its damping without the cross terms."""
         linear = leg.linearised()
         matrices = linear.matrices()
-        root = np.linalg.inv(np.linalg.cholesky(matrices.mass))
-        _, vectors = np.linalg.eigh(root @ matrices.stiffness @ root.T)
-        shape = root.T @ vectors[:, 0]
-        shape = shape / (linear.row("body") @ shape)
+        shape = modes_of(matrices.mass, matrices.stiffness)[1][:, 0]
+        shape = shape / product(linear.row("body"), shape)
         return cls(
-            mass=float(shape @ matrices.mass @ shape),
-            damping=float(shape @ matrices.damping @ shape),
-            stiffness=float(shape @ matrices.stiffness @ shape),
-            gain=float(shape @ leg.torque_load()) * leg.torque_gain,
+            mass=float(product(shape, matrices.mass, shape)),
+            damping=float(product(shape, matrices.damping, shape)),
+            stiffness=float(product(shape, matrices.stiffness, shape)),
+            gain=float(product(shape, leg.torque_load())) * leg.torque_gain,
         )
 
     @property

@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from tarsus.base.linear import eigh
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import FrozenDict, Name, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
@@ -111,7 +112,7 @@ class Lumped(Structure):
         elif float(np.abs(mass - mass.T).max()) > 1e-9 * scale:
             faults.append(("mass", "the mass matrix must be symmetric"))
         else:
-            values = np.linalg.eigvalsh(_unit_diagonal(mass)) if np.all(np.diag(mass) > 0) else np.zeros(1)
+            values = eigh(_unit_diagonal(mass))[0] if np.all(np.diag(mass) > 0) else np.zeros(1)
             if values[0] < -1e-12:
                 faults.append(
                     ("mass", "the mass matrix is not positive definite: some motion has negative inertia")

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import model_validator
 
+from tarsus.base.linear import modes_of, product
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, Named, quantity
 from tarsus.model.structure.base import Array, Matrices, Structure
@@ -88,9 +89,7 @@ def modal_damping_matrix(mass: Array, stiffness: Array, ratios: Any) -> Array:
     ``C = M P diag(2 zeta omega) P^T M`` with mass-normalised modes ``P``, in order of frequency; modes of
     zero frequency stay undamped.
     """
-    factor = np.linalg.cholesky(mass)
-    inverse = np.linalg.inv(factor)
-    squared, vectors = np.linalg.eigh(inverse @ stiffness @ inverse.T)
+    squared, shapes = modes_of(mass, stiffness)
     omega = np.sqrt(np.maximum(squared, 0.0))
-    weighted = factor @ vectors
-    return (weighted * (2.0 * np.asarray(ratios) * omega)) @ weighted.T
+    weighted = product(mass, shapes)
+    return product(weighted * (2.0 * np.asarray(ratios) * omega), weighted.T)
