@@ -1,4 +1,4 @@
-"""Linear algebra of small matrices with a fixed order of operations: against numpy's, and the same bits under every BLAS."""
+"""Linear algebra of small matrices with a fixed order of operations: against numpy, and the same bits everywhere."""
 
 import hashlib
 import json
@@ -11,7 +11,19 @@ import pytest
 
 import tarsus as ts
 from tarsus.base.linear import (
-    cholesky, condition_of, eig, eigh, inverse, largest_of, length, modes_of, product, pseudoinverse, rank_of, solve, svd,
+    cholesky,
+    condition_of,
+    eig,
+    eigh,
+    inverse,
+    largest_of,
+    length,
+    modes_of,
+    product,
+    pseudoinverse,
+    rank_of,
+    solve,
+    svd,
 )  # fmt: skip
 
 SIZES = (1, 2, 3, 5, 12, 33)
@@ -31,7 +43,7 @@ def test_symmetric_eigenvalues_and_vectors(n):
 
 
 def test_small_eigenvalues_of_a_stiff_structure_keep_their_digits():
-    """Two masses, one on a spring 1e13 times the other's: the soft one is exact to its own rounding, where LAPACK's is lost."""
+    """Two masses on springs 1e12 apart: the soft eigenvalue is exact to its own rounding, which LAPACK loses."""
     scale = np.array([1e6, 1.0])
     a = np.array([[2.0, 0.5], [0.5, 3.0]]) * scale[:, None] * scale
     soft = eigh(a)[0][0]
@@ -115,7 +127,7 @@ DEVICES = ("cantilever", "cantilever-1", "hexapod", "quadruped", "millipede", "m
 
 @pytest.mark.parametrize("kernel", ("Prescott", "Haswell", "SkylakeX"))
 def test_events_are_the_same_bits_under_every_blas(kernel):
-    """Modal devices, lumped ones with general damping, impact maps, walkers: numbers of events and bytes of their times."""
+    """Modal and lumped devices, general damping, impact maps, walkers: numbers of events and bytes of their times."""
     here = {}
     for name in DEVICES:
         events = ts.simulate(ts.load_scene(name), duration=0.03).events
