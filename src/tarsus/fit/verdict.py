@@ -11,7 +11,7 @@ import math
 __all__ = ["CUT", "LEVEL", "WIDTH", "cut_ends", "determined", "half_width"]
 
 LEVEL = 0.95
-"""Probability that an interval is meant to cover the truth with: two standard errors, as is usual for measured values."""
+"""Probability that an interval is meant to cover the truth with: two standard errors, as is usual for measurements."""
 
 WIDTH = 0.25
 """Half-width of a 95 % interval up to which a number counts as determined: a quarter to either side is a standard error

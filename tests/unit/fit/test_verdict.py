@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tarsus.fit.verdict import CUT, WIDTH, cut_ends, determined, half_width
+from tarsus.fit.verdict import WIDTH, cut_ends, determined, half_width
 
 
 def test_a_number_is_determined_up_to_a_quarter_to_either_side_in_any_unit():
@@ -35,4 +35,3 @@ def test_a_bound_is_told_from_the_data_by_the_draws_alone():
         assert cut_ends(*np.quantile(normal, [0.025, 0.975]), (0.2, far)) == (False, False)
         kept = normal[normal > 0.5]
         assert cut_ends(*np.quantile(kept, [0.025, 0.975]), (0.5, far)) == (True, False)
-    assert 1 / 38 < CUT
