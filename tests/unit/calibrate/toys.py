@@ -17,8 +17,8 @@ SCENES = Path(__file__).parents[2] / "scenes"
 
 def search(**values: Any) -> Search:
     """A short search."""
-    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": 0,
-             "leave_out_population": 10, "members": 16, "robust": 3.0}  # fmt: skip
+    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": False,
+             "members": 16, "robust": 3.0}  # fmt: skip
     return Search(**{**short, **values})
 
 
@@ -127,18 +127,17 @@ short = 2
 generations = {generations}
 spread = 3
 leave_out = {leave_out}
-leave_out_population = 5
 members = 6
 """
 
 
 def ball_study(
-    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0
+    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: bool = False
 ) -> Path:
     """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.toml"
     file.write_text(
-        text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8"
+        text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()), encoding="utf-8"
     )
     return file
