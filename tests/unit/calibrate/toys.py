@@ -141,3 +141,31 @@ def ball_study(
         text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()), encoding="utf-8"
     )
     return file
+
+
+def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) -> tuple[Problem, Any]:
+    """A problem of 9 unknowns and 12 x 3 cells that no set fits: the truth times a chance factor of ``misfit``.
+
+    Also its forward model, sets (ns, 9) of the unit cube to readings (ns, 12, 3).
+    """
+    rng = np.random.default_rng(seed)
+    slopes = rng.normal(0.0, 1.0, (rows * 3, unknown))
+    bends = rng.normal(0.0, 0.8, (rows * 3, unknown, unknown))
+
+    def model(cube: np.ndarray) -> np.ndarray:
+        u = cube - 0.5
+        return np.exp(u @ slopes.T + np.einsum("ni,kij,nj->nk", u, bends, u)).reshape(-1, rows, 3)
+
+    observed = model(rng.random((1, unknown)))[0] * np.exp(rng.normal(0.0, misfit, (rows, 3)))
+    names = tuple(f"y{k}" for k in range(3))
+    table = Cells(
+        names, ("1",) * 3, observed, np.zeros(observed.shape), np.full(3, 0.1), np.ones(3), np.zeros(3, dtype=bool)
+    )
+
+    def simulate(run: int, sets: np.ndarray, chosen: Any) -> np.ndarray:
+        return model(sets)[:, list(chosen), :, None]
+
+    numbers = unknowns("abcdefghi"[:unknown])
+    labels = tuple(f"row {n + 1}" for n in range(rows))
+    one = Problem(numbers, (Branch({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels)
+    return one, model
