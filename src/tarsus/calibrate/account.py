@@ -15,7 +15,7 @@ from tarsus.calibrate.objective import existence
 from tarsus.calibrate.prediction import INTERVAL, Prediction
 from tarsus.files.store import package_version
 
-__all__ = ["OPEN", "calibration_table", "device_file", "options_word", "prediction_entry"]
+__all__ = ["OPEN", "calibration_table", "device_file", "found_sentence", "options_word", "prediction_entry"]
 
 OPEN = 0.1
 """A choice is open when another option keeps so much of the weight: odds of less than ten to one decide nothing."""
@@ -29,6 +29,13 @@ def device_file(place: int) -> str:
 def options_word(branch: Mapping[str, Any]) -> str:
     """The choices of a branch of the table in words."""
     return ", ".join(f"{choice} {option}" for choice, option in branch["options"].items()) or "the only one"
+
+
+def found_sentence(branch: Mapping[str, Any]) -> str:
+    """How the sets of a kept branch of the table were found, in words."""
+    found = branch["found"]
+    ways = ", ".join(f"{count} by {way}" for way, count in found["members"].items())
+    return f"The best set was found by {found['best']}; of all {branch['members']} members {ways}."
 
 
 def prediction_entry(one: Prediction, unit: str, observed: float | None = None) -> dict[str, Any]:
