@@ -190,8 +190,8 @@ class Outcome:
         ratio = damping_ratio(self.scene)
         chosen = sum(CHOSEN in origin.note for origin in self.scene.provenance.values())
         told = (
-            f"{chosen} of its numbers were chosen within the range of random readings so that these trends come out: its "
-            "score is no validation"
+            f"{chosen} of its numbers were chosen within the range of random readings so that these trends come out: "
+            "its score is no validation"
         )
         return (
             f"damping ratio of (4.3) {ratio:.2g}, film in the {self.reading.value} reading, started {start}"

@@ -35,7 +35,14 @@ from tarsus.files.toml import scene_text
 from tarsus.model.scene import Scene, Source
 from tarsus_reproduce.predictions import Member
 
-__all__ = ["fitted_device", "mixture_file", "package", "packaged_errors", "packaged_members", "packaged_misses"]
+__all__ = [
+    "fitted_device",
+    "mixture_file",
+    "package",
+    "packaged_errors",
+    "packaged_members",
+    "packaged_misses",
+]
 
 MOST = 24
 """Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
@@ -80,7 +87,7 @@ def _packaged(device: str) -> dict[str, Any] | None:
 
 
 def mixture_file(folder: str | Path) -> dict[str, Any]:
-    """A calibration's mixture as plain data: of every member its weight, the unknowns and all floats that were fitted [SI];
+    """A calibration's mixture as plain data: of every member its weight, unknowns and all floats that were fitted [SI];
     what the model misses of every measure; and its errors over the fitted rows and over each row left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
@@ -193,9 +200,13 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
             continue
         each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
         ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
-        note = re.sub(r"weight [0-9.]+", f"weight {_weight(mixture, best.branch.options, path):.2f}", origin.note)
+        note = re.sub(
+            r"weight [0-9.]+", f"weight {_weight(mixture, best.branch.options, path):.2f}", origin.note
+        )
         told = origin.interval is not None and ends
-        origins[path] = origin.model_copy(update={"interval": ends if told else origin.interval, "note": note})
+        origins[path] = origin.model_copy(
+            update={"interval": ends if told else origin.interval, "note": note}
+        )
     chosen = [study.choices[choice].options[option].set for choice, option in best.branch.options.items()]
     values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
     fixed = {path: value for one in chosen for path, value in one.items()}
@@ -222,7 +233,9 @@ def _weight(mixture: Mixture, options: Mapping[str, str], path: str) -> float:
     )
 
 
-def package(folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None) -> list[Path]:
+def package(
+    folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None
+) -> list[Path]:
     """Calibrate packaged studies into folders of a folder, and write their mixtures and devices into this package."""
     home, written = Path(str(files("tarsus_reproduce"))), []
     for name in studies:
@@ -245,7 +258,9 @@ def main(words: list[str]) -> int:
     names = words[1:] or STUDIES
     strange = [name for name in names if name not in STUDIES]
     if not words or strange:
-        raise InputError(f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}")
+        raise InputError(
+            f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}"
+        )
     for file in package(Path(words[0]), names):
         print(file)
     return 0

@@ -43,8 +43,8 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 RELEVANT = 0.01
-"""A change counts from so much of the largest magnitude on: what is said of a trend was read off a printed figure, where
-the line of an axis of some ten centimetres is a millimetre wide."""
+"""A change counts from so much of the largest magnitude on: what is said of a trend was read off a printed figure, in
+which a line is a hundredth of its height wide."""
 SIGNIFICANT = 0.01
 """Noise has such a rank correlation in one replicate of a hundred; all of five, as a verdict asks, in one of 1e10."""
 PROMINENT = 0.05

@@ -178,7 +178,9 @@ def test_members_of_a_packaged_mixture_err_today_as_their_file_says(name):
         assert error == pytest.approx(told, abs=0.05 if measure != "bounces" else 0.3), measure
 
 
-def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_known_of_it(tmp_path, monkeypatch):
+def test_the_best_set_of_a_calibration_becomes_its_device_and_keeps_what_was_known_of_it(
+    tmp_path, monkeypatch
+):
     """A short calibration of the packaged study, and the file that the package would get."""
     described = load_study("cantilever")
     plan = {"screening": 5, "population": 5, "short": 0, "generations": 0, "polish": 0, "spread": 0, "members": 4,

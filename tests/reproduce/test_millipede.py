@@ -228,7 +228,11 @@ def test_packaged_variants_are_judged_over_the_whole_studies():
     """Each on every trend and all values; how many agree is no test, for their numbers were chosen for it."""
     whole = reproduce_millipede()
     assert whole.ok
-    assert [outcome.name for outcome in whole.outcomes] == ["millipede", "millipede-table", "millipede-printed"]
+    assert [outcome.name for outcome in whole.outcomes] == [
+        "millipede",
+        "millipede-table",
+        "millipede-printed",
+    ]
     for outcome in whole.outcomes:
         assert outcome.score.total == 16
         assert swept(outcome, PAYLOAD).values["max_heave"].shape == (37, 5)

@@ -80,7 +80,5 @@ def freedom_of_best(problem: Problem, archive: Archive, branch: int) -> Freedom:
     total = problem.total(costs, points)
     i = int(np.argmin(total))
     known = np.isfinite(problem.objective.cells.observed)
-    unknowns = effective_unknowns(
-        points, costs.pulls[:, known], total, problem.unknowns.precision(points[i])
-    )
+    unknowns = effective_unknowns(points, costs.pulls[:, known], total, problem.unknowns.precision(points[i]))
     return Freedom(int(known.sum()), unknowns, float(costs.misfit[i].sum()))

@@ -52,7 +52,9 @@ class LeftOut:
         )  # fmt: skip
 
 
-def leave_out(problem: Problem, search: Search, row: int, archive: Callable[[Problem, int], Archive]) -> LeftOut:
+def leave_out(
+    problem: Problem, search: Search, row: int, archive: Callable[[Problem, int], Archive]
+) -> LeftOut:
     """Search without a row of the table, and simulate it with what was found.
 
     archive: makes an empty one of a problem, for the search of this number (`row` + 1; 0 is that of the whole table).

@@ -58,7 +58,10 @@ class Problem:
     def without(self, row: int) -> Problem:
         """The problem of somebody who does not have this row of the table: its run is not simulated either."""
         return replace(
-            self, objective=self.objective.without(row), rows=_but(self.rows, row), labels=_but(self.labels, row)
+            self,
+            objective=self.objective.without(row),
+            rows=_but(self.rows, row),
+            labels=_but(self.labels, row),
         )
 
 

@@ -43,9 +43,7 @@ class Watched:
     @property
     def shared(self):
         """Numbers of searches that asked for a set of another one."""
-        return {
-            a for a, own in self.sets.items() for b, other in self.sets.items() if a != b and own & other
-        }
+        return {a for a, own in self.sets.items() for b, other in self.sets.items() if a != b and own & other}
 
 
 def watched(share=False, rows=3, plan=PLAN):
@@ -147,7 +145,10 @@ def test_published_errors_of_rows_left_out_are_those_of_refits_and_less_where_th
     seeds = range(12)
     honest, scipys, cost, other = (np.array(one) for one in zip(*(errors(n) for n in seeds), strict=True))
     shared = np.array([errors(n, sharing)[0] for n in seeds])
-    by_toy = {name: one.mean(axis=(1, 2)) for name, one in (("honest", honest), ("scipy", scipys), ("shared", shared))}
+    by_toy = {
+        name: one.mean(axis=(1, 2))
+        for name, one in (("honest", honest), ("scipy", scipys), ("shared", shared))
+    }
     print({name: f"{one.mean():.4f}" for name, one in by_toy.items()}, cost.mean(), other.mean())
 
     def pull(a, b):
@@ -169,3 +170,15 @@ def test_the_interval_of_a_row_left_out_is_made_without_its_own_miss():
         changed = [replace(one, missed=one.missed * 100.0) if one.row == row else one for one in refits]
         assert len(others) == 4 and np.array_equal(told.sigma, missed_by(problem, changed, row).sigma)
         assert (missed_by(problem, changed).sigma > told.sigma).any()
+
+
+def test_the_sets_to_come_are_told_as_many_as_they_are():
+    """Once the whole table has been searched the rows left out are as much work each; before that, at most 2 times."""
+    told = []
+    plan = search(leave_out=True, generations=8, spread=3, polish=0)
+    solve(bent_rows(4, rows=6)[0], plan, progress=lambda *now: told.append(now))
+    done, total, stages = zip(*told, strict=True)
+    assert list(done) == sorted(done) and done[-1] == total[-1]
+    assert all(a <= b for a, b in zip(done, total, strict=True))
+    left_out = stages.index("each row left out")
+    assert 0.9 < total[left_out] / total[-1] < 1.1 and 0.5 < total[0] / total[-1] < 2.0

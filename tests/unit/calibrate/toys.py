@@ -138,7 +138,8 @@ def ball_study(
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.toml"
     file.write_text(
-        text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()), encoding="utf-8"
+        text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()),
+        encoding="utf-8",
     )
     return file
 
@@ -159,7 +160,13 @@ def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) 
     observed = model(rng.random((1, unknown)))[0] * np.exp(rng.normal(0.0, misfit, (rows, 3)))
     names = tuple(f"y{k}" for k in range(3))
     table = Cells(
-        names, ("1",) * 3, observed, np.zeros(observed.shape), np.full(3, 0.1), np.ones(3), np.zeros(3, dtype=bool)
+        names,
+        ("1",) * 3,
+        observed,
+        np.zeros(observed.shape),
+        np.full(3, 0.1),
+        np.ones(3),
+        np.zeros(3, dtype=bool),
     )
 
     def simulate(run: int, sets: np.ndarray, chosen: Any) -> np.ndarray:
@@ -167,5 +174,7 @@ def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) 
 
     numbers = unknowns("abcdefghi"[:unknown])
     labels = tuple(f"row {n + 1}" for n in range(rows))
-    one = Problem(numbers, (Branch({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels)
+    one = Problem(
+        numbers, (Branch({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
+    )
     return one, model
