@@ -60,7 +60,7 @@ def make_page(kind: str, folder: Path) -> Path:
     if "{study}" in words:
         files["study"].write_text(_STUDY, encoding="utf-8")
     if "{ball}" in words:
-        files["ball"] = ball_study(folder, _BALL, generations=0, leave_out=1)
+        files["ball"] = ball_study(folder, _BALL, generations=0, leave_out=True)
     if "{campaign}" in words:
         assert main(["synthesize", "cantilever", "-o", str(files["campaign"]), "--seed", "3", "-q"]) == 0
     code = main([*(word.format(**files) for word in words), "-o", str(folder / "out"), "-q"])

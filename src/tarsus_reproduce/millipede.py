@@ -33,6 +33,7 @@ from tarsus_reproduce.millipede_trends import (
     examples,
     scored_trends,
 )
+from tarsus_reproduce.millipede_variants import CHOSEN
 from tarsus_reproduce.trends import CRITERION, RELEVANT, Curve, Finding, Verdict
 
 __all__ = [
@@ -187,8 +188,14 @@ class Outcome:
         """What the device is, in short."""
         start = "standing" if stands(self.scene) else "with springs relaxed"
         ratio = damping_ratio(self.scene)
+        chosen = sum(CHOSEN in origin.note for origin in self.scene.provenance.values())
+        told = (
+            f"{chosen} of its numbers were chosen within the range of random readings so that these trends come out: "
+            "its score is no validation"
+        )
         return (
             f"damping ratio of (4.3) {ratio:.2g}, film in the {self.reading.value} reading, started {start}"
+            + (f"; {told}" if chosen else "")
         )
 
     @property

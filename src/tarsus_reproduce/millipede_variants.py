@@ -16,7 +16,7 @@ from tarsus.model.scene import Provenance, Source
 from tarsus_reproduce.millipede_parameters import Derived, MillipedeParameters
 from tarsus_reproduce.walker_settings import Setting, assumed
 
-__all__ = ["Variant", "millipede_variants"]
+__all__ = ["CHOSEN", "Variant", "millipede_variants"]
 
 CHOSEN = "Chosen within the range of random readings so that the trends of section 4.4.1 come out."
 

@@ -1,16 +1,18 @@
-"""Packaged mixtures: the members of a calibration that fit a device's table, as small files.
+"""Packaged mixtures and devices: the members of a calibration that fit a device's table, as small files.
 
-    python -m tarsus_reproduce.mixtures OUT > hexapod_mixture.json
+    python -m tarsus_reproduce.mixtures OUT [STUDY ...]
 
-writes the file of the calibration whose result is in the folder OUT (`tarsus calibrate hexapod -o OUT`).
+runs the packaged calibrations, or those named, in folders of OUT (what is finished there is read back, what was killed
+goes on), and writes what comes out into the package: the mixtures, and the fitted values of the devices.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from itertools import compress
 from pathlib import Path
@@ -21,15 +23,26 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
+from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
-from tarsus.calibrate.ensemble import drawn
+from tarsus.calibrate.ensemble import drawn, weighted_quantile
 from tarsus.calibrate.mixture import Mixture, load_mixture
 from tarsus.calibrate.outputs import CALIBRATION_FILE
 from tarsus.calibrate.prediction import Miss
 from tarsus.files.library import load_scene
+from tarsus.files.store import write_text
+from tarsus.files.toml import scene_text
+from tarsus.model.scene import Scene, Source
 from tarsus_reproduce.predictions import Member
 
-__all__ = ["mixture_file", "packaged_errors", "packaged_members", "packaged_misses"]
+__all__ = [
+    "fitted_device",
+    "mixture_file",
+    "package",
+    "packaged_errors",
+    "packaged_members",
+    "packaged_misses",
+]
 
 MOST = 24
 """Members of a branch that are kept, the best and a draw of the others: with sixteen of the cantilever's the median of
@@ -74,8 +87,8 @@ def _packaged(device: str) -> dict[str, Any] | None:
 
 
 def mixture_file(folder: str | Path) -> dict[str, Any]:
-    """A calibration's mixture as plain data: of every member its weight and all floats that were fitted; what the model
-    misses of every measure; and its errors over the fitted rows and over each row left out.
+    """A calibration's mixture as plain data: of every member its weight, unknowns and all floats that were fitted [SI];
+    what the model misses of every measure; and its errors over the fitted rows and over each row left out.
 
     Weights sum to 1 over the branches that are kept: those that read every column as the study's measures say, which is
     how the reproduction reads it. Of a branch with more members than `MOST` the best is kept, and of the others as many
@@ -100,7 +113,8 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
             values = dict(zip(unknowns.names, unknowns.at(one.points[i]).tolist(), strict=True))
             driven = run.values(values, run.rows[0])
             fitted = {path: float(f"{driven[path]:.9g}") for path in run.driven}
-            members.append({"weight": float(f"{weight * part:.6g}"), "values": fitted})
+            sets = {name: float(f"{value:.9g}") for name, value in values.items()}
+            members.append({"weight": float(f"{weight * part:.6g}"), "unknowns": sets, "values": fitted})
         chosen = (study.choices[choice].options[option] for choice, option in one.branch.options.items())
         fixed = {path: value for option in chosen for path, value in option.set.items()}
         branches.append(
@@ -163,11 +177,92 @@ def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
+def fitted_device(device: str, folder: str | Path) -> Scene:
+    """A packaged device with what its calibration found: values of the best set, intervals, weight of its choices.
+
+    Everything else of the device, and what its notes say of the origin of a value, stays.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no finished calibration.
+    """
+    mixture, scene = load_mixture(folder), load_scene(device)
+    study, unknowns = mixture.lowered.study, mixture.lowered.problem.unknowns
+    plain = [n for n, one in enumerate(mixture.ensembles) if not column_names(study, one.branch.options)]
+    best = mixture.ensembles[max(plain, key=lambda n: mixture.weights[n])]
+    run = mixture.lowered.forward.branches[best.branch.run]
+    sets = [dict(zip(unknowns.names, unknowns.at(one).tolist(), strict=True)) for one in best.points]
+    members = [run.values(one, run.rows[0]) for one in sets]
+    origins = dict(scene.provenance)
+    for path, origin in scene.provenance.items():
+        if origin.source is not Source.CALIBRATED:
+            continue
+        each = [one for one in run.driven if one == path or one.rpartition(".")[0] == path]
+        ends = tuple(_interval([member[one] for member in members], best.weights) for one in each)
+        note = re.sub(
+            r"weight [0-9.]+", f"weight {_weight(mixture, best.branch.options, path):.2f}", origin.note
+        )
+        told = origin.interval is not None and ends
+        origins[path] = origin.model_copy(
+            update={"interval": ends if told else origin.interval, "note": note}
+        )
+    chosen = [study.choices[choice].options[option].set for choice, option in best.branch.options.items()]
+    values = {path: float(f"{members[0][path]:.6g}") for path in run.driven}
+    fixed = {path: value for one in chosen for path, value in one.items()}
+    return with_values(with_values(scene, fixed), {**values, "provenance": origins})
+
+
+def _interval(values: list[float], weights: NDArray[np.float64]) -> tuple[float, float]:
+    """95 % of weighted values (nm,), and the best, which is the first, to six digits."""
+    low, high = (weighted_quantile(np.array(values), weights, at) for at in (0.025, 0.975))
+    low, high = min(low, values[0]), max(high, values[0])
+    return float(f"{low:.6g}"), float(f"{high:.6g}")
+
+
+def _weight(mixture: Mixture, options: Mapping[str, str], path: str) -> float:
+    """Weight of the options that set a path, over all branches."""
+    study = mixture.lowered.study
+    own = {c: o for c, o in options.items() if path in study.choices[c].options[o].set}
+    return float(
+        sum(
+            weight
+            for weight, one in zip(mixture.weights, mixture.ensembles, strict=True)
+            if all(one.branch.options[c] == o for c, o in own.items())
+        )
+    )
+
+
+def package(
+    folder: Path, studies: Sequence[str], say: Callable[[int, int, str], None] | None = None
+) -> list[Path]:
+    """Calibrate packaged studies into folders of a folder, and write their mixtures and devices into this package."""
+    home, written = Path(str(files("tarsus_reproduce"))), []
+    for name in studies:
+        out = folder / name
+        calibrate(name, out, resume=out.exists(), progress=say)
+        if name in _PACKAGED:
+            written.append(home / "data" / _PACKAGED[name])
+            write_text(written[-1], json.dumps(mixture_file(out), indent=1, default=dict) + "\n")
+        written.append(home / "devices" / f"{name}.toml")
+        write_text(written[-1], scene_text(fitted_device(name, out)))
+    return written
+
+
+STUDIES = ("cantilever", "cantilever-1", "hexapod")
+"""Packaged calibrations; each is named after the device that it fits."""
+
+
 def main(words: list[str]) -> int:
-    """Print the file of a calibration's folder."""
-    if len(words) != 1:
-        raise InputError("expected the folder of a calibration")
-    print(json.dumps(mixture_file(words[0]), indent=1, default=dict))
+    """Run packaged calibrations and write their results into the package."""
+    names = words[1:] or STUDIES
+    strange = [name for name in names if name not in STUDIES]
+    if not words or strange:
+        raise InputError(
+            f"expected a folder and any of {', '.join(STUDIES)}; got {' '.join(words) or 'nothing'}"
+        )
+    for file in package(Path(words[0]), names):
+        print(file)
     return 0
 
 

@@ -42,7 +42,13 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 
-RELEVANT, SIGNIFICANT, PROMINENT = 0.01, 0.01, 0.05
+RELEVANT = 0.01
+"""A change counts from so much of the largest magnitude on: what is said of a trend was read off a printed figure, in
+which a line is a hundredth of its height wide."""
+SIGNIFICANT = 0.01
+"""Noise has such a rank correlation in one replicate of a hundred; all of five, as a verdict asks, in one of 1e10."""
+PROMINENT = 0.05
+"""An extremum that one points at in a printed figure stands out by several widths of its line."""
 
 CRITERION = (
     "A trend agrees if every replicate shows it, is insensitive if no replicate changes, is contradicted if every "

@@ -10,7 +10,7 @@ from calibrate.toys import ball_study
 
 @pytest.fixture
 def study(tmp_path):
-    return ball_study(tmp_path, "50,1.5,14\n90,1,30\n120,,\n", generations=0, leave_out=1)
+    return ball_study(tmp_path, "50,1.5,14\n90,1,30\n120,,\n", generations=0, leave_out=True)
 
 
 def test_a_calibration_prints_its_tables_and_goes_on_in_its_folder(tarsus, study, tmp_path):

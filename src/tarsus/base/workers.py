@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
@@ -55,16 +56,35 @@ UNKNOWN = 64
 """Workers that an executor is taken to have that does not say."""
 
 
-def spread(work: Callable[[J], R], jobs: Sequence[J], threads: Workers = None) -> Iterator[R]:
-    """Results of jobs in their order, done on `workers` threads or by the workers of an executor."""
+def spread(
+    work: Callable[[J], R], jobs: Sequence[J], threads: Workers = None, stop: threading.Event | None = None
+) -> Iterator[R]:
+    """Results of jobs in their order, done on `workers` threads or by the workers of an executor.
+
+    A job that spreads work of its own over threads does it alone: threads do not multiply. stop: set when a job has
+    failed or the caller leaves early, for long jobs that look at it.
+    """
     if is_executor(threads):
         yield from threads.map(work, jobs)
         return
-    count = min(workers(threads), len(jobs))
+    count = 1 if getattr(_WITHIN, "worker", False) else min(workers(threads), len(jobs))
     if count <= 1:
         yield from map(work, jobs)
         return
     from concurrent.futures import ThreadPoolExecutor
 
-    with ThreadPoolExecutor(count) as pool:
+    pool = ThreadPoolExecutor(count, initializer=_begin)
+    try:
         yield from pool.map(work, jobs)
+    finally:
+        if stop is not None:
+            stop.set()
+        pool.shutdown(cancel_futures=True)
+
+
+_WITHIN = threading.local()
+
+
+def _begin() -> None:
+    """Marks a thread as one of the workers."""
+    _WITHIN.worker = True

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 import hashlib
 import os
+import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.base.workers import Workers
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.ensemble import Ensemble, Range, correlations, determined, ensemble_of
-from tarsus.calibrate.leaveout import Fit, fit_of, leave_out, predictions_at
+from tarsus.calibrate.ensemble import Ensemble, Range, correlations, ranges_of
+from tarsus.calibrate.fitting import Fit, fitted
+from tarsus.calibrate.leaveout import LeftOut, leave_each_out, missed_by
 from tarsus.calibrate.lowering import Lowered, lower_study
-from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
+from tarsus.calibrate.prediction import Discrepancy, Prediction, predict_row
 from tarsus.calibrate.problem import Problem
-from tarsus.calibrate.search import Found, budget, search_branches
+from tarsus.calibrate.search import Found, questions
 from tarsus.calibrate.shown import calibration_html
 from tarsus.calibrate.studyfile import Described, frozen_texts, load_study
 from tarsus.files.store import package_version
-from tarsus.files.sweepstore import SweepStore
+from tarsus.files.sweepstore import PER_FOLDER, SweepStore
 from tarsus.model.laws import Law
 from tarsus.plan.lowering import source_hash
 
@@ -37,21 +40,34 @@ Progress = Callable[[int, int, str], None]
 class Solution:
     """A problem solved.
 
-    found: what the search found, by branch; fit: the mixture of the branches that are kept; kept: their numbers; ranges
-    and correlations of the unknowns in each; trained: predictions of the fitted rows by the mixture; left_out: those by
-    refits that lacked the row, None where none were made; discrepancy: for new rows; sets: how many were visited.
+    fit: the mixture of the branches that are kept; ranges and correlations of the unknowns in each; trained:
+    predictions of the fitted rows by the mixture; refits: the search without each row, and left_out: predictions by
+    them, None where no row was left out; discrepancy: for new rows.
     """
 
     problem: Problem
-    found: Mapping[int, Found]
     fit: Fit
-    kept: tuple[int, ...]
     ranges: tuple[tuple[Range, ...], ...]
     correlations: tuple[Floats, ...]
     trained: tuple[tuple[Prediction, ...], ...]
+    refits: tuple[LeftOut, ...] | None
     left_out: tuple[tuple[Prediction, ...], ...] | None
     discrepancy: Discrepancy
-    sets: int
+
+    @property
+    def found(self) -> Mapping[int, Found]:
+        """What the search found, by branch."""
+        return self.fit.found
+
+    @property
+    def kept(self) -> tuple[int, ...]:
+        """Numbers of the branches that are kept."""
+        return self.fit.kept
+
+    @property
+    def sets(self) -> int:
+        """How many sets were visited, with those of the rows left out."""
+        return self.fit.sets + sum(one.fit.sets for one in self.refits or ())
 
     @property
     def best(self) -> int:
@@ -91,8 +107,41 @@ of the table or more away: its miss then tells that the unknowns are no longer d
 whole table does not share."""
 
 
+class Tally:
+    """Sets that all searches have asked for, and the most that they will: a search that has not begun counts like that
+    of the whole table, which it repeats."""
+
+    def __init__(self, searches: int, progress: Progress | None, stop: threading.Event) -> None:
+        self.progress, self.stop, self.stage = progress, stop, "search"
+        self.asked, self.ahead, self.begun = [0] * searches, [0] * searches, [False] * searches
+        self.lock = threading.Lock()
+
+    def of(self, number: int) -> Callable[[int, int], None]:
+        """What the archive of a search tells its questions to."""
+
+        def told(count: int, ahead: int) -> None:
+            with self.lock:
+                if self.stop.is_set():
+                    raise InputError("the search was stopped")
+                self.asked[number] += count
+                self.ahead[number], self.begun[number] = ahead, True
+                whole = self.asked[0] + self.ahead[0]
+                most = [
+                    asked + ahead if begun else whole
+                    for asked, ahead, begun in zip(self.asked, self.ahead, self.begun, strict=True)
+                ]
+                if self.progress is not None:
+                    self.progress(sum(self.asked), sum(most), self.stage)
+
+        return told
+
+
 def solve(
-    problem: Problem, search: Search, store: SweepStore | None = None, progress: Progress | None = None
+    problem: Problem,
+    search: Search,
+    store: SweepStore | None = None,
+    progress: Progress | None = None,
+    threads: Workers = None,
 ) -> Solution:
     """Search a problem, make its ensembles, and leave each row out once.
 
@@ -103,73 +152,48 @@ def solve(
     search
         How long.
     store
-        Where visited sets are kept, so that a killed search goes on from there.
+        Where visited sets are kept, so that a killed search goes on from there; every search has parts of its own.
     progress
         Called as ``progress(sets done, most sets, what)``.
+    threads
+        Who searches without a row while others do.
     """
-    done, total = 0, budget(problem, search)
-    stage = "search"
+    leaves = search.leave_out and problem.trained > 1
+    stop = threading.Event()
+    tally = Tally(1 + problem.trained if leaves else 1, progress, stop)
+    stride = PER_FOLDER * -(-questions(problem, search) // PER_FOLDER)
 
-    def on_sets(count: int) -> None:
-        nonlocal done
-        done += count
-        if progress is not None:
-            progress(min(done, total), total, stage)
+    def archive(of: Problem, number: int) -> Archive:
+        return Archive(of, store, number * stride, tally.of(number))
 
-    archive = Archive(problem, store, on_sets)
-    found, freedom = search_branches(problem, archive, search)
-    scale = freedom.scale
-    costs = {b: one.cost for b, one in found.items() if not one.dropped}
-    near = [b for b in costs if costs[b] <= min(costs.values()) + search.within * scale]
-    ensembles = [ensemble_of(problem, archive, b, scale, search.members, found[b].chain) for b in near]
-    fit = fit_of(problem, ensembles, freedom)
-    rows = range(problem.trained)
-    trained = tuple(tuple(predictions_at(problem, fit, row)) for row in rows)
-    left = None
-    discrepancy = fit.discrepancy
-    if search.leave_out and problem.trained > 1:
-        fits = []
-        for row in rows:
-            stage = f"without {problem.labels[row]}"
-            fits.append(leave_out(problem, archive, search, near, row))
-        residuals, wrong = _left_out_residuals(problem, fits)
-        if problem.trained >= ENOUGH_ROWS:
-            discrepancy = _left_out_discrepancy(problem, residuals, wrong)
-            others = [_left_out_discrepancy(problem, residuals, wrong, row) for row in rows]
-            fits = [replace(one, discrepancy=found) for one, found in zip(fits, others, strict=True)]
-        left = tuple(tuple(predictions_at(problem, one, row)) for row, one in zip(rows, fits, strict=True))
+    own = archive(problem, 0)
+    fit = fitted(problem, own, search)
+    trained = tuple(tuple(_trained_predictions(problem, fit, row)) for row in range(problem.trained))
+    left, refits, discrepancy = None, None, fit.discrepancy
+    if leaves:
+        tally.stage = "each row left out"
+        refits = leave_each_out(problem, search, archive, stop, threads)
+        enough = problem.trained >= ENOUGH_ROWS
+        if enough:
+            discrepancy = missed_by(problem, refits)
+        left = tuple(
+            tuple(one.predictions(problem, missed_by(problem, refits, one.row) if enough else None))
+            for one in refits
+        )
     return Solution(
-        problem, found, fit, tuple(near),
-        tuple(tuple(determined(problem.unknowns, one)) for one in ensembles),
-        tuple(correlations(one) for one in ensembles), trained, left, discrepancy, _visited(problem, archive),
+        problem, fit, tuple(tuple(ranges_of(problem.unknowns, one)) for one in fit.ensembles),
+        tuple(correlations(one) for one in fit.ensembles), trained, None if refits is None else tuple(refits), left,
+        discrepancy,
     )  # fmt: skip
 
 
-def _visited(problem: Problem, archive: Archive) -> int:
-    return sum(len(archive.points(run)[0]) for run in {branch.run for branch in problem.branches})
-
-
-def _left_out_residuals(problem: Problem, fits: list[Fit]) -> tuple[Floats, Floats]:
-    """Residuals (nr, nk) of each row under the mixture refitted without it; probabilities of the wrong existence."""
-    shape = problem.objective.cells.observed.shape
-    residuals, wrong = np.full(shape, np.nan), np.full(shape, np.nan)
-    for row, fit in enumerate(fits):
-        z, w = np.zeros(shape[1]), np.zeros(shape[1])
-        for weight, one in zip(fit.weights, fit.ensembles, strict=True):
-            costs = problem.costs(one.readings, one.branch)
-            z = z + weight * (one.weights @ costs.missed[:, row])
-            w = w + weight * (one.weights @ costs.wrong[:, row])
-        residuals[row], wrong[row] = z, w
-    return residuals, wrong
-
-
-def _left_out_discrepancy(
-    problem: Problem, residuals: Floats, wrong: Floats, without: int | None = None
-) -> Discrepancy:
-    """Discrepancy from left-out residuals; those of a row itself stay out of its own prediction, which is so a test of
-    what is said of new rows."""
-    others = np.arange(len(residuals)) != (-1 if without is None else without)
-    return discrepancy_of(problem.objective.cells, residuals[others], wrong[others], 0.0, fitted=False)
+def _trained_predictions(problem: Problem, fit: Fit, row: int) -> list[Prediction]:
+    """Predictions of a row that was fitted."""
+    cells = problem.objective.cells
+    return predict_row(
+        fit.ensembles, fit.weights, [one.readings[:, row] for one in fit.ensembles], cells, cells.absolute[row],
+        fit.discrepancy, problem.peak, problem.resolution,
+    )  # fmt: skip
 
 
 def calibrate(
@@ -219,7 +243,7 @@ def calibrate(
         if out is None
         else SweepStore.open(Path(out), _digest(texts), 0, texts, resume=resume, what="calibration")
     )
-    solution = solve(lowered.problem, described.study.search, store, progress)
+    solution = solve(lowered.problem, described.study.search, store, progress, threads)
     result = Calibrated(
         described, lowered, solution, other_rows(lowered, solution), None if out is None else Path(out)
     )

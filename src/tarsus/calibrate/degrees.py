@@ -72,17 +72,13 @@ class Freedom:
         return residual_scale(self.cells, self.unknowns, self.misfit)
 
 
-def freedom_of_best(problem: Problem, archive: Archive, branch: int, without: int | None = None) -> Freedom:
-    """Degrees of freedom of a branch at its best set, of the rows that are fitted."""
+def freedom_of_best(problem: Problem, archive: Archive, branch: int) -> Freedom:
+    """Degrees of freedom of a branch at its best set."""
     chosen = problem.branches[branch]
     points, readings = archive.points(chosen.run)
     costs = problem.costs(readings, chosen)
-    total = problem.total(costs, points, without)
+    total = problem.total(costs, points)
     i = int(np.argmin(total))
-    rows = np.ones(problem.trained, dtype=bool)
-    if without is not None:
-        rows[without] = False
-    known = np.isfinite(problem.objective.cells.observed[rows])
-    pulls = costs.pulls[:, rows][:, known]
-    unknowns = effective_unknowns(points, pulls, total, problem.unknowns.precision(points[i]))
-    return Freedom(int(known.sum()), unknowns, float(costs.misfit[i, rows].sum()))
+    known = np.isfinite(problem.objective.cells.observed)
+    unknowns = effective_unknowns(points, costs.pulls[:, known], total, problem.unknowns.precision(points[i]))
+    return Freedom(int(known.sum()), unknowns, float(costs.misfit[i].sum()))

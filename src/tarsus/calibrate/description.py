@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints, model_validator
@@ -83,6 +85,11 @@ class Unknown(Description):
     unit: str | None = Field(default=None, description="of an unknown without paths; else that of its paths")
     paths: tuple[str, ...] = Field(default=(), description="floats of the scene that take it")
     prior: Prior | None = None
+    size: Value | None = Field(
+        default=None,
+        description="of an unknown that may be zero or of either sign: what a change of it is compared with to tell "
+        "whether it is determined; the unknown itself when absent",
+    )
     meaning: str = ""
 
 
@@ -133,6 +140,7 @@ class Constraint(Description):
     min: Value | None = None
     max: Value | None = None
     softness: Value = Field(description="excess that counts as one standard deviation")
+    reason: str = Field(default="", description="why it is known, shown beside the result")
 
     @model_validator(mode="after")
     def _complete(self) -> Constraint:
@@ -181,16 +189,13 @@ class Sampling(Description):
 class Search(Description):
     """How long is searched, in sets of unknowns; never in seconds, so that a study has one result.
 
-    Every branch gets `screening` sets spread evenly, those of `start`, and `short` generations; those that are still
-    `hopeless` times the best are dropped; the others get `generations`; the best set of those that may be kept goes
-    down by `polish` steps of least squares with exact derivatives; then `spread` generations follow the likelihood.
+    Every branch gets `screening` sets spread evenly and `short` generations; those that are still `hopeless` times the
+    best are dropped; the others get `generations`; the best set of those that may be kept goes
+    down by `polish` steps of least squares with exact derivatives; then `spread` generations follow the likelihood. The
+    same search is made without each row (`leave_out`), from nothing that knew it.
     """
 
     seed: int = Field(default=1, ge=0)
-    start: tuple[dict[Identifier, Value], ...] = Field(
-        default=(),
-        description="sets that every branch visits first, by unknown; those absent: the middle of their bounds",
-    )
     population: int = Field(default=32, ge=5)
     screening: int = Field(default=128, ge=5, description="sets a branch at the start")
     short: int = Field(default=6, ge=0, description="generations before branches are dropped")
@@ -199,8 +204,9 @@ class Search(Description):
         default=10, ge=0, description="most steps of the descent with exact derivatives; 0: none"
     )
     spread: int = Field(default=10, ge=0, description="generations of the ensemble")
-    leave_out: int = Field(default=8, ge=0, description="generations of each refit without a row")
-    leave_out_population: int = Field(default=16, ge=5)
+    leave_out: bool = Field(
+        default=True, description="search again without each row, and predict it; as much again for every row"
+    )
     members: int = Field(default=32, ge=4, description="members of a branch's ensemble")
     robust: float = Field(
         default=3.0, gt=0, description="residual, in tolerances, beyond which a cell loses influence"
@@ -219,6 +225,25 @@ class Search(Description):
     reason: str = Field(
         default="6 is a likelihood ratio of 20 to 1", description="why `within` is what it is"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_former_studies(cls, given: Any) -> Any:
+        """Studies written for Tarsus 0.2 or before."""
+        if not isinstance(given, Mapping):
+            return given
+        kept = {name: value for name, value in given.items() if name not in ("start", "leave_out_population")}
+        generations = kept.get("leave_out")
+        if isinstance(generations, int) and not isinstance(generations, bool):
+            kept["leave_out"] = generations > 0
+        if kept != given or kept.get("leave_out") is not given.get("leave_out"):
+            warnings.warn(
+                "search: every search now begins from nothing, and rows left out have the whole one (leave_out is true "
+                "or false): sets to start from and leave_out_population are not read",
+                FutureWarning,  # shown to whoever runs the study
+                stacklevel=2,
+            )
+        return kept
 
 
 class Study(Description):

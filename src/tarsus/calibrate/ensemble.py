@@ -13,15 +13,12 @@ from tarsus.calibrate.objective import Branch
 from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.search import LEVEL, Chain, costs_at
 from tarsus.fit import Unknowns
+from tarsus.fit.verdict import cut_ends, determined
 
-__all__ = ["Ensemble", "Range", "branch_weights", "determined", "ensemble_of", "weighted_quantile"]
+__all__ = ["Ensemble", "Range", "branch_weights", "ensemble_of", "ranges_of", "weighted_quantile"]
 
 Floats = NDArray[np.float64]
 
-HALF = 0.5
-"""An unknown whose 90 % range is less than half of its bounds is determined: the data said more than the bounds did."""
-AT_BOUND = 0.02
-"""A range that comes so near a bound, in parts of the bounds' span, is at the bound."""
 PRIOR_KEPT = 0.6
 """An ensemble that keeps so much of the prior's spread tells nothing beyond it: the likelihood region cuts off a tenth
 to a fifth of the spread, and a short chain may miss as much again."""
@@ -30,13 +27,14 @@ to a fifth of the spread, and a short chain may miss as much again."""
 @dataclass(frozen=True)
 class Ensemble:
     """Members of a branch, the best first: points (nm, nu) of the unit cube, weights (nm,) of sum 1, costs (nm,),
-    readings (nm, rows, channels, samples)."""
+    readings (nm, rows, channels, samples), and how each was found."""
 
     branch: Branch
     points: Floats
     weights: Floats
     costs: Floats
     readings: NDArray[np.floating]
+    found: tuple[str, ...] = ()
 
     @property
     def best(self) -> float:
@@ -72,7 +70,6 @@ def ensemble_of(
     scale: float,
     count: int,
     states: Chain | None,
-    without: int | None = None,
 ) -> Ensemble:
     """Up to ``count`` members of a branch.
 
@@ -81,13 +78,13 @@ def ensemble_of(
     points of the region are states, weighted by their likelihood.
     """
     chosen = problem.branches[branch]
-    points, costs = costs_at(problem, archive, branch, without)
+    points, costs = costs_at(problem, archive, branch)
     best = int(np.argmin(costs))
     inside = costs <= costs[best] + scale * chi2.ppf(LEVEL, points.shape[1])
     cloud, share, order = points[inside], np.exp((costs[best] - costs[inside]) / (2.0 * scale)), costs[inside]
     if states is not None:
         readings = archive.evaluate(chosen.run, states.states)
-        cost = problem.total(problem.costs(readings, chosen), states.states, without)
+        cost = problem.total(problem.costs(readings, chosen), states.states)
         taken = cost <= costs[best] + scale * chi2.ppf(LEVEL, points.shape[1])
         if taken.any():
             cloud, share, order = states.states[taken], np.ones(int(taken.sum())), cost[taken]
@@ -95,8 +92,9 @@ def ensemble_of(
     members = np.concatenate([points[best][None], cloud[places]])
     weights = np.concatenate([[1.0], times])
     readings = archive.evaluate(chosen.run, members)
-    cost = problem.total(problem.costs(readings, chosen), members, without)
-    return Ensemble(chosen, members, weights / weights.sum(), cost, readings)
+    cost = problem.total(problem.costs(readings, chosen), members)
+    found = archive.found(chosen.run, members)
+    return Ensemble(chosen, members, weights / weights.sum(), cost, readings, found)
 
 
 def drawn(share: Floats, order: Floats, count: int) -> NDArray[np.intp]:
@@ -115,7 +113,7 @@ def branch_weights(ensembles: list[Ensemble], scale: float) -> Floats:
     return weights / weights.sum()
 
 
-def determined(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
+def ranges_of(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
     """How far each unknown is determined in a branch."""
     ranges = []
     for i, name in enumerate(unknowns.names):
@@ -127,16 +125,24 @@ def determined(unknowns: Unknowns, ensemble: Ensemble) -> list[Range]:
             return float(unknowns.at(cube)[i])
 
         q = {at: weighted_quantile(column, ensemble.weights, at) for at in (0.025, 0.05, 0.95, 0.975)}
-        ranges.append(
-            Range(
-                name, si(column[0]), si(q[0.05]), si(q[0.95]), (si(min(q[0.025], column[0])), si(max(q[0.975],
-                column[0]))), _word(unknowns, i, column, ensemble.weights, q[0.05], q[0.95]),
-            )
-        )  # fmt: skip
+        ends = min(q[0.025], column[0]), max(q[0.975], column[0])
+        interval = si(ends[0]), si(ends[1])
+        word = _word(unknowns, i, column, ensemble.weights, ends, interval)
+        ranges.append(Range(name, si(column[0]), si(q[0.05]), si(q[0.95]), interval, word))
     return ranges
 
 
-def _word(unknowns: Unknowns, i: int, column: Floats, weights: Floats, low: float, high: float) -> str:
+def _word(
+    unknowns: Unknowns,
+    i: int,
+    column: Floats,
+    weights: Floats,
+    ends: tuple[float, float],
+    interval: tuple[float, float],
+) -> str:
+    """What the data say of an unknown, from its values (nm,) and its 95 % interval, both in the cube, the latter in SI
+    too: "prior only" where the spread is the prior's own, "at bound" where a bound of the search sets one end, and
+    "not determined" where bounds set both; else whether the interval is narrow (`tarsus.fit.verdict`)."""
     prior = unknowns.priors[i]
     if prior is not None:
         cube = np.zeros((len(column), len(unknowns)))
@@ -146,9 +152,10 @@ def _word(unknowns: Unknowns, i: int, column: Floats, weights: Floats, low: floa
         spread = np.sqrt(np.average((x - np.average(x, weights=weights)) ** 2, weights=weights))
         if spread > PRIOR_KEPT * (np.log(prior.spread) if prior.factor else prior.spread):
             return "prior only"
-    if high - low >= HALF:
-        return "not determined"
-    return "at bound" if low <= AT_BOUND or high >= 1.0 - AT_BOUND else "determined"
+    cut = cut_ends(*ends, (0.0, 1.0))
+    if any(cut):
+        return "not determined" if all(cut) else "at bound"
+    return "determined" if determined(*interval, unknowns.sizes[i]) else "not determined"
 
 
 def correlations(ensemble: Ensemble) -> Floats:

@@ -1,5 +1,5 @@
-"""Sets of unknowns to what an instrument would read: every set is simulated by itself, so that neither threads nor
-neighbours change it."""
+"""Sets of unknowns to what an instrument would read: runs of one template are simulated together, and neither threads
+nor neighbours change one."""
 
 from __future__ import annotations
 
@@ -34,11 +34,16 @@ DIFFERENCE = 1e-3
 hundredth of that."""
 
 
+TOGETHER = 8
+"""Sets that are simulated together: what is done once for many runs costs little then, and of a population of 24 three
+threads have as much to do. A number of its own, for a result must not depend on the number of threads."""
+
+
 @dataclass(frozen=True)
 class _Run:
-    """A row of a set, ready to run: its place, scene, floats, transient and window [s]."""
+    """A row of a set, ready to run: its place (set, row), scene, floats, transient and window [s]."""
 
-    place: int
+    place: tuple[int, int]
     row: Row
     values: Mapping[str, float]
     settle: float
@@ -67,24 +72,26 @@ class Forward:
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
-        found = spread(partial(self._one, branch, tuple(rows)), list(sets), self.threads)
-        return np.array(list(found), dtype=np.float32)
+        parts = [sets[i : i + TOGETHER] for i in range(0, len(sets), TOGETHER)]
+        found = spread(partial(self._some, branch, tuple(rows)), parts, self.threads)
+        return np.concatenate(list(found)).astype(np.float32)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the workers: who got it is one of them."""
         return {**self.__dict__, "threads": 1}
 
-    def _one(self, branch: int, rows: tuple[int, ...], one: Floats) -> Floats:
+    def _some(self, branch: int, rows: tuple[int, ...], sets: Floats) -> Floats:
         chosen = self.branches[branch]
-        unknowns = dict(zip(self.unknowns, map(float, one), strict=True))
-        out = np.full((len(rows), len(self.channels), self.samples), np.inf)
+        out = np.full((len(sets), len(rows), len(self.channels), self.samples), np.inf)
         groups: dict[tuple[object, ...], list[_Run]] = {}
-        for place, number in enumerate(rows):
-            row = chosen.rows[number]
-            run = self._run(place, row, chosen.values(unknowns, row))
-            if run is not None:
-                key = (id(row.template), run.settle, run.window, tuple(run.values))
-                groups.setdefault(key, []).append(run)
+        for n, one in enumerate(sets):
+            unknowns = dict(zip(self.unknowns, map(float, one), strict=True))
+            for m, number in enumerate(rows):
+                row = chosen.rows[number]
+                run = self._run((n, m), row, chosen.values(unknowns, row))
+                if run is not None:
+                    key = (id(row.template), run.settle, run.window, tuple(run.values))
+                    groups.setdefault(key, []).append(run)
         for runs in groups.values():
             self._group(runs, out)
         return out
@@ -106,7 +113,7 @@ class Forward:
             def values(x: Floats) -> dict[str, float]:
                 return chosen.values(dict(zip(self.unknowns, x.tolist(), strict=True)), row)
 
-            run = self._run(0, row, values(one))
+            run = self._run((0, 0), row, values(one))
             if run is None or row.motion:
                 return None
             found = self._window_slopes(run, values, one, span, names)
@@ -158,7 +165,7 @@ class Forward:
         ahead, behind = np.nan_to_num(found[: len(one)]), np.nan_to_num(found[len(one) :])
         return np.moveaxis(ahead - behind, 0, -1) / (2.0 * DIFFERENCE * span)
 
-    def _run(self, place: int, row: Row, values: Mapping[str, float]) -> _Run | None:
+    def _run(self, place: tuple[int, int], row: Row, values: Mapping[str, float]) -> _Run | None:
         """None where the values are none that a scene takes."""
         if not finite(values):
             return None
@@ -200,14 +207,14 @@ class Forward:
         found[~batch.done] = np.inf
         for k, run in enumerate(runs):
             draws = found[k * s.draws : (k + 1) * s.draws]
-            out[run.place, at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
+            out[run.place][at] = draws.transpose(1, 0, 2).reshape(len(names), self.samples)
             if run.row.motion:
                 scene = with_values(template, run.values)
                 period = scene_period(scene, np.inf)
                 moved = motion_of(scene, foot, run.settle, run.window, period, accuracy)
                 for i, name in enumerate(self.channels):
                     if name in MOTION:
-                        out[run.place, i] = moved[name]
+                        out[run.place][i] = moved[name]
 
 
 def _starts(template: Scene, foot: str, sampling: Sampling) -> dict[str, Floats]:

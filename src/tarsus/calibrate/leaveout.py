@@ -1,80 +1,98 @@
-"""Leave one row out: refit without it, predict it, compare."""
+"""Each row left out once: the search of somebody who does not have it, and what that one says of it.
+
+Nothing of a row gets into its own prediction. The problem that is searched lacks its cells and its run, the archive is
+empty, the random numbers are its own, and the search is the whole one of the study: screening, every branch, all
+generations. The row is simulated for the members of the finished ensembles alone.
+"""
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.archive import Archive
-from tarsus.calibrate.degrees import Freedom, freedom_of_best
 from tarsus.calibrate.description import Search
-from tarsus.calibrate.ensemble import Ensemble, branch_weights, ensemble_of
+from tarsus.calibrate.fitting import Fit, fitted
 from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Problem
-from tarsus.calibrate.search import LEAVE_OUT, best_freedom, chain, costs_at, evolve, start_of
 
-__all__ = ["Fit", "fit_of", "leave_out", "predictions_at"]
+__all__ = ["LeftOut", "leave_each_out", "leave_out", "missed_by"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A mixture: ensembles with weights (nb,), degrees of freedom and discrepancy of its best set."""
+class LeftOut:
+    """A row predicted without it.
 
-    ensembles: tuple[Ensemble, ...]
-    weights: Floats
-    freedom: Freedom
-    discrepancy: Discrepancy
-
-
-def fit_of(problem: Problem, ensembles: list[Ensemble], freedom: Freedom, without: int | None = None) -> Fit:
-    """A mixture of ensembles; residuals are those of the best set, without those of a row left out."""
-    weights = branch_weights(ensembles, freedom.scale)
-    best = ensembles[int(np.argmin([one.best for one in ensembles]))]
-    costs = problem.costs(best.readings[:1], best.branch)
-    residuals, wrong = costs.missed[0].copy(), costs.wrong[0].copy()
-    if without is not None:
-        residuals[without], wrong[without] = np.nan, np.nan
-    found = discrepancy_of(problem.objective.cells, residuals, wrong, freedom.unknowns)
-    return Fit(tuple(ensembles), weights, freedom, found)
-
-
-def predictions_at(problem: Problem, fit: Fit, row: int) -> list[Prediction]:
-    """Predictions of a simulated row of the table."""
-    cells = problem.objective.cells
-    readings = [one.readings[:, row] for one in fit.ensembles]
-    return predict_row(
-        fit.ensembles, fit.weights, readings, cells, cells.absolute[row], fit.discrepancy, problem.peak,
-        problem.resolution,
-    )  # fmt: skip
-
-
-def leave_out(problem: Problem, archive: Archive, search: Search, branches: list[int], row: int) -> Fit:
-    """The mixture refitted without a row of the table.
-
-    In every branch: differential evolution on the cost without that row, from a population of which one half are the
-    best of the first, even spread of sets (which no row has drawn anywhere) and the other half is spread over the
-    visited sets that are likely without the row; then chains on the same cost.
+    row: its place in the table's fitted rows; fit: mixture of the search without it; readings (nm, channels, samples)
+    of each ensemble's members in the row; missed (nk,): weighted residuals there; wrong (nk,): probability of the
+    wrong existence.
     """
-    size = search.leave_out_population
-    for b in branches:
-        rng = np.random.default_rng([search.seed, LEAVE_OUT, row, b])
-        points, costs = costs_at(problem, archive, b, row)
-        scale = freedom_of_best(problem, archive, b, row).scale
-        first = slice(0, search.screening)
-        even = points[first][np.argsort(costs[first], kind="stable")[: size // 2]]
-        likely = start_of(points, costs, size - len(even), scale * 2.0 * points.shape[1])
-        evolve(problem, archive, b, np.concatenate([even, likely]), search.leave_out, rng, row)
-    best = {b: float(costs_at(problem, archive, b, row)[1].min()) for b in branches}
-    freedom = best_freedom(problem, archive, best, row)
-    scale = freedom.scale
-    near = [b for b in branches if best[b] <= min(best.values()) + search.within * scale]
-    ensembles = []
-    for b in near:
-        rng = np.random.default_rng([search.seed, LEAVE_OUT, row, b, 1])
-        states = chain(problem, archive, b, search.leave_out, scale, size, rng, row)
-        ensembles.append(ensemble_of(problem, archive, b, scale, search.members, states, row))
-    return fit_of(problem, ensembles, freedom, row)
+
+    row: int
+    fit: Fit
+    readings: tuple[NDArray[np.floating], ...]
+    missed: Floats
+    wrong: Floats
+
+    def predictions(self, problem: Problem, discrepancy: Discrepancy | None = None) -> list[Prediction]:
+        """Predictions of the row, ``problem`` being that of the whole table; with the fit's own discrepancy unless
+        another is given."""
+        cells, fit = problem.objective.cells, self.fit
+        return predict_row(
+            fit.ensembles, fit.weights, self.readings, cells, cells.absolute[self.row],
+            discrepancy or fit.discrepancy, problem.peak, problem.resolution,
+        )  # fmt: skip
+
+
+def leave_out(
+    problem: Problem, search: Search, row: int, archive: Callable[[Problem, int], Archive]
+) -> LeftOut:
+    """Search without a row of the table, and simulate it with what was found.
+
+    archive: makes an empty one of a problem, for the search of this number (`row` + 1; 0 is that of the whole table).
+    """
+    other = problem.without(row)
+    own = archive(other, row + 1)
+    fit = fitted(other, own, search, row + 1)
+    alone = problem.objective.only(row)
+    readings, missed, wrong = [], np.zeros(alone.cells.observed.shape[1]), 0.0
+    for weight, one in zip(fit.weights, fit.ensembles, strict=True):
+        read = own.elsewhere(one.branch.run, one.points, problem.rows[row])
+        costs = alone(read[:, None], one.branch)
+        missed = missed + weight * (one.weights @ costs.missed[:, 0])
+        wrong = wrong + weight * (one.weights @ costs.wrong[:, 0])
+        readings.append(read)
+    return LeftOut(row, fit, tuple(readings), missed, np.asarray(wrong))
+
+
+def leave_each_out(
+    problem: Problem,
+    search: Search,
+    archive: Callable[[Problem, int], Archive],
+    stop: threading.Event,
+    threads: Workers = None,
+) -> list[LeftOut]:
+    """Every fitted row left out once, side by side where there are rows enough for all threads.
+
+    stop: set when a row failed or the run was interrupted, so that the others end.
+    """
+    jobs = list(range(problem.trained))
+    count = workers(threads)
+    side = min(count, len(jobs)) if is_executor(threads) or len(jobs) >= count else 1
+    return list(spread(partial(leave_out, problem, search, archive=archive), jobs, side, stop))
+
+
+def missed_by(problem: Problem, found: list[LeftOut], row: int | None = None) -> Discrepancy:
+    """Discrepancy from what each row left out was missed by; those of a row itself stay out of its own prediction,
+    which is so a test of what is said of new rows."""
+    others = [one for one in found if one.row != row]
+    missed, wrong = (np.array([getattr(one, name) for one in others]) for name in ("missed", "wrong"))
+    return discrepancy_of(problem.objective.cells, missed, wrong, 0.0, fitted=False)

@@ -109,7 +109,7 @@ def lower_study(study: Study, table: Table, threads: Workers = None) -> Lowered:
     objective = Objective(cells, tuple(limits), study.search.robust)
     problem = Problem(
         unknowns, tuple(branches), forward, objective, rows, tuple(f"row {n + 1}" for n in trained),
-        study.sampling.resolution, channels.index(PEAK), _starts(study, unknowns, faults),
+        study.sampling.resolution, channels.index(PEAK),
         lambda run, one, numbers: forward.slopes(run, one, numbers, unknowns.high - unknowns.low),
     )  # fmt: skip
     faults.stop()
@@ -311,7 +311,7 @@ def run_rows(
 def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
     """Unknowns with bounds and priors in SI."""
     known = float_paths(scene)
-    units, lows, highs, priors = [], [], [], []
+    units, lows, highs, priors, sizes = [], [], [], [], []
     for name, one in study.unknowns.items():
         where = f"unknowns.{name}"
         if name in study.conditions or name in study.constants:
@@ -333,34 +333,18 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
                 faults.add(f"{where}.prior: expected a positive spread, and positive values for a factor")
             else:
                 given = Prior(median, spread, factor)
+        size = None if one.size is None else faults.quantity(one.size, unit, f"{where}.size")
+        if size is not None and size <= 0.0:
+            faults.add(f"{where}.size: expected a value above 0, got {one.size}")
+        sizes.append(size)
         units.append(unit)
         lows.append(low)
         highs.append(high)
         priors.append(given)
     log = np.array([one.scale == "log" for one in study.unknowns.values()])
-    return Unknowns(tuple(study.unknowns), tuple(units), np.array(lows), np.array(highs), log, tuple(priors))
-
-
-def _starts(study: Study, unknowns: Unknowns, faults: Faults) -> np.ndarray | None:
-    """Points of the unit cube that the search starts from; None where the study names none."""
-    out = []
-    for n, given in enumerate(study.search.start, start=1):
-        point = np.full(len(unknowns), 0.5)
-        for name, value in given.items():
-            where = f"search.start, set {n}"
-            if name not in unknowns.names:
-                faults.add(f"{where}: there is no unknown '{name}'{nearest(name, unknowns.names)}")
-                continue
-            i = unknowns.names.index(name)
-            si = faults.quantity(value, unknowns.units[i], f"{where}, {name}")
-            if not unknowns.low[i] <= si <= unknowns.high[i]:
-                faults.add(f"{where}: '{name}' lies outside its bounds, got {value}")
-                continue
-            values = unknowns.at(point)
-            values[i] = si
-            point = unknowns.cube(values)
-        out.append(point)
-    return np.array(out).clip(0.0, 1.0) if out else None
+    return Unknowns(
+        tuple(study.unknowns), tuple(units), np.array(lows), np.array(highs), log, tuple(priors), tuple(sizes)
+    )
 
 
 def _with_tables(study: Study, branch: RunBranch, unknowns: Unknowns, faults: Faults) -> RunBranch:

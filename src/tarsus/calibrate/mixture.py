@@ -27,7 +27,8 @@ from tarsus.model.scene import Scene
 __all__ = ["MIXTURE_FILE", "Mixture", "load_mixture", "mixture_table"]
 
 MIXTURE_FILE = "mixture.json"
-FORMAT = 1
+FORMAT = 2
+"""Of `mixture.json`; in format 1 members did not say how they were found."""
 
 
 @dataclass(frozen=True)
@@ -114,11 +115,12 @@ def mixture_table(mixture: Mixture) -> dict[str, Any]:
     for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
         run = mixture.lowered.forward.branches[one.branch.run]
         members = []
-        for point, share in zip(one.points, one.weights, strict=True):
+        for point, share, found in zip(one.points, one.weights, one.found, strict=True):
             values = dict(zip(unknowns.names, unknowns.at(point).tolist(), strict=True))
             members.append(
                 {
                     "weight": float(share),
+                    "found": found,
                     "point": point.tolist(),
                     "unknowns": values,
                     "values": {path: run.values(values, run.rows[0])[path] for path in run.driven},
@@ -170,8 +172,8 @@ def load_mixture(
         branch = next(b for b in lowered.problem.branches if b.options == one["options"])
         points = np.array([member["point"] for member in one["members"]])
         weights = np.array([member["weight"] for member in one["members"]])
-        nothing = np.zeros((len(points), 0))
-        ensembles.append(Ensemble(branch, points, weights, np.zeros(len(points)), nothing))
+        nothing, found = np.zeros((len(points), 0)), tuple(member["found"] for member in one["members"])
+        ensembles.append(Ensemble(branch, points, weights, np.zeros(len(points)), nothing, found))
     weights = np.array([one["weight"] for one in table["branches"]])
     discrepancy = Discrepancy(np.array(table["sigma"]), np.array(table["existence_wrong"]))
     return Mixture(lowered, tuple(ensembles), weights, discrepancy)

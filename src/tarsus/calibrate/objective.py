@@ -15,7 +15,8 @@ the same tail.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,10 +45,10 @@ class Cells:
     weight: Floats
     exists: NDArray[np.bool_]
 
-    @property
-    def count(self) -> int:
-        """Number of known cells."""
-        return int(np.isfinite(self.observed).sum())
+    def at(self, rows: Sequence[int]) -> Cells:
+        """Cells of some of the rows."""
+        chosen = list(rows)
+        return replace(self, observed=self.observed[chosen], absolute=self.absolute[chosen])
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,18 @@ class Objective:
     cells: Cells
     limits: tuple[Limit, ...] = ()
     robust: float = 3.0
+
+    def only(self, row: int) -> Objective:
+        """Of one row of the table, without constraints."""
+        return replace(self, cells=self.cells.at([row]), limits=())
+
+    def without(self, row: int) -> Objective:
+        """Of the other rows of the table, and of constraints in other runs than its."""
+        kept = self.cells.at([n for n in range(len(self.cells.observed)) if n != row])
+        limits = [
+            replace(one, rows=tuple(n - (n > row) for n in one.rows if n != row)) for one in self.limits
+        ]
+        return replace(self, cells=kept, limits=tuple(one for one in limits if one.rows))
 
     def __call__(self, readings: NDArray[np.floating], branch: Branch) -> Costs:
         """Costs of readings (ns, rows, channels, samples), of which the first nr rows are those of the table."""

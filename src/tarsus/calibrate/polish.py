@@ -39,32 +39,28 @@ class BranchFit(Residuals):
         self.unknowns = self.problem.unknowns
 
     def residuals_at(self, points: Floats) -> Floats:
-        readings = np.asarray(self.archive.evaluate(self.branch.run, points), dtype=float)
+        readings = np.asarray(self.archive.evaluate(self.branch.run, points, "polish"), dtype=float)
         return residuals_of(self.problem, self.branch, readings, points)
 
     def jacobian(self, x: ArrayLike) -> Floats:
         at = self.point(x)
-        readings = np.asarray(self.archive.evaluate(self.branch.run, at[None]), dtype=float)
+        readings = np.asarray(self.archive.evaluate(self.branch.run, at[None], "polish"), dtype=float)
         slopes = self.archive.slopes(self.branch.run, at) * self.unknowns.slopes(at)
         roots = _Roots(self.problem.objective, self.branch, readings)
         return np.concatenate([roots.slopes(slopes), np.diag(self.unknowns.prior_slopes(at))])
 
 
-def residuals_of(
-    problem: Problem, branch: Branch, readings: Floats, points: Floats, without: int | None = None
-) -> Floats:
+def residuals_of(problem: Problem, branch: Branch, readings: Floats, points: Floats) -> Floats:
     """Residuals (ns, nr) of sets at points (ns, nu), from their readings (ns, rows, channels, samples): the sum of
-    their squares is the cost, without one row of the table or with all."""
-    roots = _Roots(problem.objective, branch, readings, without)
+    their squares is the cost."""
+    roots = _Roots(problem.objective, branch, readings)
     return np.concatenate([roots.values, problem.unknowns.prior_residuals(points)], axis=1)
 
 
 class _Roots:
     """Roots of the pieces of a cost, of readings (ns, rows, channels, samples), and their derivatives."""
 
-    def __init__(
-        self, objective: Objective, branch: Branch, readings: Floats, without: int | None = None
-    ) -> None:
+    def __init__(self, objective: Objective, branch: Branch, readings: Floats) -> None:
         self.objective, self.branch, self.readings = objective, branch, readings
         cells = objective.cells
         table = readings[:, : len(cells.observed)][:, :, list(branch.columns)]
@@ -74,8 +70,6 @@ class _Roots:
         self.mean = np.where(self.failed, FAILED, self.u.mean(axis=-1))
         self.scatter = np.where(self.failed, 0.0, self.u.var(axis=-1))
         self.known = np.isfinite(cells.observed)
-        if without is not None:
-            self.known[without] = False
         self.weight = np.sqrt(np.broadcast_to(cells.weight, self.known.shape))
         self.pull = self.mean / np.sqrt(1.0 + self.scatter)
         self.there = np.zeros(self.u.shape[:-1])

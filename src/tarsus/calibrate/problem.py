@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from tarsus.fit import Unknowns
 __all__ = ["Problem", "Simulate", "Slopes"]
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 Simulate = Callable[[int, Floats, Sequence[int]], NDArray[np.floating]]
 """Readings (ns, rows, channels, samples) of sets (ns, nu) in SI in a run branch, for the rows of these numbers."""
 Slopes = Callable[[int, Floats, Sequence[int]], Floats]
@@ -27,8 +29,7 @@ class Problem:
 
     simulate: the forward model; objective: cost of its readings; rows: numbers of the rows that are simulated in the
     search, those of the table that are fitted first; labels: what they are called; resolution [m] of the instrument;
-    peak: channel of the highest gap, or None; starts (n, nu): points of the unit cube to be visited first; slopes:
-    derivatives of the forward model, or None.
+    peak: channel of the highest gap, or None; slopes: derivatives of the forward model, or None.
     """
 
     unknowns: Unknowns
@@ -39,7 +40,6 @@ class Problem:
     labels: tuple[str, ...]
     resolution: float = 0.0
     peak: int | None = None
-    starts: Floats | None = None
     slopes: Slopes | None = None
 
     @property
@@ -51,9 +51,19 @@ class Problem:
         """Costs of readings in a branch."""
         return self.objective(readings, branch)
 
-    def total(self, costs: Costs, cube: Floats, without: int | None = None) -> Floats:
-        """Whole cost (ns,) of sets, without one row of the table or with all."""
-        kept = np.ones(costs.rows.shape[1], dtype=bool)
-        if without is not None:
-            kept[without] = False
-        return costs.rows[:, kept].sum(axis=1) + costs.limits.sum(axis=1) + self.unknowns.prior_cost(cube)
+    def total(self, costs: Costs, cube: Floats) -> Floats:
+        """Whole cost (ns,) of sets."""
+        return costs.rows.sum(axis=1) + costs.limits.sum(axis=1) + self.unknowns.prior_cost(cube)
+
+    def without(self, row: int) -> Problem:
+        """The problem of somebody who does not have this row of the table: its run is not simulated either."""
+        return replace(
+            self,
+            objective=self.objective.without(row),
+            rows=_but(self.rows, row),
+            labels=_but(self.labels, row),
+        )
+
+
+def _but(items: tuple[T, ...], place: int) -> tuple[T, ...]:
+    return items[:place] + items[place + 1 :]

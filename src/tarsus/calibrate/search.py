@@ -1,8 +1,8 @@
 """Searching the branches: sets spread evenly, differential evolution, hopeless branches dropped, then chains that
 follow the likelihood.
 
-All randomness comes from the study's seed and the place in the sequence (stage, branch, row left out), never from time
-or threads.
+All randomness comes from the study's seed and the place in the sequence (row left out, stage, branch), never from time
+or threads. A search knows nothing but its own problem and archive: the one without a row is a search like any other.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from tarsus.calibrate.regressed import STEPS, Valleys, steps
 __all__ = [
     "Chain",
     "Found",
-    "budget",
     "chain",
     "evolve",
+    "questions",
+    "randomness",
     "screen",
     "search_branches",
     "spread_over",
@@ -44,8 +45,10 @@ LEVEL = 0.9
 for each unknown)."""
 MARGIN = 10.0
 """No branch is dropped for less cost than this: a likelihood ratio of 150, which a few generations may make up."""
-SCREEN, SHORT, DEEP, CHAIN, LEAVE_OUT = range(5)
+SCREEN, SHORT, DEEP, POLISH, CHAIN = range(5)
 """Stages, for the random numbers of each."""
+MEMBERS_AGAIN = 3
+"""Times that members of an ensemble are asked for again, which are visited already."""
 
 
 @dataclass(frozen=True)
@@ -64,34 +67,40 @@ class Found:
     chain: Chain | None
 
 
-def budget(problem: Problem, search: Search) -> int:
-    """Most sets that a search asks for."""
-    runs = len({branch.run for branch in problem.branches})
-    branches = len(problem.branches)
-    later = branches * search.population * (search.short + search.generations + search.spread + 3)
-    later += branches * search.polish if problem.slopes else 0
-    rows = problem.trained * branches * search.leave_out_population * (2 * search.leave_out + 2)
-    return runs * (search.screening + len(search.start)) + later + (rows if search.leave_out else 0)
+def sets_ahead(search: Search, stage: int, branches: int) -> int:
+    """Most sets that so many branches ask for from a stage on."""
+    each = {
+        SHORT: search.population * (search.short + 1), DEEP: search.population * (search.generations + 1),
+        POLISH: search.polish + 1, CHAIN: search.population * (search.spread + 1) + MEMBERS_AGAIN * search.members,
+    }  # fmt: skip
+    return branches * sum(count for one, count in each.items() if one >= stage)
 
 
-def costs_at(
-    problem: Problem, archive: Archive, branch: int, without: int | None = None
-) -> tuple[Floats, Floats]:
+def questions(problem: Problem, search: Search) -> int:
+    """Most questions that a search puts to its archive."""
+    each = search.short + search.generations + 2 * search.polish + search.spread + 8
+    return len(problem.branches) * (each + 1)
+
+
+def randomness(search: Search, part: int, stage: int, branch: int = 0) -> np.random.Generator:
+    """Random numbers of a stage: of the whole table's search (part 0), or of that without a row (1, 2 ...)."""
+    return np.random.default_rng(np.random.SeedSequence(search.seed, spawn_key=(part, stage, branch)))
+
+
+def costs_at(problem: Problem, archive: Archive, branch: int) -> tuple[Floats, Floats]:
     """Visited points (n, nu) of a branch and their costs (n,)."""
     chosen = problem.branches[branch]
     points, readings = archive.points(chosen.run)
-    return points, problem.total(problem.costs(readings, chosen), points, without)
+    return points, problem.total(problem.costs(readings, chosen), points)
 
 
-def screen(problem: Problem, archive: Archive, search: Search) -> None:
-    """The same sets in every run branch: a Sobol sequence, and after it those that the study starts from."""
+def screen(problem: Problem, archive: Archive, search: Search, part: int = 0) -> None:
+    """The same sets in every run branch: a Sobol sequence."""
     power = int(np.ceil(np.log2(search.screening)))
-    sobol = qmc.Sobol(len(problem.unknowns), rng=np.random.default_rng([search.seed, SCREEN]))
+    sobol = qmc.Sobol(len(problem.unknowns), rng=randomness(search, part, SCREEN))
     points = sobol.random_base2(power)[: search.screening]
-    if problem.starts is not None:
-        points = np.concatenate([points, problem.starts])
     for run in sorted({branch.run for branch in problem.branches}):
-        archive.evaluate(run, points)
+        archive.evaluate(run, points, "screening")
 
 
 def evolve(
@@ -101,29 +110,31 @@ def evolve(
     start: Floats,
     generations: int,
     rng: np.random.Generator,
-    without: int | None = None,
+    first: int = 1,
 ) -> Floats:
     """Differential evolution from a population (np, nu), most of whose children are steps down from the best valleys by
-    regressions over all visited sets; the last population."""
+    regressions over all visited sets; the last population. first: number of the first generation."""
     chosen, valleys, size = problem.branches[branch], Valleys(), len(start)
 
-    def cost(points: Floats) -> Floats:
-        readings = archive.evaluate(chosen.run, points)
-        return problem.total(problem.costs(readings, chosen), points, without)
+    def cost(points: Floats, found: str | list[str]) -> Floats:
+        readings = archive.evaluate(chosen.run, points, found)
+        return problem.total(problem.costs(readings, chosen), points)
 
-    population, now = start.copy(), cost(start) if generations else np.zeros(size)
-    for _ in range(generations):
+    population, now = start.copy(), cost(start, "random") if generations else np.zeros(size)
+    for generation in range(first, first + generations):
         points, readings = archive.points(chosen.run)
         bases: list[int] = []
         residuals = before = np.zeros(0)
         if size >= FEWEST and len(points) > 2 * (points.shape[1] + 1):
-            residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points, without)
+            residuals = residuals_of(problem, chosen, np.asarray(readings, dtype=float), points)
             before = (residuals**2).sum(axis=1)
             bases = valleys.bases(points, before, round(DOWN * size / len(STEPS)))
         targets = rng.permutation(size)[: size - len(STEPS) * len(bases)]
         asked = [steps(points, residuals, base, rng) for base in bases]
         asked.append(_children(population, int(np.argmin(now)), targets, rng))
-        after = np.split(cost(np.concatenate(asked)), np.cumsum([len(one) for one in asked])[:-1])
+        how = [f"step down, generation {generation}"] * (len(STEPS) * len(bases))
+        how += [f"evolution, generation {generation}"] * len(targets)
+        after = np.split(cost(np.concatenate(asked), how), np.cumsum([len(one) for one in asked])[:-1])
         for base, costs in zip(bases, after[:-1], strict=True):
             valleys.tell(points[base], float(before[base]), float(costs.min()))
         places = [*[-1] * (len(STEPS) * len(bases)), *targets.tolist()]
@@ -177,7 +188,6 @@ def chain(
     scale: float,
     size: int,
     rng: np.random.Generator,
-    without: int | None = None,
 ) -> Chain:
     """Differential-evolution Markov chains (ter Braak 2006) whose density is exp(-cost / (2 scale)).
 
@@ -185,10 +195,10 @@ def chain(
     average, ``scale`` for each unknown; the first third is dropped.
     """
     chosen = problem.branches[branch]
-    points, costs = costs_at(problem, archive, branch, without)
+    points, costs = costs_at(problem, archive, branch)
     nu = points.shape[1]
     now = start_of(points, costs, size, scale * nu)
-    now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now, without)
+    now_cost = problem.total(problem.costs(archive.evaluate(chosen.run, now), chosen), now)
     states = [now]
     for generation in range(generations):
         gamma = 1.0 if generation % 5 == 4 else 2.38 / np.sqrt(2.0 * nu)
@@ -197,45 +207,56 @@ def chain(
         moved = now + step
         moved = np.abs(moved)
         moved = np.where(moved > 1.0, 2.0 - moved, moved).clip(0.0, 1.0)
-        cost = problem.total(problem.costs(archive.evaluate(chosen.run, moved), chosen), moved, without)
+        readings = archive.evaluate(chosen.run, moved, f"chain, generation {generation + 1}")
+        cost = problem.total(problem.costs(readings, chosen), moved)
         taken = np.log(rng.random(len(now))) < (now_cost - cost) / (2.0 * scale)
         now, now_cost = np.where(taken[:, None], moved, now), np.where(taken, cost, now_cost)
         states.append(now)
     return Chain(np.concatenate(states[len(states) // 3 :]))
 
 
-def search_branches(problem: Problem, archive: Archive, search: Search) -> tuple[dict[int, Found], Freedom]:
-    """Search all branches; what was found in each, and the degrees of freedom of the best."""
-    screen(problem, archive, search)
+def search_branches(
+    problem: Problem, archive: Archive, search: Search, part: int = 0
+) -> tuple[dict[int, Found], Freedom]:
+    """Search all branches; what was found in each, and the degrees of freedom of the best.
+
+    part: 0 for the search of the whole table, n + 1 for the one without row n: each has random numbers of its own.
+    """
     numbers = range(len(problem.branches))
+    runs = len({branch.run for branch in problem.branches})
+    archive.ahead = runs * search.screening + sets_ahead(search, SHORT, len(numbers))
+    screen(problem, archive, search, part)
     populations: dict[int, Floats] = {}
     for b in numbers:
         points, costs = costs_at(problem, archive, b)
         start = points[np.argsort(costs, kind="stable")[: search.population]]
-        rng = np.random.default_rng([search.seed, SHORT, b])
+        rng = randomness(search, part, SHORT, b)
         populations[b] = evolve(
             problem, archive, b, _filled(start, search.population, rng), search.short, rng
         )
     best = {b: float(costs_at(problem, archive, b)[1].min()) for b in numbers}
     hopeless = search.hopeless * min(best.values()) + MARGIN
     kept = [b for b in numbers if best[b] <= hopeless]
+    archive.ahead = sets_ahead(search, DEEP, len(kept))
     for b in kept:
-        rng = np.random.default_rng([search.seed, DEEP, b])
-        evolve(problem, archive, b, populations[b], search.generations, rng)
+        rng = randomness(search, part, DEEP, b)
+        evolve(problem, archive, b, populations[b], search.generations, rng, search.short + 1)
     best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in kept}
-    for b in _near(problem, archive, kept, best, search)[0] if search.polish and problem.slopes else ():
+    polished = _near(problem, archive, kept, best, search)[0]
+    archive.ahead = sets_ahead(search, POLISH, len(polished))
+    for b in polished if search.polish and problem.slopes else ():
         points, costs = costs_at(problem, archive, b)
         polish(problem, archive, b, points[int(np.argmin(costs))], search.polish)
         best[b] = float(costs_at(problem, archive, b)[1].min())
     near, scale = _near(problem, archive, kept, best, search)
+    archive.ahead = sets_ahead(search, CHAIN, len(near))
     chains = {
         b: chain(
-            problem, archive, b, search.spread, scale, search.population,
-            np.random.default_rng([search.seed, CHAIN, b]),
+            problem, archive, b, search.spread, scale, search.population, randomness(search, part, CHAIN, b)
         )
         for b in near
         if search.spread
-    }  # fmt: skip
+    }
     best |= {b: float(costs_at(problem, archive, b)[1].min()) for b in near}
     return {
         b: Found(best[b], _reason(b, kept, near, search), chains.get(b)) for b in numbers
@@ -264,8 +285,6 @@ def _filled(start: Floats, count: int, rng: np.random.Generator) -> Floats:
     return start if missing <= 0 else np.concatenate([start, rng.random((missing, start.shape[1]))])
 
 
-def best_freedom(
-    problem: Problem, archive: Archive, best: Mapping[int, float], without: int | None = None
-) -> Freedom:
+def best_freedom(problem: Problem, archive: Archive, best: Mapping[int, float]) -> Freedom:
     """Degrees of freedom of the best branch, from the lowest cost of each."""
-    return freedom_of_best(problem, archive, min(best, key=lambda one: (best[one], one)), without)
+    return freedom_of_best(problem, archive, min(best, key=lambda one: (best[one], one)))

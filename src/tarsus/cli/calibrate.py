@@ -64,7 +64,7 @@ def calibrate(
 
 def _show(table: Mapping[str, Any]) -> None:
     """Branches, unknowns of the best, errors."""
-    from tarsus.calibrate.account import options_word
+    from tarsus.calibrate.account import found_sentence, options_word
     from tarsus.cli import console
 
     kept = [one for one in table["branches"] if not one["dropped"]]
@@ -80,6 +80,7 @@ def _show(table: Mapping[str, Any]) -> None:
         print(f"{name}: {weights}{'; open' if one['open'] else ''}")
     best = min(kept, key=lambda one: one["cost"])
     print(f"\nunknowns of the best branch ({options_word(best)}):")
+    print(f"{found_sentence(best)} Seed {table['seed']}.")
     console.table(
         ("unknown", "best", "from", "to (90 %)", "unit", "data say"),
         [

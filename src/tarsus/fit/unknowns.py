@@ -38,7 +38,8 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """nu numbers that are searched: names, units, bounds (nu,) [SI], whether on a logarithmic scale, priors.
+    """nu numbers that are searched: names, units, bounds (nu,) [SI], whether on a logarithmic scale, priors, and sizes
+    [SI] that changes of those are compared with that may be of either sign (None: the number itself).
 
     Searches move in the *cube*: x = 0 is the lower bound and 1 the upper one, linearly or by the logarithm.
     """
@@ -49,6 +50,11 @@ class Unknowns:
     high: Floats
     log: NDArray[np.bool_]
     priors: tuple[Prior | None, ...]
+    sizes: tuple[float | None, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.sizes:
+            object.__setattr__(self, "sizes", (None,) * len(self.names))
 
     def __len__(self) -> int:
         return len(self.names)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tarsus.calibrate.account import options_word
+from tarsus.calibrate.account import found_sentence, options_word
 from tarsus.files.store import write_text
 from tarsus.report import calibrate_figures
 from tarsus.report.calibrate_figures import row_name
@@ -38,7 +38,7 @@ def calibration_html(result: Mapping[str, Any]) -> str:
         "calibrate.html", result=result, summary=_summary(result), rows=_rows(result, names),
         rows_figure=calibrate_figures.rows_figure(result, names), branches=_branches(result),
         ranges=calibrate_figures.ranges(kept),
-        kept=[(options_word(one), _unknowns(one), _strong(one)) for one in kept],
+        kept=[(options_word(one), found_sentence(one), _unknowns(one), _strong(one)) for one in kept],
     )  # fmt: skip
     return page(f"{result['study']} – calibration", body)
 

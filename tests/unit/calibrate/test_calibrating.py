@@ -50,7 +50,7 @@ def finished(tmp_path_factory):
 
 @pytest.mark.slow
 def test_the_numbers_of_the_ball_are_recovered_and_each_row_is_predicted_without_it(tmp_path):
-    file = ball_study(tmp_path, rows(tmp_path, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=6)
+    file = ball_study(tmp_path, rows(tmp_path, (40, 50, 65, 80, 100, 120)), generations=20, leave_out=True)
     found = calibrate(file, threads=2)
     solution = found.solution
     assert found._repr_html_().count("<td>determined</td>") == len(TRUTH)
@@ -173,8 +173,7 @@ def test_every_fault_of_a_study_is_told_at_once(tmp_path):
             "did you mean 'height'",
         ),
         ("[search]", "[search]\nwithn = 3", "withn"),
-        ("[search]", "[search]\nstart = [{{ee = 0.7}}]", "search.start, set 1: there is no unknown 'ee'"),
-        ("[search]", "[search]\nstart = [{{e = 0.99}}]", "set 1: 'e' lies outside its bounds, got 0.99"),
+        ("low = 0.5", "low = 0.5\nsize = 0", "unknowns.e.size: expected a value above 0"),
     ],
 )
 def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
@@ -184,11 +183,12 @@ def test_a_fault_is_told_with_its_place(tmp_path, old, new, said):
     assert said in str(error.value)
 
 
-def test_a_search_begins_from_the_sets_that_it_is_given(tmp_path):
-    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.8125}}, {{push = 0.3}}]")
-    found = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
-    assert found.starts is not None, "what a set does not name is in the middle of its bounds"
-    assert found.unknowns.at(found.starts) == pytest.approx(np.array([[0.8125, 0.75], [0.725, 0.3]]))
+def test_a_former_study_is_read_with_a_sentence_and_its_sets_to_start_from_are_not(tmp_path):
+    text = BALL.replace("[search]", "[search]\nstart = [{{e = 0.81}}]\nleave_out_population = 5")
+    text = text.replace("leave_out = {leave_out}", "leave_out = 4")
+    with pytest.warns(FutureWarning, match="sets to start from and leave_out_population are not read"):
+        found = load_study(ball_study(tmp_path, "50,1,1\n", text)).study.search
+    assert found.leave_out is True and not hasattr(found, "start")
 
 
 def test_a_bad_table_is_told_with_its_lines(tmp_path):
@@ -228,13 +228,6 @@ softness = "1 mm"
     costs = lowered.problem.costs(readings, lowered.problem.branches[0])
     assert costs.limits[0, 0] == 0.0 and costs.limits[1, 0] > 0.0
     assert costs.limits[0, 1] > 0.0, "with no restitution the ball lies still after a second"
-
-
-def test_a_study_names_sets_to_start_from(tmp_path):
-    text = BALL.replace("[search]", '[search]\nstart = [{{e = 0.59}}, {{push = 0.3, e = "0.95"}}]')
-    problem = lower_study(*_described(ball_study(tmp_path, "50,1,1\n", text))).problem
-    assert problem.starts is not None
-    np.testing.assert_allclose(problem.unknowns.at(problem.starts), [[0.59, 0.75], [0.95, 0.3]])
 
 
 def test_a_value_that_a_scene_refuses_spoils_no_other_row(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from calibrate.toys import cells, problem, search, unknowns
+from calibrate.toys import cells, problem, unknowns
 
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.regressed import APART, PATIENCE, STEPS, Valleys, steps
@@ -59,14 +59,3 @@ def test_a_search_of_seven_unknowns_is_at_the_bottom_before_evolution_alone_woul
         ended.append(costs_at(one, archive, 0)[1].min())
         assert archive.simulated <= 64 + 15 * 16
     assert ended[0] < 0.2 * ended[1]
-
-
-def test_without_a_row_steps_do_not_see_it():
-    table = cells([[0.2], [0.9]])
-    one = problem(table, lambda run, x: x[:, None, None], unknowns("ab"), robust=1e3)
-    plan, archive = search(), Archive(one)
-    first = np.random.default_rng(0).random((plan.population, 2))
-    archive.evaluate(0, first)
-    evolve(one, archive, 0, first, 6, np.random.default_rng(1), 1)
-    points, costs = costs_at(one, archive, 0, 1)
-    assert costs.min() < 0.01 and points[np.argmin(costs), 0] == pytest.approx(0.2, abs=0.01)

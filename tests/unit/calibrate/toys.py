@@ -17,8 +17,8 @@ SCENES = Path(__file__).parents[2] / "scenes"
 
 def search(**values: Any) -> Search:
     """A short search."""
-    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": 0,
-             "leave_out_population": 10, "members": 16, "robust": 3.0}  # fmt: skip
+    short = {"population": 12, "screening": 32, "short": 4, "generations": 12, "spread": 12, "leave_out": False,
+             "members": 16, "robust": 3.0}  # fmt: skip
     return Search(**{**short, **values})
 
 
@@ -127,18 +127,54 @@ short = 2
 generations = {generations}
 spread = 3
 leave_out = {leave_out}
-leave_out_population = 5
 members = 6
 """
 
 
 def ball_study(
-    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: int = 0
+    folder: Path, rows: str, text: str = BALL, *, generations: int = 5, leave_out: bool = False
 ) -> Path:
     """A study of a pushed ball's rebounds in a folder; rows: lines of its table."""
     (folder / "table.csv").write_text("drop,rate,height\n" + rows, encoding="utf-8")
     file = folder / "ball.toml"
     file.write_text(
-        text.format(scenes=SCENES, generations=generations, leave_out=leave_out), encoding="utf-8"
+        text.format(scenes=SCENES, generations=generations, leave_out=str(leave_out).lower()),
+        encoding="utf-8",
     )
     return file
+
+
+def bent_rows(seed: int, misfit: float = 0.2, unknown: int = 9, rows: int = 12) -> tuple[Problem, Any]:
+    """A problem of 9 unknowns and 12 x 3 cells that no set fits: the truth times a chance factor of ``misfit``.
+
+    Also its forward model, sets (ns, 9) of the unit cube to readings (ns, 12, 3).
+    """
+    rng = np.random.default_rng(seed)
+    slopes = rng.normal(0.0, 1.0, (rows * 3, unknown))
+    bends = rng.normal(0.0, 0.8, (rows * 3, unknown, unknown))
+
+    def model(cube: np.ndarray) -> np.ndarray:
+        u = cube - 0.5
+        return np.exp(u @ slopes.T + np.einsum("ni,kij,nj->nk", u, bends, u)).reshape(-1, rows, 3)
+
+    observed = model(rng.random((1, unknown)))[0] * np.exp(rng.normal(0.0, misfit, (rows, 3)))
+    names = tuple(f"y{k}" for k in range(3))
+    table = Cells(
+        names,
+        ("1",) * 3,
+        observed,
+        np.zeros(observed.shape),
+        np.full(3, 0.1),
+        np.ones(3),
+        np.zeros(3, dtype=bool),
+    )
+
+    def simulate(run: int, sets: np.ndarray, chosen: Any) -> np.ndarray:
+        return model(sets)[:, list(chosen), :, None]
+
+    numbers = unknowns("abcdefghi"[:unknown])
+    labels = tuple(f"row {n + 1}" for n in range(rows))
+    one = Problem(
+        numbers, (Branch({}, 0, (0, 1, 2)),), simulate, Objective(table), tuple(range(rows)), labels
+    )
+    return one, model
