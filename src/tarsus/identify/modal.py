@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.bootstrap import Basis, Interval, pole_intervals
+from tarsus.identify.bootstrap import Basis, Interval, pole_intervals, pole_shifts
 from tarsus.identify.frf import Frf
 from tarsus.identify.lscf import fit_poles
 from tarsus.identify.lsfd import residues_of, synthesise
@@ -51,7 +51,8 @@ class IdentifiedMode:
     drawn over; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz; tilt
     [rad]: angle between the residues and those of a real mode, -pi/2 to pi/2; collinearity: 1 where all residues lie on
     one line through zero, 0 where they do not at all; orders: how many of the tried model orders have its pole;
-    verdict, and reason: a sentence, empty for a determined mode.
+    verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far [rad/s] single repeats have the
+    pole from here, None without repeats.
     """
 
     frequency: Interval
@@ -63,6 +64,7 @@ class IdentifiedMode:
     orders: int
     verdict: Verdict
     reason: str
+    shifts: Complexes | None = None
 
     @property
     def pole(self) -> complex:
@@ -294,11 +296,14 @@ def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
     if repeats is not None:
         repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
     frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
+    shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
     verdict, reason = _judge(frequency, damping, frf.line, frf.resolving)
     tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
-    return IdentifiedMode(frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason)
+    return IdentifiedMode(
+        frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason, shifts
+    )
 
 
 def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[Verdict, str]:

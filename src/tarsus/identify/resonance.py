@@ -216,11 +216,11 @@ def _drawn(number: Interval, random: np.random.Generator) -> Floats:
 def _parts(model: FootModel, fit: ModalFit) -> Floats:
     """Shape value times participation times gain over mass (nm, no), displacement per volt, for the fitted
     residues."""
-    return np.array([_part(mode, mode.residues[:, 0]) for mode in fit.modes])
+    return np.array([_part(mode.pole, mode.residues[:, 0]) for mode in fit.modes])
 
 
-def _part(mode: IdentifiedMode, residues: NDArray[np.complex128]) -> Floats:
-    return np.real(2.0j * mode.pole.imag * residues)
+def _part(pole: complex, residues: NDArray[np.complex128]) -> Floats:
+    return np.real(2.0j * pole.imag * residues)
 
 
 def _shapes(model: FootModel) -> Floats:
@@ -267,19 +267,22 @@ def _mismatch(seen: Floats, known: Floats) -> float:
 
 
 def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, Floats]:
-    """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats."""
+    """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats.
+
+    Each repeat has its residues at its own poles: a damping ratio that is too small makes the residue too small as well.
+    """
     load = model.scene.robot.drives[model.drive].load
     if not isinstance(load, ModalLoad) or len(fit.modes) < 2:
         return None, np.zeros((DRAWS, 0))
     known = _shapes(model)
-    poles = np.array([mode.pole for mode in fit.modes])
     frf = fit.frf
     repeats = frf.values[None] if frf.repeats is None else frf.repeats
     gains = []
-    for one in repeats:
+    for r, one in enumerate(repeats):
+        poles = np.array([mode.pole + (0.0 if mode.shifts is None else mode.shifts[r]) for mode in fit.modes])
         residues, _ = residues_of(frf.frequency, one[:, 0], poles)
         parts = np.array(
-            [_part(mode, residues[:, k] / mode.pole**frf.derivatives) for k, mode in enumerate(fit.modes)]
+            [_part(pole, residues[:, k] / pole**frf.derivatives) for k, pole in enumerate(poles)]
         )
         gains.append(np.sum(parts * known, axis=1) / np.sum(known**2, axis=1))
     table = np.array(gains)
