@@ -113,7 +113,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
     line = _line(duration, pull, error, late[kept])
     groups = _events(offs)[kept]
     drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
-    _, samples = within(line.values, drawn, BOUNDS)
+    _, samples, reached = within(line.values, drawn, BOUNDS)
 
     def likelihood(theta: Floats) -> float:
         return -0.5 * float(np.sum(line.weights * (pull - theta[0] - theta[1] * duration) ** 2))
@@ -157,7 +157,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         left_out=left,
         panels=(panel, left_over),
         likelihood=likelihood,
-        bounds=dict(zip(PATHS, BOUNDS, strict=True)),
+        bounds=dict(zip(PATHS, reached, strict=True)),
         files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )
 

@@ -23,8 +23,17 @@ def assessed(found: Identification) -> Assessment | None:
     if not names:
         return None
     sizes = {path: size for path, size in law_slopes(known).items() if path in names}
+    drawn = dict(zip(names, known.samples[:, moving].T, strict=True))
     bounds = {path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names}
-    return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=bounds)
+    # an end that the data leave to physics is open: it counts as cut where the draws end
+    limits = {
+        path: (
+            float(drawn[path].min()) if np.isfinite(low) else low,
+            float(drawn[path].max()) if np.isfinite(high) else high,
+        )
+        for path, (low, high) in bounds.items()
+    }
+    return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits)
 
 
 def law_slopes(known: Known) -> dict[str, float]:

@@ -92,18 +92,21 @@ def _at_least(covariance: Floats, noise: Floats) -> Floats:
 
 def within(
     values: Floats, samples: Floats, bounds: Sequence[tuple[float, float]]
-) -> tuple[Floats, Floats]:
+) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
     """An estimate (p,) and its draws (draws, p) for numbers of which physics leaves a part: what a normal distribution
-    that is cut off at the bounds has at the same quantiles.
+    that is cut off at the bounds has at the same quantiles; and of each number the bounds that the data do not exclude,
+    beyond which 2.5 % of the draws were.
 
     Draw i stays draw i, and what goes with a number that is moved moves along by the regression on it. Where no draw
     lies outside nothing changes. An estimate outside is set on the bound if its draws reach the other side of it with
     2.5 %, and else stays where it is, beside all draws.
     """
     values, samples = np.array(values, dtype=float), np.array(samples, dtype=float)
+    open_ends = []
     for j, (low, high) in enumerate(bounds):
-        reached = np.quantile(samples[:, j], [0.025, 0.975])
-        if values[j] < low <= reached[1] or reached[0] <= high < values[j]:
+        first, last = np.quantile(samples[:, j], [0.025, 0.975])
+        open_ends.append((low if first <= low else -np.inf, high if last >= high else np.inf))
+        if values[j] < low <= last or first <= high < values[j]:
             values[j] = min(max(values[j], low), high)
     for follow in (True, True, False):  # what moves along may leave its own bounds
         for j, (low, high) in enumerate(bounds):
@@ -118,7 +121,7 @@ def within(
                 off = samples - samples.mean(axis=0)
                 samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
             samples[:, j] = moved
-    return values, samples
+    return values, samples, tuple(open_ends)
 
 
 def carried(

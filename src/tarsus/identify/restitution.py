@@ -196,7 +196,7 @@ def _result(
     own = _draws(departure, approach, covariance, groups, whole, seed)
     samples = whole.value + own[:, None] + carried(again, known.values, known.samples)
     samples = samples + carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
-    values, samples = within(np.array([whole.value]), samples, (BOUNDS,))
+    values, samples, reached = within(np.array([whole.value]), samples, (BOUNDS,))
     noise = _variance(covariance, whole.value)
     rest = departure - whole.value * approach
 
@@ -248,7 +248,7 @@ def _result(
         panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
         likelihood=likelihood,
-        bounds={PATH: BOUNDS},
+        bounds={PATH: reached[0]},
     )
 
 

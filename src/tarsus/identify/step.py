@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.fit.verdict import LEVEL, cut_ends
+from tarsus.fit.verdict import LEVEL
 
 __all__ = [
     "Curve",
@@ -110,8 +110,8 @@ class StepResult:
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the
     other steps found, up to a constant, or None where it is not cheap; taken: paths among them that these data do not
-    tell, whose values only go with the others; files: of which something was used; bounds: by path, between which
-    physics leaves a parameter [SI].
+    tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
+    physics sets a parameter and these data do not exclude, infinite where the data set the end.
 
     Raises
     ------
@@ -151,16 +151,14 @@ class StepResult:
         return self.samples[:, self.paths.index(path)]
 
     def interval(self, path: str) -> tuple[float, float]:
-        """Ends of the middle 95 % of a parameter's draws [SI], or the bound that cuts them off; NaN without draws, with
-        one that is not finite, or where the data do not tell it."""
+        """Ends of the middle 95 % of a parameter's draws [SI], or the bound that the data do not exclude; NaN without
+        draws, with one that is not finite, or where the data do not tell it."""
         drawn = self.draws(path)
         if not len(drawn) or path in self.taken or not np.isfinite(drawn).all():
             return np.nan, np.nan
         ends = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0]).tolist()
         bounds = self.bounds.get(path, (-np.inf, np.inf))
-        low, high = (
-            bound if cut else end for end, bound, cut in zip(ends, bounds, cut_ends(*ends, bounds), strict=True)
-        )
+        low, high = (b if np.isfinite(b) else end for end, b in zip(ends, bounds, strict=True))
         return low, high
 
     def unsound(self) -> list[str]:
