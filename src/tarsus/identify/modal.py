@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -78,13 +78,15 @@ class ModalFit:
     """Modes identified in a band.
 
     frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
-    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree.
+    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree;
+    passed: sentences on parts of the band that told nothing.
     """
 
     frf: Frf
     modes: tuple[IdentifiedMode, ...]
     poles: dict[int, Complexes]
     synthesis: Complexes
+    passed: tuple[str, ...] = ()
 
     @property
     def frequencies(self) -> Floats:
@@ -103,8 +105,8 @@ class ModalFit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for responses that the modes leave unexplained, and one for every mode whose residues are far from
-        those of any real mode."""
+        """A sentence for responses that the modes leave unexplained, one for every mode whose residues are far from
+        those of any real mode, and one for every part of the band that told nothing."""
         left = [
             f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
             "the order or narrow the band"
@@ -115,7 +117,7 @@ class ModalFit:
             for mode in self.modes
             if abs(mode.tilt) > _TILTED
         ]
-        return (*left, *turned)
+        return (*left, *turned, *self.passed)
 
     @property
     def misfit(self) -> float:
@@ -126,7 +128,7 @@ class ModalFit:
     def only(self, near: Sequence[float]) -> ModalFit:
         """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
         picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
-        return ModalFit(self.frf, tuple(self.modes[k] for k in picked), self.poles, self.synthesis)
+        return replace(self, modes=tuple(self.modes[k] for k in picked))
 
     def shapes(self) -> tuple[Floats, Floats]:
         """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.

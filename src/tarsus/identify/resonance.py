@@ -179,12 +179,14 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     """Modes of a band from several parts of it, with the synthesis of all over the whole band."""
     edges = np.geomspace(*band, parts + 1)
     modes: list[IdentifiedMode] = []
+    passed: list[str] = []
     poles: dict[int, list[NDArray[np.complex128]]] = {}
     for low, high in pairwise(edges):
         part = max(low / _OVERLAP, band[0]), min(high * _OVERLAP, band[1])
         try:
             fit = identify_modes(frf, part, order)
-        except InputError:
+        except InputError as error:
+            passed += [f"a part of the band told no mode: {said}" for said in error.problems]
             continue
         for mode in fit.modes:
             f = mode.frequency.value
@@ -198,7 +200,8 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     ends = np.array([mode.pole for mode in modes], dtype=complex)
     residues, background = residues_of(whole.frequency, channels, ends)
     synthesis = (synthesise(whole.frequency, ends, residues) + background).reshape(whole.values.shape)
-    return ModalFit(whole, tuple(modes), {n: np.concatenate(one) for n, one in poles.items()}, synthesis)
+    stabilisation = {n: np.concatenate(one) for n, one in poles.items()}
+    return ModalFit(whole, tuple(modes), stabilisation, synthesis, tuple(passed))
 
 
 def static_response(found: Resonances, foot: str) -> float:
