@@ -24,7 +24,9 @@ def assessed(found: Identification) -> Assessment | None:
         return None
     sizes = {path: size for path, size in law_slopes(known).items() if path in names}
     drawn = dict(zip(names, known.samples[:, moving].T, strict=True))
-    bounds = {path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names}
+    bounds = {
+        path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names
+    }
     # an end that the data leave to physics is open: it counts as cut where the draws end
     limits = {
         path: (

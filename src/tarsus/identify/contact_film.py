@@ -86,7 +86,9 @@ def film_by_impacts(
     value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
     begun, passed = _begun(model, bounces, free, value, covariance)
     if begun is None:
-        return known, _untold(step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})")
+        return known, _untold(
+            step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})"
+        )
     place, fitted = begun
     model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
     good = sound(model, bounces, fitted)[2]

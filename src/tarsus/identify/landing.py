@@ -143,7 +143,12 @@ def judge_landing(
     own = next(i for i, one in enumerate(fits) if one.rule == assumed)
     chosen = own if wrong[own] < wrong[order[0]] + SURE else order[0]
     return LandingVerdict(
-        assumed, fits[chosen].rule, tuple(fits), tuple(one.set for one in firsts), tuple(wrong.tolist()), passed
+        assumed,
+        fits[chosen].rule,
+        tuple(fits),
+        tuple(one.set for one in firsts),
+        tuple(wrong.tolist()),
+        passed,
     )
 
 

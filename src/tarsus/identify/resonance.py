@@ -272,7 +272,7 @@ def _mismatch(seen: Floats, known: Floats) -> float:
 def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, Floats]:
     """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats.
 
-    Each repeat has its residues at its own poles: a damping ratio that is too small makes the residue too small as well.
+    Each repeat has its residues at its own poles: a damping ratio that is too small makes the residue too small too.
     """
     load = model.scene.robot.drives[model.drive].load
     if not isinstance(load, ModalLoad) or len(fit.modes) < 2:

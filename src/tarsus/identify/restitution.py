@@ -259,7 +259,12 @@ def _variance(covariance: Floats, ratio: float) -> Floats:
 
 
 def _draws(
-    departure: Floats, approach: Floats, covariance: Floats, groups: NDArray[np.intp], whole: Spread, seed: int
+    departure: Floats,
+    approach: Floats,
+    covariance: Floats,
+    groups: NDArray[np.intp],
+    whole: Spread,
+    seed: int,
 ) -> Floats:
     """Deviations (draws,) of the ratio, as records scatter, and at least those that the regression over all impacts
     allows, which are all that is told by few records."""

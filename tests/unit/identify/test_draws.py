@@ -79,7 +79,7 @@ def test_draws_within_bounds_cover_and_heap_up_nowhere(true):
     for _ in range(trials):
         free = random.multivariate_normal([true, 5.0], spread)
         drawn = random.multivariate_normal(free, spread, DRAWS)
-        given = free + [max(-free[0], 0.0), 0.8 * min(free[0], 0.0)]
+        given = free - min(free[0], 0.0) * np.array([1.0, -0.8])
         values, samples, ends = within(given, drawn, bounds)
         assert np.all(samples[:, 0] >= 0.0) and len(np.unique(samples[:, 0])) > 0.99 * DRAWS
         step = StepResult("one", ("a", "b"), values, samples, bounds={"a": ends[0]})
@@ -95,9 +95,13 @@ def test_draws_inside_stay_and_an_estimate_far_outside_is_no_number():
     inside = random.uniform(0.4, 0.6, (DRAWS, 1))
     values, samples, ends = within(np.array([0.5]), inside, ((0.0, 1.0),))
     assert values[0] == 0.5 and ends == ((-np.inf, np.inf),) and np.array_equal(samples, inside)
-    above, drawn, ends = within(np.array([1.3]), 1.3 + 0.01 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
+    above, drawn, ends = within(
+        np.array([1.3]), 1.3 + 0.01 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),)
+    )
     step = StepResult("one", ("e",), above, drawn, bounds={"e": ends[0]})
     assert np.all(drawn <= 1.0) and "lies outside" in step.unsound()[0]
-    near, drawn, ends = within(np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),))
+    near, drawn, ends = within(
+        np.array([1.01]), 1.01 + 0.02 * random.standard_normal((DRAWS, 1)), ((0.0, 1.0),)
+    )
     step = StepResult("one", ("e",), near, drawn, bounds={"e": ends[0]})
     assert step.value("e") == 1.0 == step.interval("e")[1] and step.unsound() == []

@@ -35,7 +35,9 @@ def test_the_interval_of_a_participation_covers_it_when_the_poles_are_found_in_t
         points = tuple(scene.robot.structure.points)
         frf = Frf(frequency, repeats.mean(axis=0), points, ("pzt",), Quantity.VELOCITY, repeats)
         channels = frf.values[:, 0]
-        fits = [refine_pole(frequency, channels, *pair) for pair in ((upper[0], upper[1:]), (upper[1], upper[:1]))]
+        fits = [
+            refine_pole(frequency, channels, *pair) for pair in ((upper[0], upper[1:]), (upper[1], upper[:1]))
+        ]
         found = ModalFit(frf, tuple(_mode(frf, one, 1) for one in fits if one is not None), {}, frf.values)
         draws = _shares(model, found, seed)[1]
         low, high = np.quantile(draws[:, 0], [0.025, 0.975])

@@ -65,7 +65,9 @@ def test_arithmetic_that_overflows_on_the_way_is_remarked():
 
     chain.attempt("film", overflowing)
     (said,) = chain.evidence.remarks
-    assert "film" in chain.steps and said.startswith("film: its arithmetic met on the way: overflow (1 times), inv")
+    assert "film" in chain.steps and said.startswith(
+        "film: its arithmetic met on the way: overflow (1 times), inv"
+    )
     calm = Chain(read_campaign(folder()))
     calm.attempt("film", lambda: film(2e-21, GOOD))
     assert calm.evidence.remarks == []
