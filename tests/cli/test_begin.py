@@ -67,7 +67,75 @@ def test_a_campaign_is_checked_with_its_records(tarsus, lab):
     text = (lab / "campaign.toml").read_text()
     kept = text[: text.index("[records.bare]")] + text[text.index("[records.steps]") :]
     (lab / "campaign.toml").write_text(re.sub("# drive = .*", 'drive = "volts"', kept))
-    assert "is a good campaign" in tarsus("check", lab).out
+    bad = tarsus("check", lab)
+    assert bad.code == 2 and any("no channel is the displacement of point 'tip'" in one for one in bad.sentences)
+
+
+SWEPT = (
+    'signal = { kind = "swept_sine", amplitude = "8 V", start_frequency = "5 Hz", stop_frequency = "20 Hz", '
+    'duration = "0.3 s" }'
+)
+LOOPS = """device = "cantilever"
+points = ["tip"]
+[defaults]
+rest = "10 ms"
+drive = "volts"
+[defaults.channels]
+x = { unit = "um", point = "tip" }
+v = { unit = "mm/s", point = "tip" }
+volts = "V"
+tilt = "V"
+[records.loops]
+purpose = "PURPOSE"
+files = ["loops-1.mat"]
+"""
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """A folder with a MATLAB file as laboratories write it, columns without units, and its campaign file."""
+    from scipy.io import savemat
+
+    time, noise = np.arange(4000) / 10e3, np.random.default_rng(1).standard_normal((2, 4000))
+    angle = 2.0 * np.pi * 10.0 * np.maximum(time - 10e-3, 0.0)
+    x, v = 5.0 * (1.0 - np.cos(angle)) + 1e-3 * noise[0], 0.1 * np.pi * np.sin(angle) + 1e-4 * noise[1]
+    savemat(tmp_path / "loops-1.mat", {"time": time, "x": x, "v": v, "volts": 8.0 * np.sin(angle)})
+    return tmp_path
+
+
+def test_units_may_be_said_once_for_all_files(tarsus, bare):
+    """Of channels that the defaults name a file may lack some."""
+    (bare / "campaign.toml").write_text(LOOPS.replace("PURPOSE", "loops"))
+    found = tarsus("check", bare)
+    assert "is a good campaign" in found.out, found.sentences
+    assert any("no records are for 'ramps'" in one for one in found.sentences)
+
+
+@pytest.mark.parametrize(
+    ("purpose", "signal", "said"),
+    [
+        ("validation", "", "no set of records tells a number: all are for validation"),
+        ("modal", "", "need the swept sine that drove them"),
+        ("loops", SWEPT, "a swept sine serves 'modal', got 'loops'"),
+    ],
+)
+def test_a_campaign_with_wrong_purposes_is_not_good(tarsus, bare, purpose, signal, said):
+    (bare / "campaign.toml").write_text(LOOPS.replace("PURPOSE", purpose) + signal)
+    found = tarsus("check", bare)
+    assert found.code == 2 and any(said in one for one in found.sentences), found.sentences
+
+
+def test_a_new_campaign_has_lines_to_uncomment_and_guesses_purposes(tarsus, bare):
+    for name in ("sweep-1", "held-out-sine", "other"):
+        (bare / f"{name}.mat").write_bytes((bare / "loops-1.mat").read_bytes())
+    tarsus("new", "campaign", bare, "--device", "cantilever")
+    text = (bare / "campaign.toml").read_text()
+    assert text.count("# x = ") == 1 and '# volts = "V"' in text and '# v = { unit = "mm/s"' in text
+    told = dict(zip(re.findall(r"\[records\.(.*)\]", text), re.findall('purpose = "(.*)"', text), strict=True))
+    assert told == {"held-out-sine": "validation", "loops": "loops", "other": "validation", "sweep": "modal"}
+    assert text.count("guessed from the name") == 3 and text.count("say what for") == 1
+    (bare / "campaign.toml").write_text(re.sub(r"(?m)^# (?=[\[a-z].*( = |defaults))", "", text))
+    assert not any("nothing says what channel" in one for one in tarsus("check", bare).sentences)
 
 
 def test_read_tells_what_a_record_holds(tarsus, lab):

@@ -30,6 +30,9 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
         "yield", creeping, *WORDS, "--set", "duration=60 ms", "--require", "mean_speed=0 m/s", "-o", tmp_path / "out"
     )
     assert result.code == 0, result.err
+    (told,) = (one for one in result.sentences if "further runs" in one)
+    assert "after the 24 robots, 20 further runs (4 draws times 3 groups and 2)" in told and "--draws 0" in told
+    assert any("the 20 runs about legs follow, about " in one for one in result.sentences)
     assert "24 robots" in result.out and "mean_speed=0 m/s: " in result.out and "matters most" in result.out
     found = json.loads((tmp_path / "out" / "yield.json").read_text(encoding="utf-8"))
     with xr.open_dataset(tmp_path / "out" / "robots" / "sweep.nc") as robots:
@@ -48,6 +51,13 @@ def test_robots_become_curves_and_a_page(tarsus, creeping, tmp_path):
     again = tarsus("yield", creeping, *WORDS, "--set", "duration=60 ms", "-o", tmp_path / "out", "--resume", "--json")
     assert again.code == 0 and json.loads(again.out)["robots"] == 24
     assert (tmp_path / "out" / "yield.json").read_bytes() == before
+
+
+def test_runs_about_legs_can_be_left_out(tarsus, creeping, tmp_path):
+    words = [*WORDS[: WORDS.index("--draws")], "--draws", "0", "--chunk", "8", "--set", "duration=20 ms"]
+    result = tarsus("yield", creeping, *words, "--no-report", "-o", tmp_path / "out")
+    assert result.code == 0 and "runs" not in result.err.replace("runs/s", "")
+    assert not (tmp_path / "out" / "legs").exists()
 
 
 def test_a_requirement_on_nothing_is_told(tarsus, creeping, tmp_path):

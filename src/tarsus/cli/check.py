@@ -103,17 +103,19 @@ def _calibration(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, li
 
 
 def _campaign(path: Path) -> tuple[str, str, list[str]]:
-    """A campaign is good when its file is and every record can be read."""
+    """A campaign is good when its file is, and every record can be read and has what its purpose needs."""
     from tarsus.base.errors import InputError
-    from tarsus.identify.campaign import read_campaign, read_records
+    from tarsus.identify.campaign import read_campaign
+    from tarsus.identify.readiness import readiness_of
 
     opened = read_campaign(path)
     sets = opened.campaign.records
-    read = [reading for one in sets for reading in read_records(opened, one)]
-    problems = [said for reading in read for said in reading.problems]
-    if problems:
-        raise InputError(problems)
+    found = readiness_of(opened)
+    read = found.readings
+    if found.problems:
+        raise InputError(together([*found.problems, *found.remarks]))
     notes = [note for reading in read if reading.record is not None for note in reading.record.notes]
+    notes += found.remarks
     counts = (_count(len(sets), "set") + " of records", _count(len(read), "file"))
     return "campaign", f"{opened.campaign.name} ({', '.join(counts)})", together(notes)
 

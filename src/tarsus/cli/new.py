@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json as text_of
+import re
 from pathlib import Path
 from typing import Literal
 
@@ -88,46 +90,110 @@ def _campaign(folder: Path, device: str | None) -> tuple[str, list[str]]:
     )
     if not names:
         raise InputError(f"'{folder}' holds no records ({', '.join(sorted(RECORDS))})")
+    remarks: list[str] = []
+    nameless: dict[str, None] = {}
+    sets: list[str] = []
+    for name, files in _repeats(names).items():
+        sets += ["", f"[records.{name}]", *_purpose(name, sets), f"files = {_list(files)}"]
+        try:
+            record = read_measurement(folder / files[0])
+        except InputError as error:
+            found = [re.search(r"what channel '([^']*)' measures", said) for said in error.problems]
+            nameless |= {one[1]: None for one in found if one is not None}
+            other = [said for said, one in zip(error.problems, found, strict=True) if one is None]
+            remarks += error.problems
+            sets += ["# the file does not tell enough, say it here:"] * bool(other)
+            sets += [f"#   {problem}" for problem in other]
+            continue
+        if record.drive:
+            sets += [f'drive = "{record.drive}"']
+        sets += [
+            f'# channel "{one.name}" [{one.quantity.unit}] looks at point "{one.at}"'
+            for one in record.channels
+        ]
     lines = [
         '# Which record serves which step; see the page "Identification" of the documentation.',
         f'name = "{folder.resolve().name}"',
         "# What is known beforehand: a device, or a scene file, named from this folder.",
         f'device = "{_from(folder, device)}"',
         "",
+        "# What holds for all sets of records that say nothing else. Take away a # where a line is right.",
+        "[defaults]",
+        'rest = "0 s"                 # at rest before the drive begins',
+        '# drive = "the channel that recorded the volts"',
+        *_channels(list(nameless), _points(folder, device)),
+        "",
         "# purpose: modal (sweeps in the air), loops, ramps (adhesion), bounces, air, close or validation.",
     ]
-    remarks = []
-    for name, files in _repeats(names).items():
-        lines += [
-            "",
-            f"[records.{name}]",
-            'purpose = "validation"       # say what for',
-            f"files = {_list(files)}",
-        ]
-        lines += ['rest = "0 s"                 # at rest before the drive begins']
-        try:
-            record = read_measurement(folder / files[0])
-        except InputError as error:
-            remarks += error.problems
-            lines += [
-                "# channels: the file does not tell enough, say it here:",
-                "# [records." + name + ".channels]",
-            ]
-            lines += [f"#   {problem}" for problem in error.problems]
-            continue
-        lines += [
-            f'drive = "{record.drive}"' if record.drive else '# drive = "the channel that recorded the volts"'
-        ]
-        if not any(line.startswith("# signal = ") for line in lines):
-            lines += [
-                "# what drove it, of modal, loops, ramps and bounces, such as",
-                '# signal = { kind = "ramped_square", amplitude = "8 V", frequency = "5 Hz", duty = 0.25 }',
-            ]
-        lines += [
-            f'# channel "{one.name}" [{one.quantity.unit}] looks at point "{one.at}"'
-            for one in record.channels
-        ]
-    return "\n".join(lines) + "\n", remarks
+    return "\n".join([*lines, *sets]) + "\n", remarks
+
+
+def _purpose(name: str, before: list[str]) -> list[str]:
+    """The purpose that the name of a set suggests, and the first time a signal to be filled in."""
+    from tarsus.identify.campaign import guessed_purpose
+
+    guess = guessed_purpose(name)
+    word = "validation" if guess is None else guess.value
+    why = "say what for" if guess is None else "guessed from the name"
+    lines = [f'purpose = "{word}"'.ljust(28) + f" # {why}"]
+    if not any(one.startswith(f'purpose = "{word}"') for one in before):
+        lines += [f"# signal = {SIGNALS[word]}"] if word in SIGNALS else []
+        lines += ['# gap = "3 cm"               # of the foot in the air'] if word in ("modal", "air") else []
+    return lines
+
+
+SIGNALS = {
+    "modal": '{ kind = "swept_sine", amplitude = "0.2 V", start_frequency = "200 Hz", stop_frequency = "9 kHz", '
+    'duration = "1 s" }',
+    "ramps": '{ kind = "ramped_square", amplitude = "8 V", frequency = "5 Hz", duty = 0.25 }',
+    "bounces": '{ kind = "square", amplitude = "2 V", frequency = "300 Hz" }',
+    "air": '{ kind = "square", amplitude = "2 V", frequency = "300 Hz" }',
+    "validation": '{ kind = "sine", amplitude = "6 V", frequency = "50 Hz" }',
+}
+"""What drove the records, to be filled in, by purpose."""
+UNITS = {
+    "v": "mm/s",
+    "vel": "mm/s",
+    "velocity": "mm/s",
+    "x": "um",
+    "disp": "um",
+    "displacement": "um",
+    "pos": "um",
+}
+"""Units of a vibrometer's outputs by the last word of a channel's name; volts for words that name a drive."""
+
+
+def _channels(names: list[str], points: tuple[str, ...]) -> list[str]:
+    """Lines that say what channels measure, with what their names suggest, each to be uncommented."""
+    if not names:
+        return ["# [defaults.channels]", '# "name in the file" = { unit = "mm/s", point = "tip" }']
+    lines = [
+        "# Files do not say what these channels measure; a file that lacks one is read without it.",
+        "# [defaults.channels]",
+    ]
+    for name in names:
+        words = re.findall(r"[a-z]+", name.lower())
+        unit = (
+            "V"
+            if re.search(r"volt|drive|amp|pzt", name.lower())
+            else UNITS.get(words[-1] if words else "", "?")
+        )
+        point = next((one for one in points if one.lower() in name.lower()), "?")
+        key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else text_of.dumps(name)
+        said = '"V"' if unit == "V" else f'{{ unit = "{unit}", point = "{point}" }}'
+        lines.append(f"# {key} = {said}")
+    return lines
+
+
+def _points(folder: Path, device: str | None) -> tuple[str, ...]:
+    """Points of the device, where it can be read already."""
+    from tarsus.base.errors import InputError
+    from tarsus.files.library import load_scene
+
+    try:
+        return tuple(load_scene(device or folder / "device.toml").robot.structure.points)
+    except InputError:  # the campaign file comes first, and its check tells
+        return ()
 
 
 def _from(folder: Path, device: str | None) -> str:
@@ -141,8 +207,6 @@ def _from(folder: Path, device: str | None) -> str:
 
 def _repeats(names: list[str]) -> dict[str, list[str]]:
     """Files by set: those whose names differ in a last number only are repeats of one experiment."""
-    import re
-
     sets: dict[str, list[str]] = {}
     for name in names:
         stem = re.sub(r"[-_ ]*\d+$", "", Path(name).stem) or Path(name).stem

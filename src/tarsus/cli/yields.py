@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,6 +24,7 @@ from tarsus.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from tarsus.study.sweep import Sweep
     from tarsus.study.yields import Yield
 
 WALKS = ["mean_speed", "cost_of_transport"]
@@ -71,8 +73,8 @@ def yields(
     count
         robots.
     draws
-        draws behind the Sobol indices, a power of 2: they take (legs + grounds + 2) times as many runs; 0 leaves them
-        out.
+        draws behind the Sobol indices, a power of 2: they take (legs + grounds + 2) times as many runs beside those of
+        the robots; 0 leaves them out.
     chunk
         time that a unit of work takes, or a number of runs.
     output
@@ -97,15 +99,22 @@ def yields(
     names = [f"{place}/{name}" for place in ("robots", "legs") for name in SWEEP_FILES]
     target = pages.target(folder, "yield", ("yield.json", "report.html", *names), resume=resume)
     runs = {}
+    if legs is not None:
+        console.note([_further(whole, legs)])
     with console.resumable(), target.writing(resume=resume), work.workers() as workers:
         for name, sweep in (("robots", whole), ("legs", legs)):
             if sweep is None:
                 continue
+            begun = time.monotonic()
             with console.progress_bar(name, time_left=True) as progress:
                 runs[name] = run_sweep(
                     sweep, folder / name, resume=resume and (folder / name).exists(), threads=workers,
                     progress=lambda done, total, who: progress(done, total, ""),
                 )  # fmt: skip
+            made = sweep.runs - runs[name].kept
+            if sweep is whole and legs is not None and made:
+                left = _seconds(begun, legs.runs / made)
+                console.note([f"the {legs.runs} runs about legs follow, about {left}"])
         found = yield_of(
             robots, whole, runs["robots"].file, None if legs is None else (legs, runs["legs"].file)
         )
@@ -121,6 +130,24 @@ def yields(
         _print(found, shares)
         console.wrote([folder / name for name in ("yield.json", "report.html") if (folder / name).exists()])
     return 0
+
+
+def _further(whole: Sweep, legs: Sweep) -> str:
+    """What the runs about legs are, and what they cost beside those of the robots."""
+    from tarsus.study.manufacture import Saltelli
+
+    assert isinstance(legs.design, Saltelli)
+    return (
+        f"after the {whole.runs} robots, {legs.runs} further runs ({legs.design.count} draws times "
+        f"{len(legs.design.names)} groups and 2) tell whose scatter matters most, {legs.runs / whole.runs:.2g} times as "
+        "many; --draws 0 leaves them out"
+    )
+
+
+def _seconds(begun: float, share: float) -> str:
+    """How long work takes that is a multiple of what was begun then."""
+    left = share * (time.monotonic() - begun)
+    return f"{left:.0f} s" if left < 120.0 else f"{left / 60.0:.0f} min"
 
 
 OPTIONS = {

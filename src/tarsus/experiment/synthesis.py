@@ -7,6 +7,7 @@ electrode is recorded close to the ground as well (section 3.4.3)."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -136,6 +137,7 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
     paths = [path for path in identified_paths(scene) if path not in fixed]
     before = float_paths(scene)
     random = np.random.default_rng([seed, 5])
+    refused: Counter[str] = Counter()
     for _ in range(_TRIES):
         factors = 1.0 + spread * random.uniform(-1.0, 1.0, len(paths))
         values = {path: before[path].value * float(f) for path, f in zip(paths, factors, strict=True)}
@@ -146,11 +148,14 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
         try:
             drawn = with_values(scene, values)
             with_values(drawn, {"initial.displacement": rest_state(drawn)})
-        except InputError:
+        except InputError as error:
+            refused.update(error.problems)
             continue
         if _rests_clear(drawn):
             return drawn
-    raise InputError(f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling")
+        refused["it does not rest clear of the ground after poling"] += 1
+    said = "; ".join(f"{reason} ({count} of {_TRIES} draws)" for reason, count in refused.most_common(3))
+    raise InputError(f"no device within {spread:g} of '{scene.name}' can be used: {said}")
 
 
 def identified_paths(scene: Scene) -> list[str]:

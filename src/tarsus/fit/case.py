@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,22 +45,25 @@ def directions(values: Values, at: Floats, span: Floats) -> dict[str, dict[str, 
 
 @dataclass(frozen=True)
 class Case:
-    """One run: a scene, what it has for the unknowns' SI values, over how long [s] and how exactly."""
+    """One run: a scene, what it has for the unknowns' SI values, over how long [s] and how exactly; refused: sentences
+    on runs of which the engine had no derivatives."""
 
     scene: Scene
     values: Values
     seconds: float
     accuracy: Accuracy | None
     shared: Shared
+    refused: list[str] = field(default_factory=list)
 
     def run(self, at: Floats, span: Floats) -> GradientRun | None:
         """The run at SI values (nu,), with derivatives by all unknowns; None where the engine has none of this
-        scene."""
+        scene, with the reasons in `refused`."""
         scene = with_values(self.scene, dict(self.values(at)))
         moved = directions(self.values, at, span)
         try:
             return simulate(scene, self.seconds, self.accuracy, shared=self.shared, gradients=moved)
-        except InputError:
+        except InputError as error:
+            self.refused.extend(error.problems)
             return None
 
     def slopes(self, at: Floats, span: Floats, readers: Sequence[Reader]) -> list[Told] | None:

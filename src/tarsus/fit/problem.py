@@ -190,7 +190,7 @@ class Problem(Residuals):
             case = Case(self.scene, self._values(under), self.seconds, self.accuracy, self._shared)
             told = case.slopes(at, span, [self._asked[n].reader for n in own])
             if told is None:
-                flags.append("the engine has no derivatives of these runs")
+                flags.append(f"the engine has no derivatives of these runs: {'; '.join(case.refused)}")
             for k, n in enumerate(own):
                 count = self._asked[n].reader.count
                 slopes = np.full((count, len(at)), np.nan) if told is None else told[k].slopes

@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 
 from tarsus.base.errors import InputError
 from tarsus.identify.breakoff import BreakOffs
-from tarsus.identify.draws import drawn_counts, student
+from tarsus.identify.draws import newton_draws, within
 from tarsus.identify.film import FilmFit
 from tarsus.identify.known import Known
 from tarsus.identify.step import Curve, LeftOut, Panel, Residual, StepResult, Used
@@ -28,6 +28,8 @@ __all__ = ["Line", "identify_adhesion"]
 Floats = NDArray[np.float64]
 
 PATHS = ("ground.adhesion.initial", "ground.adhesion.rate")
+BOUNDS = ((0.0, np.inf), (0.0, np.inf))
+"""Neither adhesion nor its growth pushes."""
 _FEWEST = 4
 _OUTSIDE = 4.0
 _ROUNDS = 20
@@ -39,9 +41,11 @@ _SAME_EVENT = 2e-3
 
 @dataclass(frozen=True)
 class Line:
-    """A weighted straight line: values (2,), at zero and slope; scatter [N] beside the errors; weights (n,)."""
+    """A weighted straight line: values (2,), at zero and slope, neither of which is negative; free (2,): those that
+    least squares alone would have; scatter [N] beside the errors; weights (n,)."""
 
     values: Floats
+    free: Floats
     scatter: float
     weights: Floats
 
@@ -108,7 +112,8 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
     duration, pull, error = contacts.duration[kept], fitted.pull[kept], fitted.pull_error[kept]
     line = _line(duration, pull, error, late[kept])
     groups = _events(offs)[kept]
-    samples = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
+    drawn = _draws(duration, pull, line, groups, film.pulls[:, kept], seed)
+    _, samples, reached = within(line.values, drawn, BOUNDS)
 
     def likelihood(theta: Floats) -> float:
         return -0.5 * float(np.sum(line.weights * (pull - theta[0] - theta[1] * duration) ** 2))
@@ -138,7 +143,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         "adhesion",
         PATHS,
         line.values,
-        np.maximum(samples, 0.0),
+        samples,
         residuals=(
             Residual(
                 "pull-off forces about the line",
@@ -152,6 +157,7 @@ def _fit(film: FilmFit, contacts: Contacts, seed: int) -> StepResult:
         left_out=left,
         panels=(panel, left_over),
         likelihood=likelihood,
+        bounds=dict(zip(PATHS, reached, strict=True)),
         files=frozenset(offs.traces[offs.items[int(r)].trace].file for r in np.flatnonzero(kept)),
     )
 
@@ -186,13 +192,13 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
     """Weighted line; ``late`` [s] are the errors of the durations; a scatter beside the errors is found by
     moments."""
     design = np.column_stack([np.ones_like(duration), duration])
-    slope, scatter, weights, values = 0.0, 0.0, np.ones_like(pull), np.zeros(2)
+    slope, scatter, weights, values, free = 0.0, 0.0, np.ones_like(pull), np.zeros(2), np.zeros(2)
     for _ in range(_ROUNDS):
         variance = error**2 + (slope * late) ** 2
         weights = 1.0 / (variance + scatter**2)
         normal = design.T @ (weights[:, None] * design)
-        values = np.linalg.solve(normal, design.T @ (weights * pull))
-        if np.any(values < 0.0):  # neither adhesion nor its growth pushes
+        values = free = np.linalg.solve(normal, design.T @ (weights * pull))
+        if np.any(free < 0.0):
             size, root = np.array([1.0, float(duration.max())]), np.sqrt(weights)
             top = float(np.abs(pull).max())
             values = nnls(root[:, None] * design / size, root * pull / top)[0] * top / size
@@ -204,20 +210,19 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
         if abs(new - scatter) < 1e-3 * (new + np.sqrt(variance.mean())):
             break
         scatter = new
-    return Line(np.asarray(values, dtype=np.float64), scatter, weights)
+    return Line(np.asarray(values, dtype=np.float64), free, scatter, weights)
 
 
 def _draws(
     duration: Floats, pull: Floats, line: Line, groups: NDArray[np.intp], pulls: Floats, seed: int
 ) -> Floats:
-    """Lines (draws, 2) over drawn events, with the pulls moved as earlier steps may be wrong (draws, n)."""
+    """Lines (draws, 2) as events scatter, with the pulls moved as earlier steps may be wrong (draws, n)."""
     design = np.column_stack([np.ones_like(duration), duration])
     numbers, which = np.unique(groups, return_inverse=True)
-    counts = drawn_counts(len(numbers), seed, len(pulls))
-    own = np.empty((len(pulls), 2))
-    for b, count in enumerate(counts):
-        weight = line.weights * (count[which] + 1e-3)
-        own[b] = np.linalg.solve(design.T @ (weight[:, None] * design), design.T @ (weight * pull))
     weighted = line.weights[:, None] * design
+    pairs = np.einsum("na,nb->nab", weighted, design)
+    parts = weighted * (pull - design @ line.free)[:, None]
+    information = np.array([pairs[which == k].sum(axis=0) for k in range(len(numbers))])
+    score = np.array([parts[which == k].sum(axis=0) for k in range(len(numbers))])
     from_before = np.linalg.solve(design.T @ weighted, weighted.T @ pulls.T).T
-    return line.values + (own - line.values) * min(student(float(len(numbers))), 20.0) + from_before
+    return line.free + newton_draws(information, score, seed) + from_before

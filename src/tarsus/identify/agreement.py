@@ -16,7 +16,7 @@ from tarsus.identify.frf import estimate_frf
 from tarsus.identify.step import LeftOut
 from tarsus.records.measurement import Measurement, Quantity
 
-__all__ = ["Agreed", "agreeing"]
+__all__ = ["Agreed", "agreeing", "channels_of", "needed_of"]
 
 Complexes = NDArray[np.complex128]
 Kind = TypeVar("Kind")
@@ -95,12 +95,11 @@ def _alike(
     out: list[LeftOut] = []
     layouts: dict[int, tuple[str, ...]] = {}
     for k, record in enumerate(records):
-        channels = _channels(record, points)
+        channels = channels_of(record, points)
         if record.drive is None:
             out.append(LeftOut(record.source, "", "the drive is missing: no channel is known to be it"))
         elif channels is None:
-            needed = f"the points {', '.join(points)} need a channel each, all of one quantity"
-            out.append(LeftOut(record.source, "", needed))
+            out.append(LeftOut(record.source, "", needed_of(points)))
         else:
             layouts[k] = (record.drive, *channels)
     if not layouts:
@@ -123,7 +122,12 @@ def _alike(
     return [k for k, found in shapes.items() if found == (count, rate)], layout, out
 
 
-def _channels(record: Measurement, points: Sequence[str]) -> tuple[str, ...] | None:
+def needed_of(points: Sequence[str]) -> str:
+    """What sweeps must hold, in words."""
+    return f"the points {', '.join(points)} need a channel each, all of one quantity"
+
+
+def channels_of(record: Measurement, points: Sequence[str]) -> tuple[str, ...] | None:
     """Names of the channels of all points, of one quantity, or None."""
     for quantity in _MOTIONS:
         by_point = {c.at: c.name for c in record.channels if c.quantity is quantity}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tarsus.base.errors import InputError
 from tarsus.identify.chain import Identification
 from tarsus.identify.known import Known
 from tarsus.identify.verdict import Assessment, judge_samples
@@ -13,7 +12,7 @@ __all__ = ["assessed", "law_slopes"]
 
 
 def assessed(found: Identification) -> Assessment | None:
-    """Verdicts on all numbers of an identification by their draws; None where there is nothing to judge.
+    """Verdicts on all numbers of an identification by their draws; None where no number has draws that differ.
 
     Weights of plays may be of either sign or zero; what they leave open is compared with the slope of the drive's law.
     """
@@ -24,10 +23,19 @@ def assessed(found: Identification) -> Assessment | None:
     if not names:
         return None
     sizes = {path: size for path, size in law_slopes(known).items() if path in names}
-    try:
-        return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes)
-    except InputError:
-        return None
+    drawn = dict(zip(names, known.samples[:, moving].T, strict=True))
+    bounds = {
+        path: ends for step in found.steps.values() for path, ends in step.bounds.items() if path in names
+    }
+    # an end that the data leave to physics is open: it counts as cut where the draws end
+    limits = {
+        path: (
+            float(drawn[path].min()) if np.isfinite(low) else low,
+            float(drawn[path].max()) if np.isfinite(high) else high,
+        )
+        for path, (low, high) in bounds.items()
+    }
+    return judge_samples(names, known.values[moving], known.samples[:, moving], sizes=sizes, limits=limits)
 
 
 def law_slopes(known: Known) -> dict[str, float]:

@@ -11,7 +11,7 @@ from scipy.stats import t
 
 from tarsus.identify.refine import LocalFit
 
-__all__ = ["Basis", "Interval", "bootstrap_pole", "pole_intervals"]
+__all__ = ["Basis", "Interval", "bootstrap_pole", "pole_intervals", "pole_shifts"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -65,12 +65,11 @@ def pole_intervals(
         Spacing of the lines [Hz].
     """
     known = np.isfinite(fit.noise)
-    slopes, misfit, noise = fit.slopes[known], fit.misfit[known], fit.noise[known]
+    slopes, misfit = fit.slopes[known], fit.misfit[known]
     by_channel = slopes.transpose(0, 2, 1) @ slopes
     if repeats is not None and len(repeats) >= _FEWEST_REPEATS:
-        off = (repeats - values)[:, known] / noise[:, None]
-        parts, count = np.concatenate([off.real, off.imag], axis=2), len(repeats)
-        score = parts.reshape(count, -1) @ slopes.reshape(-1, 2) / count
+        count = len(repeats)
+        score = _scores(fit, values, repeats) / count
         information = np.broadcast_to(by_channel.sum(axis=0) / count, (count, 2, 2))
         return *bootstrap_pole(fit.pole, information, score), Basis.REPEATS
     weight = np.trace(by_channel, axis1=1, axis2=2)
@@ -85,6 +84,22 @@ def pole_intervals(
     by_line = np.einsum("crfa,crf->cfa", pairs, misfit.reshape(pairs.shape[:3]))
     score = np.add.reduceat(by_line, starts, axis=1).reshape(-1, 2)
     return *bootstrap_pole(fit.pole, information, score), Basis.LINES
+
+
+def pole_shifts(fit: LocalFit, values: Complexes, repeats: Complexes) -> Complexes:
+    """How far [rad/s] each repeat (nr, nc, nl) alone would move the pole of a fit to their mean ``values`` (nc, nl), by
+    one Gauss-Newton step: (nr,)."""
+    slopes = fit.slopes[np.isfinite(fit.noise)].reshape(-1, 2)
+    moved = np.linalg.solve(slopes.T @ slopes, _scores(fit, values, repeats).T)
+    return moved[0] + 1.0j * moved[1]
+
+
+def _scores(fit: LocalFit, values: Complexes, repeats: Complexes) -> Floats:
+    """Score (nr, 2) of each repeat about real and imaginary part of the pole."""
+    known = np.isfinite(fit.noise)
+    off = (repeats - values)[:, known] / fit.noise[known][:, None]
+    parts = np.concatenate([off.real, off.imag], axis=2)
+    return parts.reshape(len(repeats), -1) @ fit.slopes[known].reshape(-1, 2)
 
 
 def bootstrap_pole(pole: complex, information: Floats, score: Floats) -> tuple[Interval, Interval]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import filecmp
 import os
+import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
@@ -26,15 +27,48 @@ from tarsus.records.measurement import Measurement
 from tarsus.records.readers import read_measurement
 from tarsus.records.readers.choices import Choices
 
-__all__ = ["Campaign", "Opened", "Reading", "RecordSet", "drive_problems", "read_campaign", "read_records"]
+__all__ = [
+    "Campaign",
+    "Defaults",
+    "Opened",
+    "Reading",
+    "RecordSet",
+    "drive_problems",
+    "guessed_purpose",
+    "read_campaign",
+    "read_records",
+]
+
+_WORDS = {
+    Purpose.VALIDATION: ("held", "valid", "test"),
+    Purpose.AIR: ("air",),
+    Purpose.CLOSE: ("close", "near"),
+    Purpose.MODAL: ("sweep", "chirp", "modal", "frf"),
+    Purpose.LOOPS: ("loop", "static", "hyst", "stair"),
+    Purpose.RAMPS: ("ramp", "pull", "adhesion"),
+    Purpose.BOUNCES: ("bounc", "impact", "hop"),
+}
+"""How words in the names of files begin that say what records are for; the first purpose that has one holds."""
 
 
-class RecordSet(Choices):
+def guessed_purpose(name: str) -> Purpose | None:
+    """What the name of a file or set of records suggests that it is for."""
+    words = re.findall(r"[a-z]+", name.lower())
+    starts = ((purpose, any(w.startswith(_WORDS[purpose]) for w in words)) for purpose in _WORDS)
+    return next((purpose for purpose, yes in starts if yes), None)
+
+
+class Defaults(Choices):
+    """What holds for all sets of records that do not say otherwise themselves (as `Choices`)."""
+
+    rest: Amount = quantity("s", "time at rest before the drive begins", default=0.0, ge=0)
+
+
+class RecordSet(Defaults):
     """Repeats of one experiment: files that are alike, and what they do not say themselves (as `Choices`)."""
 
     purpose: Purpose = Field(description="the step they serve")
     files: tuple[str, ...] = Field(description="one file a repeat, beside the campaign file")
-    rest: Amount = quantity("s", "time at rest before the drive begins", default=0.0, ge=0)
     gap: MaybeAmount = quantity(
         "m", "gap of the foot at the neutral position, where it is not the device's", default=None, gt=0
     )
@@ -64,7 +98,37 @@ class Campaign(Description):
     other_gap: MaybeAmount = quantity(
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
+    defaults: Defaults = Field(default_factory=Defaults, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _spread(cls, given: Any) -> Any:
+        """Give the defaults to every set that is read from a file; wrong ones are told once, where they stand."""
+        defaults, sets = (
+            (given.get(key) for key in ("defaults", "records")) if isinstance(given, dict) else (0, 0)
+        )
+        if not isinstance(defaults, dict) or not isinstance(sets, dict):
+            return given
+        try:
+            validate(Defaults, defaults)
+        except InputError:
+            return given
+        return {**given, "records": {name: _spread_to(one, defaults) for name, one in sets.items()}}
+
+
+def _spread_to(one: Any, defaults: dict[str, Any]) -> Any:
+    """A raw set of records with defaults; its channels, where it lists names alone, are those names."""
+    if not isinstance(one, dict):
+        return one
+    own, common = one.get("channels", {}), defaults.get("channels", {})
+    if isinstance(own, list) and isinstance(common, dict):
+        channels: Any = {name: common.get(name, {}) for name in own}
+    elif isinstance(own, dict) and isinstance(common, dict):
+        channels = {**common, **own}
+    else:
+        channels = own or common
+    return {**defaults, **one, "channels": channels}
 
 
 @dataclass(frozen=True)
@@ -203,7 +267,7 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Re
     one = opened.campaign.records[name]
     choices: dict[str, Any] = {key: getattr(one, key) for key in Choices.model_fields}
     try:
-        record = read_measurement(opened.folder / file, **choices)
+        record = _measured(opened.folder / file, choices, set(opened.campaign.defaults.channels))
     except InputError as error:
         return Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
     for other in others:
@@ -213,6 +277,19 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Re
     problems = [*_clipped(record, one), *problems]
     record = replace(record, notes=(*record.notes, *notes))
     return Reading(name, file, None if problems else record, tuple(problems))
+
+
+def _measured(path: Path, choices: dict[str, Any], optional: set[str]) -> Measurement:
+    """The record of a file; of channels that the defaults name, those that it has."""
+    try:
+        return read_measurement(path, **choices)
+    except InputError as error:
+        said = " ".join(error.problems)
+        lacking = {key for key in optional if f"has no channel '{key}'" in said}
+        channels = {key: one for key, one in choices["channels"].items() if key not in lacking}
+        if not channels or not lacking:
+            raise
+    return read_measurement(path, **{**choices, "channels": channels})
 
 
 def _listed_before(opened: Opened, name: str) -> list[str]:

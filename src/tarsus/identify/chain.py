@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -198,21 +199,31 @@ class Chain:
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
         """Run a step; what stops it is kept as its reasons."""
         self._tell(name)
+        trouble: Counter[str] = Counter()
         try:
-            with np.errstate(all="ignore"):  # what overflows on the way ends in numbers that are judged here
+            with np.errstate(
+                divide="call", over="call", invalid="call", call=lambda kind, _: trouble.update([kind])
+            ):
                 found = step()
             reasons = found.unsound()
         except InputError as error:
             reasons = error.problems
         except np.linalg.LinAlgError as error:
             reasons = [f"its equations have no solution with these data ({error})"]
+        met = ", ".join(f"{kind} ({count} times)" for kind, count in trouble.items())
         if reasons:
+            reasons = [*reasons, *([f"its arithmetic met on the way: {met}"] if met else [])]
             self._forget(name)
             self.not_done.append(NotDone(name, tuple(reasons)))
             return
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
+        if met:
+            self.evidence.remarks.append(
+                f"{name}: its arithmetic met on the way: {met}; the numbers it ended in are finite and lie inside of "
+                "their intervals"
+            )
         self.known = self.known.after(found)
         rough = max(found.residuals if name in _BY_NOISE else (), key=_over_noise, default=None)
         if rough is not None and _over_noise(rough) > _ROUGH:

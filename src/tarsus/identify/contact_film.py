@@ -74,53 +74,70 @@ def film_by_impacts(
     level
         Contact level from the rest, and its standard error [m].
     """
-    found = find_bounces(traces, known.base.foot_point, level[0])[0]
-    if FILM[0] not in step.paths or len(found) < FEWEST:
+    if FILM[0] not in step.paths:
         return known, step
+    found = find_bounces(traces, known.base.foot_point, level[0])[0]
+    if len(found) < FEWEST:
+        return known, _untold(step, f"{len(found)} can be used, {FEWEST} are needed")
     model = known.model()
     free = model.scene.ground.impact is not None
     bounces = Bounces(traces, fewer(found, MOST), level[0])
     seen = np.log(np.column_stack([step.draws(path) for path in FILM]))
     value, covariance = np.log([step.value(path) for path in FILM]), np.cov(seen.T)
-    begun = _begun(model, bounces, free, value, covariance)
+    begun, passed = _begun(model, bounces, free, value, covariance)
     if begun is None:
-        return known, step
+        return known, _untold(
+            step, f"under none of {len(_SHARES)} films could the flights be followed ({passed})"
+        )
     place, fitted = begun
     model = model.changed(dict(zip(FILM, np.exp(place).tolist(), strict=True)))
     good = sound(model, bounces, fitted)[2]
     if np.count_nonzero(good) < FEWEST:
-        return known, step
+        text = f"{np.count_nonzero(good)} of {len(good)} are single ones between free motions, {FEWEST} are needed"
+        return known, _untold(step, text)
     told = _told(model, bounces.chosen(good), (place, fitted.unknowns[good]), (value, covariance), level[1])
     spread = np.linalg.inv(told.information + np.linalg.inv(covariance))
     narrower = np.linalg.cholesky(spread) @ np.linalg.inv(np.linalg.cholesky(covariance))
     new = told.place + (seen - value) @ narrower.T
     moved = _moved(known, seen, covariance, new, told.place - value)
     files = {traces[bounces.items[int(r)].trace].file for r in np.flatnonzero(good)}
+    if passed:
+        text = f"Of {len(_SHARES)} films tried first, some let no flight be followed to the ground: {passed}."
+        step = replace(step, notes=(*step.notes, text))
     return moved, _with(
         step, moved, told, close, Used("impacts, for the film", int(good.sum()), len(found)), files
     )
 
 
+def _untold(step: StepResult, why: str) -> StepResult:
+    """The step as it was, and why impacts tell nothing of its film."""
+    return replace(step, notes=(*step.notes, f"The impacts tell nothing of the film: {why}."))
+
+
 def _begun(
     model: FootModel, bounces: Bounces, free: bool, value: Floats, covariance: Floats
-) -> tuple[Floats, BounceFit] | None:
+) -> tuple[tuple[Floats, BounceFit] | None, str]:
     """Of the earlier logarithms (2,) of the film and places up to two deviations to either side of them, the way they
-    are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends.
+    are known worst, the one that leaves least of the impacts, and these as fitted there; None where no fit ends. And
+    which places were passed over, in words.
 
-    Under a film that is far too strong flights cannot be followed back to the ground at all."""
+    Under a film that is far too strong flights cannot be followed back to the ground at all: they overflow there, and
+    that is counted by what is left of them."""
     strength, ways = np.linalg.eigh(covariance)
     best: tuple[float, Floats, BounceFit] | None = None
+    passed: list[str] = []
     for share in _SHARES:
         place = value + share * float(np.sqrt(strength[-1])) * ways[:, -1]
         try:
-            with np.errstate(all="ignore"):
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 fitted = bounces.fit(model, Film(*np.exp(place).tolist()), free=free)
-        except np.linalg.LinAlgError:
+        except np.linalg.LinAlgError as error:
+            passed.append(f"C = {np.exp(place[0]):.3g} N m^2 s, g0 = {np.exp(place[1]):.3g} m: {error}")
             continue
         left = float(np.minimum(np.nan_to_num(fitted.chi, nan=WORST), WORST).mean())
         if best is None or left < best[0]:
             best = left, place, fitted
-    return None if best is None else best[1:]
+    return None if best is None else best[1:], "; ".join(passed)
 
 
 def _moved(known: Known, seen: Floats, covariance: Floats, new: Floats, by: Floats) -> Known:

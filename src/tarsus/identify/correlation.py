@@ -9,7 +9,8 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.identify.ranges import LEVEL, Range
+from tarsus.fit.verdict import LEVEL, WIDTH
+from tarsus.identify.ranges import Range
 
 __all__ = ["Combination", "Sum", "Ties", "correlation", "find_exponents", "find_weight", "left_over"]
 
@@ -72,7 +73,7 @@ class Ties:
     slack: times by which whole exponents may be wider than the fitted ones.
     """
 
-    width: float = 0.25
+    width: float = WIDTH
     gain: float = 3.0
     partners: int = 2
     power: int = 4

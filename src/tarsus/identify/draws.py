@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t
+from scipy.stats import norm, t, truncnorm
 
-__all__ = ["DRAWS", "carried", "drawn_counts", "newton_draws", "student"]
+__all__ = ["DRAWS", "NORMAL", "carried", "drawn_counts", "newton_draws", "student", "within"]
 
 Floats = NDArray[np.float64]
 
@@ -17,6 +17,10 @@ DRAWS = 400
 
 _FACTOR = 0.5
 _KEPT = 0.999
+NORMAL = 1.959964
+"""Normal 97.5 % quantile."""
+_ROUNDING = 1e-12
+"""Relative size below which a part of an information matrix is rounding: products of its entries leave 1e-15."""
 
 
 def drawn_counts(groups: int, seed: int, draws: int = DRAWS) -> Floats:
@@ -29,30 +33,95 @@ def student(groups: float) -> float:
     """Factor on deviations of draws over few groups: n / (n - 1) in the variance, and Student's 97.5 % quantile."""
     if groups <= 1.5:
         return np.inf
-    return float(np.sqrt(groups / (groups - 1.0)) * t.ppf(0.975, groups - 1.0) / 1.959964)
+    return float(np.sqrt(groups / (groups - 1.0)) * t.ppf(0.975, groups - 1.0) / NORMAL)
 
 
 def newton_draws(information: Floats, score: Floats, seed: int, prior: Floats | None = None) -> Floats:
-    """Deviations (draws, p) of an estimate when groups of its data are drawn, by one Gauss-Newton step each.
+    """Deviations (draws, p) of an estimate, from the scatter of its score between groups of its data.
+
+    With ``A`` the whole information the covariance is ``A^-1 sum_g (s_g - s) (s_g - s)^T A^-1``. Each parameter's
+    deviation is brought to Student's 97.5 % quantile over the normal one with the degrees of freedom that its variance
+    has when the scores are normal (Bell and McCaffrey 2002), and divided by the share of the variance that is left when
+    the estimate has taken its own: n - 1 and (n - 1) / n for n groups alike. Where the scatter of a few groups is by
+    chance smaller than what their noise leaves of a direction, and where there is one group, which has none, noise adds
+    the rest.
 
     Parameters
     ----------
     information, score
-        Of each group about the parameters at the estimate, (g, p, p) and (g, p).
+        Of each group about the parameters at the estimate, (g, p, p) and (g, p), in units of the noise.
     seed
         Of the draws.
     prior
-        Information (p, p) that is not drawn.
+        Information (p, p) that does not scatter.
     """
-    counts = drawn_counts(len(score), seed)
     total = information.sum(axis=0) + (0.0 if prior is None else prior)
-    matrices = np.einsum("dg,gab->dab", counts, information) + 1e-4 * np.diag(np.diag(total))
-    if prior is not None:
-        matrices = matrices + prior
-    moved = np.linalg.solve(matrices, (counts @ score)[..., None])[..., 0]
-    share = np.einsum("gaa,a->g", information, 1.0 / np.maximum(np.diag(total), 1e-300))
-    effective = float(share.sum() ** 2 / np.sum(share**2)) if share.any() else 0.0
-    return moved * min(student(effective), 20.0)
+    inverse = np.linalg.inv(total)
+    moves = (score - score.mean(axis=0)) @ inverse
+    noise = inverse @ information.sum(axis=0) @ inverse
+    covariance = np.zeros_like(noise)
+    if len(score) > 1:
+        wider = [_widening(information, inverse, row) for row in inverse]
+        covariance = moves.T @ moves * np.outer(wider, wider)
+    random = np.random.default_rng([seed, 11])
+    return random.standard_normal((DRAWS, len(total))) @ _at_least(covariance, noise).T
+
+
+def _widening(information: Floats, inverse: Floats, row: Floats) -> float:
+    """Factor on the deviation of the parameter with this row of the inverse information, from groups' scores."""
+    parts = information @ row
+    # covariance of the groups' parts in the deviation: each group's own, less what the estimate has taken of it
+    linked = np.diag(parts @ row) - parts @ inverse @ parts.T
+    own, left = float(np.sum(parts @ row)), float(np.trace(linked))
+    if not left > _ROUNDING * own:  # one group has all of the information: noise alone is told
+        return 0.0
+    freedom = left**2 / float(np.sum(linked**2))
+    return float(np.sqrt(own / left) * t.ppf(0.975, freedom) / NORMAL)
+
+
+def _at_least(covariance: Floats, noise: Floats) -> Floats:
+    """A square root (p, p) of a covariance, widened in every direction to that of the noise at least."""
+    scale = np.sqrt(np.maximum(np.diag(noise), np.finfo(float).tiny))
+    strength, ways = np.linalg.eigh(noise / np.outer(scale, scale))
+    root = ways * np.sqrt(np.maximum(strength, _ROUNDING * strength[-1]))
+    inner = np.linalg.solve(root, covariance / np.outer(scale, scale))
+    inner = np.linalg.solve(root, inner.T)
+    spread, turned = np.linalg.eigh(0.5 * (inner + inner.T))
+    return scale[:, None] * (root @ turned) * np.sqrt(np.maximum(spread, 1.0))
+
+
+def within(
+    values: Floats, samples: Floats, bounds: Sequence[tuple[float, float]]
+) -> tuple[Floats, Floats, tuple[tuple[float, float], ...]]:
+    """An estimate (p,) and its draws (draws, p) for numbers of which physics leaves a part: what a normal distribution
+    that is cut off at the bounds has at the same quantiles; and of each number the bounds that the data do not exclude,
+    beyond which 2.5 % of the draws were.
+
+    Draw i stays draw i, and what goes with a number that is moved moves along by the regression on it. Where no draw
+    lies outside nothing changes. An estimate outside is set on the bound if its draws reach the other side of it with
+    2.5 %, and else stays where it is, beside all draws.
+    """
+    values, samples = np.array(values, dtype=float), np.array(samples, dtype=float)
+    open_ends = []
+    for j, (low, high) in enumerate(bounds):
+        first, last = np.quantile(samples[:, j], [0.025, 0.975])
+        open_ends.append((low if first <= low else -np.inf, high if last >= high else np.inf))
+        if values[j] < low <= last or first <= high < values[j]:
+            values[j] = min(max(values[j], low), high)
+    for follow in (True, True, False):  # what moves along may leave its own bounds
+        for j, (low, high) in enumerate(bounds):
+            drawn = samples[:, j].copy()
+            if np.all((drawn >= low) & (drawn <= high)):
+                continue
+            middle, spread = float(drawn.mean()), float(drawn.std())
+            ends = (low - middle) / spread, (high - middle) / spread
+            share = norm.cdf((drawn - middle) / spread)
+            moved = np.clip(middle + spread * truncnorm.ppf(share, *ends), low, high)  # rounding
+            if follow:
+                off = samples - samples.mean(axis=0)
+                samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))
+            samples[:, j] = moved
+    return values, samples, tuple(open_ends)
 
 
 def carried(

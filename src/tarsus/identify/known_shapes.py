@@ -7,7 +7,7 @@ one by one, each where it explains most of what the others leave, and all are fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,7 +150,7 @@ def fit_known_shapes(frf: Frf, shapes: Floats) -> ModalFit:
     x, which = _searched(whole.thinned(_LINES))
     x = whole.fitted(x, which, 1e-10)
     slopes = whole.slopes(x, which)
-    deviation, count, basis = _deviation(frf, whole, noise, slopes, x, which)
+    deviation, count, basis, moved = _deviation(frf, whole, noise, slopes, x, which)
     place = np.argsort(which)
     omega, zeta, gain = (part[place] for part in _unpacked(x))
     spread = deviation.reshape(3, -1)[:, place]
@@ -158,6 +158,11 @@ def fit_known_shapes(frf: Frf, shapes: Floats) -> ModalFit:
         _mode(omega[k], zeta[k], gain[k] * shapes[k], spread[:, k], count, basis, frf.line)
         for k in range(len(shapes))
     )
+    if moved is not None:
+        by = moved.reshape(len(moved), 3, -1)[:, :, place]
+        modes = tuple(
+            replace(mode, shifts=_shifts(mode, by[:, 0, k], by[:, 1, k])) for k, mode in enumerate(modes)
+        )
     synthesis = (whole.model(x, which) * noise[:, None])[:, None]
     return ModalFit(frf, modes, {}, synthesis)
 
@@ -184,20 +189,29 @@ def _searched(responses: _Responses) -> tuple[Floats, list[int]]:
 
 def _deviation(
     frf: Frf, whole: _Responses, noise: Floats, slopes: Floats, x: Floats, which: list[int]
-) -> tuple[Floats, float, Basis]:
-    """Standard errors (3 n,) of the unknowns, the number of independent groups, and what they were drawn over."""
+) -> tuple[Floats, float, Basis, Floats | None]:
+    """Standard errors (3 n,) of the unknowns, the number of independent groups, what they were drawn over, and how far
+    single repeats move the unknowns (nr, 3 n)."""
     scale = np.sqrt(np.sum(slopes**2, axis=0))
     inverse = np.linalg.pinv(slopes / scale)
-    if frf.repeats is not None and len(frf.repeats) >= _FEWEST_REPEATS:
+    moved = None
+    if frf.repeats is not None:
         off = (frf.repeats - frf.values)[:, :, 0] / noise[:, None]
         flat = off.reshape(len(off), -1)
         moved = np.concatenate([flat.real, flat.imag], axis=1) @ inverse.T / scale
-        count = len(off)
-        return np.std(moved, axis=0, ddof=1) / np.sqrt(count), float(count), Basis.REPEATS
+        if (count := len(off)) >= _FEWEST_REPEATS:
+            return np.std(moved, axis=0, ddof=1) / np.sqrt(count), float(count), Basis.REPEATS, moved
     left = whole.model(x, which) - whole.values
     freedom = max(2.0 * left.size - len(x), 1.0)
     size = np.sqrt(np.sum(np.abs(left) ** 2) / freedom)
-    return size * np.sqrt(np.sum(inverse**2, axis=1)) / scale, min(freedom, _WORST), Basis.LINES
+    return size * np.sqrt(np.sum(inverse**2, axis=1)) / scale, min(freedom, _WORST), Basis.LINES, moved
+
+
+def _shifts(mode: IdentifiedMode, by_frequency: Floats, by_ratio: Floats) -> Complexes:
+    """Shifts (nr,) of a pole [rad/s] for those of the logarithms of its frequency and ratio."""
+    pole, ratio = mode.pole, mode.damping.value
+    turned = -ratio * abs(pole) * (1.0 + 1.0j * ratio / np.sqrt(max(1.0 - ratio**2, 1e-12)))
+    return pole * by_frequency + turned * by_ratio
 
 
 def _mode(

@@ -40,10 +40,11 @@ FACTOR = 2.0
 @dataclass(frozen=True)
 class LandingFit:
     """A rule, and how far the foot then moves off each record (nr,), as a share of its motion; infinite where the
-    device cannot be simulated under the rule."""
+    device cannot be simulated under the rule, with the reasons in refused."""
 
     rule: AnyLanding
     off: Floats
+    refused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -51,13 +52,15 @@ class LandingVerdict:
     """What records say of the landing rule.
 
     assumed: the device file's rule; chosen: the one that is used; fits of all rules that were tried; sets: names of the
-    sets (nr,) that were compared; contradicted: by rule, how many of them contradict it."""
+    sets (nr,) that were compared; contradicted: by rule, how many of them contradict it; passed: rules that could be
+    tried on no record, or not on all, each with the reason."""
 
     assumed: AnyLanding
     chosen: AnyLanding
     fits: tuple[LandingFit, ...]
     sets: tuple[str, ...]
     contradicted: tuple[int, ...]
+    passed: tuple[str, ...] = ()
 
     @property
     def fewest(self) -> int:
@@ -108,7 +111,7 @@ class LandingVerdict:
                 f"no landing rule meets all records: {self.fewest} of {count} contradict even the best; what rests on "
                 "landings (adhesion, held-out signals) is not known as well as its intervals say"
             )
-        return said
+        return [*said, *self.passed]
 
 
 def judge_landing(
@@ -131,7 +134,8 @@ def judge_landing(
     if not firsts:
         return None
     assumed = model.scene.ground.landing_rule
-    fits = [LandingFit(one, _off(model, one, firsts, signals, level)) for one in _rules(model, firsts)]
+    fits = [_fit(model, one, firsts, signals, level) for one in _rules(model, firsts)]
+    passed = _passed(fits)
     fits = [one for one in fits if np.isfinite(one.off).any() or one.rule == assumed]
     off = np.array([one.off for one in fits])
     wrong = (off > WORSE * off.min(axis=0)).sum(axis=1)
@@ -139,7 +143,12 @@ def judge_landing(
     own = next(i for i, one in enumerate(fits) if one.rule == assumed)
     chosen = own if wrong[own] < wrong[order[0]] + SURE else order[0]
     return LandingVerdict(
-        assumed, fits[chosen].rule, tuple(fits), tuple(one.set for one in firsts), tuple(wrong.tolist())
+        assumed,
+        fits[chosen].rule,
+        tuple(fits),
+        tuple(one.set for one in firsts),
+        tuple(wrong.tolist()),
+        passed,
     )
 
 
@@ -156,20 +165,35 @@ def _rules(model: FootModel, traces: Sequence[Trace]) -> list[AnyLanding]:
     return list(dict.fromkeys(rules))
 
 
-def _off(
+def _fit(
     model: FootModel, rule: AnyLanding, traces: Sequence[Trace], signals: Mapping[str, Waveform], level: float
-) -> Floats:
+) -> LandingFit:
     out = np.full(len(traces), np.inf)
     try:
         chosen = model.changed({"ground.landing": rule})
-    except InputError:  # a rule that this structure has not
-        return out
+    except InputError as error:  # a rule that this structure has not
+        return LandingFit(rule, out, tuple(error.problems))
+    refused: list[str] = []
     for k, trace in enumerate(traces):
         try:
             out[k] = moved(chosen, trace, signals[trace.set], level, UNTIL).off
-        except InputError:
-            continue
-    return out
+        except InputError as error:
+            refused += [f"{trace.set}: {said}" for said in error.problems]
+    return LandingFit(rule, out, tuple(refused))
+
+
+def _passed(fits: Sequence[LandingFit]) -> tuple[str, ...]:
+    """A sentence for every kind of rule that could not be tried on every record, counted, with the first reason."""
+    kinds: dict[str, list[LandingFit]] = {}
+    for one in fits:
+        if one.refused:
+            kinds.setdefault(one.rule.kind, []).append(one)
+    out = []
+    for kind, those in kinds.items():
+        missing = sum(int(np.count_nonzero(np.isinf(one.off))) for one in those)
+        whole = sum(len(one.off) for one in fits if one.rule.kind == kind)
+        out.append(f"landing rule: {kind} was not tried in {missing} of {whole} runs: {those[0].refused[0]}")
+    return tuple(out)
 
 
 def _words(rule: AnyLanding) -> str:

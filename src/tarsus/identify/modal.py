@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.identify.bootstrap import Basis, Interval, pole_intervals
+from tarsus.identify.bootstrap import Basis, Interval, pole_intervals, pole_shifts
 from tarsus.identify.frf import Frf
 from tarsus.identify.lscf import fit_poles
 from tarsus.identify.lsfd import residues_of, synthesise
@@ -51,7 +51,8 @@ class IdentifiedMode:
     drawn over; residues (no, ni) of the displacement per unit of drive, times rad/s, for the pole above 0 Hz; tilt
     [rad]: angle between the residues and those of a real mode, -pi/2 to pi/2; collinearity: 1 where all residues lie on
     one line through zero, 0 where they do not at all; orders: how many of the tried model orders have its pole;
-    verdict, and reason: a sentence, empty for a determined mode.
+    verdict, and reason: a sentence, empty for a determined mode; shifts (nr,): how far [rad/s] single repeats have the
+    pole from here, None without repeats.
     """
 
     frequency: Interval
@@ -63,6 +64,7 @@ class IdentifiedMode:
     orders: int
     verdict: Verdict
     reason: str
+    shifts: Complexes | None = None
 
     @property
     def pole(self) -> complex:
@@ -76,13 +78,15 @@ class ModalFit:
     """Modes identified in a band.
 
     frf: the responses of the band; modes: by frequency, refused ones included; poles: of all models by order [rad/s],
-    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree.
+    for a stabilisation diagram; synthesis (no, ni, nf): responses of all modes and of a background of second degree;
+    passed: sentences on parts of the band that told nothing.
     """
 
     frf: Frf
     modes: tuple[IdentifiedMode, ...]
     poles: dict[int, Complexes]
     synthesis: Complexes
+    passed: tuple[str, ...] = ()
 
     @property
     def frequencies(self) -> Floats:
@@ -101,8 +105,8 @@ class ModalFit:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """A sentence for responses that the modes leave unexplained, and one for every mode whose residues are far from
-        those of any real mode."""
+        """A sentence for responses that the modes leave unexplained, one for every mode whose residues are far from
+        those of any real mode, and one for every part of the band that told nothing."""
         left = [
             f"the modes found leave {100.0 * self.misfit:.0f} % of the responses unexplained: some are missing; raise "
             "the order or narrow the band"
@@ -113,7 +117,7 @@ class ModalFit:
             for mode in self.modes
             if abs(mode.tilt) > _TILTED
         ]
-        return (*left, *turned)
+        return (*left, *turned, *self.passed)
 
     @property
     def misfit(self) -> float:
@@ -124,7 +128,7 @@ class ModalFit:
     def only(self, near: Sequence[float]) -> ModalFit:
         """The same with the modes nearest to given frequencies [Hz] only; the synthesis stays."""
         picked = sorted({int(np.argmin(np.abs(self.frequencies - f))) for f in near})
-        return ModalFit(self.frf, tuple(self.modes[k] for k in picked), self.poles, self.synthesis)
+        return replace(self, modes=tuple(self.modes[k] for k in picked))
 
     def shapes(self) -> tuple[Floats, Floats]:
         """Real shapes (nm, no) of the modes at the outputs, and their participations (nm, ni) in the inputs.
@@ -294,11 +298,14 @@ def _mode(frf: Frf, fit: LocalFit, orders: int) -> IdentifiedMode:
     if repeats is not None:
         repeats = repeats.reshape(len(repeats), -1, len(frf.frequency))[..., fit.lines]
     frequency, damping, basis = pole_intervals(fit, channels, repeats, frf.line)
+    shifts = None if repeats is None else pole_shifts(fit, channels, repeats)
     residues = (fit.residues / fit.pole**frf.derivatives).reshape(frf.values.shape[:2])
     square, size = np.sum((1.0j * residues) ** 2), float(np.sum(np.abs(residues) ** 2))
     verdict, reason = _judge(frequency, damping, frf.line, frf.resolving)
     tilt, collinearity = float(np.angle(square)) / 2.0, float(np.abs(square)) / size
-    return IdentifiedMode(frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason)
+    return IdentifiedMode(
+        frequency, damping, basis, residues, tilt, collinearity, orders, verdict, reason, shifts
+    )
 
 
 def _judge(frequency: Interval, damping: Interval, line: float, resolving: float) -> tuple[Verdict, str]:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.verdict import LEVEL
 from tarsus.identify.correlation import Ties
 from tarsus.identify.prior import LogNormalPrior
 from tarsus.identify.profile import LogLikelihood
-from tarsus.identify.ranges import LEVEL
 from tarsus.identify.verdict import Assessment, judge_samples
 
 __all__ = ["Drawn", "Posterior", "Weighed", "sample_posterior", "weigh_prior"]

@@ -13,7 +13,7 @@ from scipy.stats import norm, qmc
 from tarsus.base.errors import InputError
 from tarsus.base.moved import renamed
 from tarsus.base.spec import float_paths, get_value
-from tarsus.identify.ranges import LEVEL
+from tarsus.fit.verdict import LEVEL
 from tarsus.model.scene import Scene
 
 __all__ = ["LogNormalPrior", "read_draws", "unknown_paths"]

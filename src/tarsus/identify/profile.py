@@ -11,8 +11,9 @@ from scipy.optimize import brentq, minimize
 from scipy.stats import chi2, qmc
 
 from tarsus.base.errors import InputError
+from tarsus.fit.verdict import LEVEL
 from tarsus.identify.coordinates import Coordinates
-from tarsus.identify.ranges import LEVEL, Range
+from tarsus.identify.ranges import Range
 
 __all__ = ["LogLikelihood", "Profile", "Profiler", "one_by_one"]
 

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.verdict import LEVEL
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.correlation import Combination, Sum, Ties, find_exponents, find_weight
 from tarsus.identify.profile import LogLikelihood, Profile, Profiler, one_by_one
-from tarsus.identify.ranges import LEVEL, Range
+from tarsus.identify.ranges import Range
 from tarsus.identify.step import StepResult, joined_samples
 from tarsus.identify.verdict import (
     Assessment,

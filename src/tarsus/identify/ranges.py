@@ -13,14 +13,12 @@ from scipy.stats import bootstrap, norm, t
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
+from tarsus.fit.verdict import LEVEL, cut_ends, half_width
 
-__all__ = ["LEVEL", "Range", "Resampled", "over_repeats", "range_of_draws", "range_of_repeats"]
+__all__ = ["Range", "Resampled", "over_repeats", "range_of_draws", "range_of_repeats"]
 
 Floats = NDArray[np.float64]
 T = TypeVar("T")
-
-LEVEL = 0.95
-"""Probability that an interval is meant to cover the truth with."""
 
 _FEWEST = 8
 """Repeats from which on they are drawn; fewer have the interval of Student's t."""
@@ -56,13 +54,7 @@ class Range:
 
         0.1 is about 10 % to either side. Infinite where an end is open, or, without a size, where the sign is.
         """
-        if not self.closed:
-            return np.inf
-        if size is not None:
-            return 0.5 * (self.high - self.low) / abs(size)
-        if self.low * self.high <= 0.0:
-            return np.inf
-        return 0.5 * abs(float(np.log(self.high / self.low)))
+        return half_width(self.low, self.high, size)
 
     def text(self, unit: str = "1") -> str:
         """The interval in a unit, as ``2.1 um to 2.4 um``, ``above 2.1 um`` or ``anything``."""
@@ -111,8 +103,8 @@ def range_of_draws(
     level
         Probability between the tails.
     limits
-        Where the search for the number ended. An end of the interval that lies on one of them was set by the search,
-        not by the data: it is open.
+        Where the search for the number, or what physics leaves of it, ended. An end of the interval that one of them
+        cuts (`cut_ends`) was not set by the data: it is open.
 
     Raises
     ------
@@ -126,10 +118,8 @@ def range_of_draws(
     low, high = (float(q) for q in np.quantile(known, [0.5 - 0.5 * level, 0.5 + 0.5 * level]))
     middle = float(np.median(known)) if value is None else float(value)
     pieces = _split(known, low, high)
-    if low <= limits[0]:
-        low = -np.inf
-    if high >= limits[1]:
-        high = np.inf
+    cut = cut_ends(low, high, limits)
+    low, high = -np.inf if cut[0] else low, np.inf if cut[1] else high
     return Range(middle, low, high, level, pieces if np.isfinite([low, high]).all() else ())
 
 

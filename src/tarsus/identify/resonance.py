@@ -179,12 +179,14 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     """Modes of a band from several parts of it, with the synthesis of all over the whole band."""
     edges = np.geomspace(*band, parts + 1)
     modes: list[IdentifiedMode] = []
+    passed: list[str] = []
     poles: dict[int, list[NDArray[np.complex128]]] = {}
     for low, high in pairwise(edges):
         part = max(low / _OVERLAP, band[0]), min(high * _OVERLAP, band[1])
         try:
             fit = identify_modes(frf, part, order)
-        except InputError:
+        except InputError as error:
+            passed += [f"a part of the band told no mode: {said}" for said in error.problems]
             continue
         for mode in fit.modes:
             f = mode.frequency.value
@@ -198,7 +200,8 @@ def _in_parts(frf: Frf, band: tuple[float, float], parts: int, order: int) -> Mo
     ends = np.array([mode.pole for mode in modes], dtype=complex)
     residues, background = residues_of(whole.frequency, channels, ends)
     synthesis = (synthesise(whole.frequency, ends, residues) + background).reshape(whole.values.shape)
-    return ModalFit(whole, tuple(modes), {n: np.concatenate(one) for n, one in poles.items()}, synthesis)
+    stabilisation = {n: np.concatenate(one) for n, one in poles.items()}
+    return ModalFit(whole, tuple(modes), stabilisation, synthesis, tuple(passed))
 
 
 def static_response(found: Resonances, foot: str) -> float:
@@ -216,11 +219,11 @@ def _drawn(number: Interval, random: np.random.Generator) -> Floats:
 def _parts(model: FootModel, fit: ModalFit) -> Floats:
     """Shape value times participation times gain over mass (nm, no), displacement per volt, for the fitted
     residues."""
-    return np.array([_part(mode, mode.residues[:, 0]) for mode in fit.modes])
+    return np.array([_part(mode.pole, mode.residues[:, 0]) for mode in fit.modes])
 
 
-def _part(mode: IdentifiedMode, residues: NDArray[np.complex128]) -> Floats:
-    return np.real(2.0j * mode.pole.imag * residues)
+def _part(pole: complex, residues: NDArray[np.complex128]) -> Floats:
+    return np.real(2.0j * pole.imag * residues)
 
 
 def _shapes(model: FootModel) -> Floats:
@@ -267,19 +270,22 @@ def _mismatch(seen: Floats, known: Floats) -> float:
 
 
 def _shares(model: FootModel, fit: ModalFit, seed: int) -> tuple[Shares | None, Floats]:
-    """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats."""
+    """Participations (n - 1,) of a modal load, and draws (draws, n - 1) over the repeats.
+
+    Each repeat has its residues at its own poles: a damping ratio that is too small makes the residue too small too.
+    """
     load = model.scene.robot.drives[model.drive].load
     if not isinstance(load, ModalLoad) or len(fit.modes) < 2:
         return None, np.zeros((DRAWS, 0))
     known = _shapes(model)
-    poles = np.array([mode.pole for mode in fit.modes])
     frf = fit.frf
     repeats = frf.values[None] if frf.repeats is None else frf.repeats
     gains = []
-    for one in repeats:
+    for r, one in enumerate(repeats):
+        poles = np.array([mode.pole + (0.0 if mode.shifts is None else mode.shifts[r]) for mode in fit.modes])
         residues, _ = residues_of(frf.frequency, one[:, 0], poles)
         parts = np.array(
-            [_part(mode, residues[:, k] / mode.pole**frf.derivatives) for k, mode in enumerate(fit.modes)]
+            [_part(pole, residues[:, k] / pole**frf.derivatives) for k, pole in enumerate(poles)]
         )
         gains.append(np.sum(parts * known, axis=1) / np.sum(known**2, axis=1))
     table = np.array(gains)

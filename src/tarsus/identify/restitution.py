@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.experiment.estimates import common_ratio
+from tarsus.experiment.estimates import Spread, common_ratio
 from tarsus.identify.bounce import BounceFit, Bounces, fewer, find_bounces
 from tarsus.identify.breakoff import WORST
-from tarsus.identify.draws import carried, drawn_counts, student
+from tarsus.identify.draws import DRAWS, NORMAL, carried, newton_draws, within
 from tarsus.identify.flight import Film
 from tarsus.identify.foot import FootModel
 from tarsus.identify.known import Known
@@ -30,6 +30,8 @@ Floats = NDArray[np.float64]
 PATH = "ground.restitution.coefficient"
 FEWEST = 5
 """Bounces that are needed."""
+BOUNDS = (0.0, 1.0)
+"""A foot that departs has lost energy in the impact, and does not depart into the ground."""
 
 MOST = 200
 _OUTSIDE = 3.5
@@ -191,9 +193,10 @@ def _result(
         return np.array([common_ratio(speeds[:, 0], -speeds[:, 1], covariance).value])
 
     groups = np.array([one.trace for one in bounces.items])
-    own = _draws(departure, approach, covariance, groups, whole.value, whole.std, seed)
+    own = _draws(departure, approach, covariance, groups, whole, seed)
     samples = whole.value + own[:, None] + carried(again, known.values, known.samples)
     samples = samples + carried(shifted, zeros.values.ravel(), zeros.samples.reshape(len(samples), -1))
+    values, samples, reached = within(np.array([whole.value]), samples, (BOUNDS,))
     noise = _variance(covariance, whole.value)
     rest = departure - whole.value * approach
 
@@ -228,8 +231,8 @@ def _result(
     return StepResult(
         "restitution",
         (PATH,),
-        np.array([whole.value]),
-        np.clip(samples, 0.0, 1.0),
+        values,
+        samples,
         residuals=(
             Residual(
                 "departure velocities",
@@ -245,6 +248,7 @@ def _result(
         panels=(panel, left_over),
         notes=(f"The scatter of e from impact to impact, beyond noise, is {whole.scatter:.2g}.",),
         likelihood=likelihood,
+        bounds={PATH: reached[0]},
     )
 
 
@@ -259,20 +263,17 @@ def _draws(
     approach: Floats,
     covariance: Floats,
     groups: NDArray[np.intp],
-    ratio: float,
-    std: float,
+    whole: Spread,
     seed: int,
 ) -> Floats:
-    """Deviations (draws,) of the ratio over drawn records, or over drawn impacts where there are few records; at
-    least those that the regression's own error allows."""
+    """Deviations (draws,) of the ratio, as records scatter, and at least those that the regression over all impacts
+    allows, which are all that is told by few records."""
+    allowed = (whole.high - whole.low) / (2.0 * NORMAL)
     numbers, which = np.unique(groups, return_inverse=True)
     if len(numbers) < FEWEST:
-        numbers, which = np.arange(len(departure)), np.arange(len(departure))
-    counts = drawn_counts(len(numbers), seed)[:, which]
-    weight = 1.0 / _variance(covariance, ratio)
-    top = counts @ (weight * approach * (departure - ratio * approach))
-    bottom = counts @ (weight * approach**2)
-    own = top / np.maximum(bottom, 1e-3 * float(np.sum(weight * approach**2)))
-    own = own * min(student(float(len(numbers))), 20.0)
-    size = float(np.std(own))
-    return own * max(1.0, std / size) if size > 0.0 else own
+        return allowed * np.random.default_rng([seed, 11]).standard_normal(DRAWS)
+    weight = 1.0 / _variance(covariance, whole.value)
+    information = np.bincount(which, weight * approach**2)
+    score = np.bincount(which, weight * approach * (departure - whole.value * approach))
+    own = newton_draws(information[:, None, None], score[:, None], seed)[:, 0]
+    return own * max(1.0, allowed / float(np.std(own)))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.verdict import LEVEL
 
 __all__ = [
     "Curve",
@@ -25,9 +26,6 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-
-LEVEL = 0.95
-"""Probability of every interval."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +110,8 @@ class StepResult:
     determine better than each alone, as (value, draws (ns,), unit); residuals; used and left_out: the account of
     the data; panels: for figures; notes: sentences; likelihood: log-likelihood of parameters (np,) given what the
     other steps found, up to a constant, or None where it is not cheap; taken: paths among them that these data do not
-    tell, whose values only go with the others; files: of which something was used.
+    tell, whose values only go with the others; files: of which something was used; bounds: by path, ends [SI] that
+    physics sets a parameter and these data do not exclude, infinite where the data set the end.
 
     Raises
     ------
@@ -133,6 +132,7 @@ class StepResult:
     likelihood: Callable[[Floats], float] | None = None
     taken: tuple[str, ...] = ()
     files: frozenset[str] = frozenset()
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         count = len(self.paths)
@@ -151,13 +151,15 @@ class StepResult:
         return self.samples[:, self.paths.index(path)]
 
     def interval(self, path: str) -> tuple[float, float]:
-        """Ends of the middle 95 % of a parameter's draws [SI]; NaN without draws, with one that is not finite, or
-        where the data do not tell it."""
+        """Ends of the middle 95 % of a parameter's draws [SI], or the bound that the data do not exclude; NaN without
+        draws, with one that is not finite, or where the data do not tell it."""
         drawn = self.draws(path)
         if not len(drawn) or path in self.taken or not np.isfinite(drawn).all():
             return np.nan, np.nan
-        low, high = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
-        return float(low), float(high)
+        ends = np.quantile(drawn, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0]).tolist()
+        bounds = self.bounds.get(path, (-np.inf, np.inf))
+        low, high = (b if np.isfinite(b) else end for end, b in zip(ends, bounds, strict=True))
+        return low, high
 
     def unsound(self) -> list[str]:
         """Sentences on numbers that are none: not finite, without an interval, or outside of their own.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tarsus.base.errors import InputError
+from tarsus.fit.verdict import LEVEL
 from tarsus.identify.coordinates import Coordinates
 from tarsus.identify.correlation import (
     Combination,
@@ -19,7 +20,7 @@ from tarsus.identify.correlation import (
     find_weight,
     left_over,
 )
-from tarsus.identify.ranges import LEVEL, Range, range_of_draws
+from tarsus.identify.ranges import Range, range_of_draws
 
 __all__ = [
     "Assessment",

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
 from tarsus.base.spec import FloatInfo, float_paths
-from tarsus.base.units import parse_quantity
+from tarsus.base.units import format_quantity, parse_quantity
 from tarsus.model.scene import Scene
 from tarsus.study.axes import Axis, Linspace, Normal
 from tarsus.study.manufacture import Saltelli, Scattered
@@ -166,7 +166,25 @@ def _scattered(about: FloatInfo, text: str) -> Normal:
                 f"{text} of 0 is nothing: give the standard deviation as a value, such as '2 {about.unit}'"
             )
         return Normal(mean=about.value, deviation=abs(about.value) * share)
-    return Normal(mean=about.value, deviation=parse_quantity(text, about.unit))
+    deviation = parse_quantity(text, about.unit)
+    if about.value != 0.0 and deviation > MOST_SCATTER * abs(about.value):
+        own = format_quantity(about.value, about.unit)
+        raise InputError(
+            f"a standard deviation of {format_quantity(deviation, about.unit)} is {deviation / abs(about.value):.3g} "
+            f"times the value itself, {own}; a share of it is given in percent, such as '{_percent(text)}'"
+        )
+    return Normal(mean=about.value, deviation=deviation)
+
+
+MOST_SCATTER = 1.0
+"""Standard deviation over the value beyond which a word is taken for a slip: one robot in six would have the value's
+other sign."""
+
+
+def _percent(text: str) -> str:
+    """A plain number as the share that was probably meant."""
+    plain = re.fullmatch(r"\d+(?:\.\d+)?", text)
+    return f"{text}%" if plain and float(text) <= 100.0 else "10%"
 
 
 def _leg(pattern: str, path: str) -> dict[str, str]:

@@ -44,7 +44,7 @@ def values(chain: Chain) -> dict[str, float]:
 
 
 def same(one: dict[str, float], other: dict[str, float]) -> None:
-    assert one.keys() == other.keys()
+    assert one and one.keys() == other.keys()
     for path, value in one.items():
         scale = max(abs(value), 1e-9 if "weights" in path else 0.0)
         assert other[path] == pytest.approx(value, rel=1e-3, abs=1e-3 * scale), path

@@ -137,6 +137,7 @@ def test_a_dead_leg_costs_what_it_costs():
         ),
         ({"scatter": ["robot.feet.*.gap=5%"]}, "5% of 0 is nothing: give the standard deviation as a value"),
         ({"scatter": [f"{GAIN}=2 V"]}, "--scatter .*N/V"),
+        ({"scatter": [f"{GAIN}=10"]}, r"times the value itself, .*N/V; .* in percent, such as '10%'"),
         ({"dead": "5"}, "--dead takes legs=fewest:most, got '5'"),
         ({"weak": "legs=0:3@x"}, "--weak takes legs=fewest:most@60%"),
         ({"over": ["ground.friction=0.3:0.5"]}, "--over takes path=a:b"),

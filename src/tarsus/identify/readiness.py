@@ -1,0 +1,89 @@
+"""Whether `identify` will find in a campaign what it asks for: records, channels and signals of every purpose."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from tarsus.experiment.synthesis import Purpose
+from tarsus.identify.agreement import channels_of, needed_of
+from tarsus.identify.campaign import Opened, Reading, RecordSet, guessed_purpose
+from tarsus.identify.evidence import Evidence
+from tarsus.model.drive.waveforms import SweptSine
+
+__all__ = ["Readiness", "readiness_of"]
+
+_STEPS = {
+    Purpose.MODAL: "the resonances",
+    Purpose.LOOPS: "the drive's hysteresis",
+    Purpose.RAMPS: "film and adhesion",
+    Purpose.BOUNCES: "restitution and impact map",
+    Purpose.CLOSE: "electrostatics",
+}
+"""What records of a purpose tell; of the others no number comes."""
+
+
+@dataclass(frozen=True)
+class Readiness:
+    """Every file as read; problems: what `identify` will leave out or not do; remarks: what it will not try, and what
+    looks odd."""
+
+    readings: tuple[Reading, ...]
+    problems: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+
+def readiness_of(opened: Opened) -> Readiness:
+    """Read all records as `identify` does and ask of each set what its purpose needs."""
+    evidence = Evidence(opened)
+    evidence.read(lambda _: None)
+    problems = list(dict.fromkeys(str(one) for one in evidence.left_out))
+    remarks: list[str] = []
+    for name, one in opened.campaign.records.items():
+        amiss = _of_signal(name, one)
+        problems += amiss
+        guess = guessed_purpose(name)
+        if not amiss and guess is not None and guess is not one.purpose:
+            remarks.append(
+                f"records.{name}: its purpose is '{one.purpose.value}', its name sounds like '{guess.value}'"
+            )
+    points = opened.model.points
+    sweeps = {name for name, _ in opened.sets(Purpose.MODAL)}
+    for reading in evidence.readings:
+        if (
+            reading.set in sweeps
+            and reading.record is not None
+            and channels_of(reading.record, points) is None
+        ):
+            problems.append(f"{reading.file}: {needed_of(points)}")
+    used = Counter(one.purpose for one in opened.campaign.records.values())
+    if not any(purpose in used for purpose in _STEPS):
+        problems.append(
+            f"no set of records tells a number: all are for {', '.join(p.value for p in used)}; purposes that do are "
+            f"{', '.join(p.value for p in _STEPS)}"
+        )
+    else:
+        remarks += [
+            f"no records are for '{purpose.value}': {what} will not be identified"
+            for purpose, what in _STEPS.items()
+            if purpose not in used and purpose is not Purpose.CLOSE
+        ]
+    return Readiness(tuple(evidence.readings), tuple(problems), tuple(remarks))
+
+
+def _of_signal(name: str, one: RecordSet) -> list[str]:
+    """Sentences on a signal that does not fit the purpose, or is needed and missing."""
+    swept = isinstance(one.signal, SweptSine)
+    if one.purpose is Purpose.MODAL and not swept:
+        given = "none" if one.signal is None else f"'{one.signal.kind}'"
+        return [
+            f"records.{name}.signal: sweeps (purpose 'modal') need the swept sine that drove them, which tells the "
+            f"band; got {given}"
+        ]
+    if swept and one.purpose is not Purpose.MODAL:
+        return [f"records.{name}.purpose: a swept sine serves 'modal', got '{one.purpose.value}'"]
+    if one.signal is None and one.purpose in (Purpose.VALIDATION, Purpose.AIR):
+        return [
+            f"records.{name}.signal: records of purpose '{one.purpose.value}' are compared with a simulation of it"
+        ]
+    return []
