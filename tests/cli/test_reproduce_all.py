@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,32 @@ def test_every_page_and_an_index(tarsus, tmp_path):
         for one in EXPERIMENTS
     }
     assert index_html(results) == text
+
+
+def test_every_cantilever_page_is_of_its_own_device(tarsus, tmp_path, monkeypatch):
+    asked = {}
+
+    def told(name):
+        def run(device, *words, **options):
+            folder = next(word for word in words if isinstance(word, Path))
+            asked[folder.name] = (name, device)
+            folder.mkdir(parents=True)
+            (folder / "reproduction.json").write_text("{}", encoding="utf-8")
+            return 0
+
+        return run
+
+    for name in ("cantilever", "robot", "millipede"):
+        monkeypatch.setattr(f"tarsus_reproduce.cli.{name}.run", told(name))
+    monkeypatch.setattr("tarsus_reproduce.pages.index.write_index", lambda results, path: path.write_text(""))
+    assert tarsus("reproduce", "--all", "-o", tmp_path / "all").code == 0
+    assert asked == {
+        "cantilever": ("cantilever", None),  # the mixture of its calibration
+        "cantilever-1": ("cantilever", "cantilever-1"),
+        "hexapod": ("robot", "hexapod"),
+        "quadruped": ("robot", "quadruped"),
+        "millipede": ("millipede", None),
+    }
 
 
 def prediction(median: float) -> dict[str, float]:
