@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.store import written_whole
 from tarsus.report.plot import MOST_LINES
 from tarsus.report.style import CYCLE, Scale, scale_of
 
@@ -108,11 +109,8 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
         raise InputError(f"'{file}': a figure is a file that ends in {', '.join(FORMATS)}")
     figure = axes.get_figure(root=True)
     assert figure is not None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DPI)
-    except OSError as error:
-        raise InputError(f"cannot write '{file}': {(error.strerror or str(error)).lower()}") from error
+    with written_whole(path) as part:
+        figure.savefig(part, dpi=DPI)
     return path
 
 
