@@ -12,10 +12,10 @@ from typing import Any
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Kind", "NotToml", "expect", "kind_of_table", "read_table", "table_of"]
+__all__ = ["Kind", "NotToml", "expect", "kind_of_table", "read_table", "table_of", "text_of"]
 
 MOST_BYTES = 1 << 24
-"""Largest file that is read as TOML: a signal of a million samples as text; packaged descriptions have up to 23 kB."""
+"""Largest file that is read as text: a signal of a million samples as text; packaged descriptions have up to 23 kB."""
 MOST_NAMES = 100_000
 """Most assignments in a file: fifty times those of a walker of a hundred legs; more are another program's data."""
 DEEPEST = 50
@@ -39,22 +39,26 @@ def read_table(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The raw table of a TOML file; `InputError` where it cannot be read."""
     file = Path(path)
     try:
-        with file.open("rb") as opened:  # no more than is allowed: a device such as /dev/zero has no end
-            content = opened.read(MOST_BYTES + 1)
+        text = text_of(file)
     except FileNotFoundError:
         raise InputError(f"{file}: no such file") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    if len(content) > MOST_BYTES:
-        raise InputError(
-            f"{file}: is larger than the {MOST_BYTES >> 20} MiB that are read as TOML; give samples of a signal as a "
-            "file of their own"
-        )
-    try:
-        text = content.decode("utf-8-sig")  # editors of Windows put a byte order mark first
     except UnicodeDecodeError:
         raise InputError(f"{file}: is no text file (UTF-8)") from None
     return table_of(text, str(file))
+
+
+def text_of(file: Path) -> str:
+    """The text of a file; raises InputError where it is too large, and what `pathlib.Path.read_text` does."""
+    with file.open("rb") as opened:  # no more than is allowed: a device such as /dev/zero has no end
+        content = opened.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise InputError(
+            f"{file}: is larger than the {MOST_BYTES >> 20} MiB of text that are read; samples of a signal go into a "
+            "file of their own"
+        )
+    return content.decode("utf-8-sig")  # editors of Windows put a byte order mark first
 
 
 def table_of(text: str, label: str) -> dict[str, Any]:
