@@ -70,6 +70,24 @@ def test_series_are_drawn_as_they_are_stored(run):
         assert len(figure_of(data, "displacement", only=["center"]).get_lines()) == 1
 
 
+def test_a_map_over_decades_has_a_cell_of_one_width_for_every_value():
+    rates, gaps = np.geomspace(1e-9, 1e-4, 6), np.array([50e-6, 60e-6])
+    values = np.arange(12.0).reshape(6, 2)
+    path = "ground.adhesion.rate"
+    coords = {path: (path, rates, {"units": "N/s"}), "gap": ("gap", gaps, {"units": "m"})}
+    one = xarray.DataArray(values, dims=(path, "gap"), coords=coords, attrs={"units": "1"})
+    axes = figure_of(xarray.Dataset({"bounces": one}), "bounces")
+    (drawn,) = axes.collections
+    corners = np.asarray(drawn.get_coordinates())
+    edges = corners[:, 0, 1]
+    assert axes.get_yscale() == "log" and axes.get_xscale() == "linear"
+    assert np.diff(np.log10(edges)) == pytest.approx(np.ones(6), rel=1e-9)
+    middles = np.sqrt(edges[1:] * edges[:-1])
+    assert middles / middles[0] == pytest.approx(rates / rates[0]) and axes.get_ylim()[0] == pytest.approx(edges[0])
+    assert corners[0, :, 0] == pytest.approx([45.0, 55.0, 65.0])
+    assert np.asarray(drawn.get_array()).ravel() == pytest.approx(values.ravel())
+
+
 def test_a_grid_of_two_is_a_map_or_lines_over_one(tarsus, sweep, tmp_path):
     with xarray.open_dataset(sweep / "sweep.nc") as data:
         assert offered(data) == ["bounces", "impact_speed"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,32 @@ def test_every_page_and_an_index(tarsus, tmp_path):
         for one in EXPERIMENTS
     }
     assert index_html(results) == text
+
+
+def test_every_cantilever_page_is_of_its_own_device(tarsus, tmp_path, monkeypatch):
+    asked = {}
+
+    def told(name):
+        def run(device, *words, **options):
+            folder = next(word for word in words if isinstance(word, Path))
+            asked[folder.name] = (name, device)
+            folder.mkdir(parents=True)
+            (folder / "reproduction.json").write_text("{}", encoding="utf-8")
+            return 0
+
+        return run
+
+    for name in ("cantilever", "robot", "millipede"):
+        monkeypatch.setattr(f"tarsus_reproduce.cli.{name}.run", told(name))
+    monkeypatch.setattr("tarsus_reproduce.pages.index.write_index", lambda results, path: path.write_text(""))
+    assert tarsus("reproduce", "--all", "-o", tmp_path / "all").code == 0
+    assert asked == {
+        "cantilever": ("cantilever", None),  # the mixture of its calibration
+        "cantilever-1": ("cantilever", "cantilever-1"),
+        "hexapod": ("robot", "hexapod"),
+        "quadruped": ("robot", "quadruped"),
+        "millipede": ("millipede", None),
+    }
 
 
 def prediction(median: float) -> dict[str, float]:
@@ -61,6 +88,9 @@ def test_the_index_keeps_fitted_and_predicted_rows_apart_and_names_what_is_misse
         (["hexapod", "--all", "-o", "x"], "--all makes every page: leave 'hexapod' out"),
         (["--all", "-o", "x", "--device", "mine"], "--device belongs to one experiment"),
         ([], "name an experiment (cantilever, hexapod, quadruped or millipede), or give --all"),
+        (["cantilever", "--device", "hexapod"], "has no point 'tip', 'center', which `reproduce cantilever` looks at"),
+        (["hexapod", "--device", "quadruped"], "has no point 'foot5', 'foot6'"),
+        (["quadruped", "--device", "cantilever"], "it is no device of this experiment"),
         (["hexapod", "--readings", "3"], "--readings, --scatter and --seed are of the millipede"),
     ],
 )

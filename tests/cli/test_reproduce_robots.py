@@ -147,17 +147,21 @@ def test_every_bad_row_is_a_sentence(tarsus, tmp_path):
     assert "'freq_hz' can be at most" in sentence
 
 
-@pytest.fixture
-def hexapod(tmp_path):
-    """The raw tables of the packaged hexapod without its provenance, to be spoiled."""
+def tables(robot, tmp_path):
+    """The raw tables of a packaged robot without its provenance, to be spoiled."""
     from tarsus.files.library import load_scene
     from tarsus.files.toml import write_scene
 
     file = tmp_path / "whole.toml"
-    write_scene(load_scene("hexapod"), file)
+    write_scene(load_scene(robot), file)
     table = tomllib.loads(file.read_text(encoding="utf-8"))
     table.pop("provenance")
     return table
+
+
+@pytest.fixture
+def hexapod(tmp_path):
+    return tables("hexapod", tmp_path)
 
 
 def _feetless(table):
@@ -177,9 +181,9 @@ def _constant(table):
     [(_feetless, "no foot"), (_silent, "no drive signal"), (_constant, "does not repeat")],
 )
 @pytest.mark.parametrize("robot", ["hexapod", "quadruped"])
-def test_a_device_that_cannot_bounce_is_refused(tarsus, save, hexapod, robot, spoil, said):
-    spoil(hexapod)
-    result = tarsus("reproduce", robot, "--device", save(hexapod))
+def test_a_device_that_cannot_bounce_is_refused(tarsus, save, tmp_path, robot, spoil, said):
+    spoil(table := tables(robot, tmp_path))
+    result = tarsus("reproduce", robot, "--device", save(table))
     assert (result.code, result.out) == (2, "")
     (sentence,) = result.sentences
     assert said in sentence

@@ -1,4 +1,5 @@
 import math
+import sys
 from pathlib import Path
 from typing import ClassVar
 
@@ -18,6 +19,7 @@ from tarsus.model.laws import (
     Restitution,
     SmoothLaw,
     load_laws,
+    userfile,
 )
 
 GOOD = '''
@@ -198,7 +200,11 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
         ),
         (
             HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return None\n",
-            r"law A must return a finite number, got None",
+            r"law\.py: A\.force, line 5: None is not a number",
+        ),
+        (
+            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9\n",
+            r"law A must return a finite number, got inf",
         ),
         (
             HEAD + "class A(SmoothLaw):\n    def force(gap):\n        return 0.0\n",
@@ -215,6 +221,28 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
 def test_a_wrong_file_is_a_sentence(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         load_laws(law_file(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "while True:\n    pass\n",
+        "while True:\n    try:\n        x = [0 for _ in range(9)]\n    except Exception:\n        pass\n",
+        "def turn():\n    for i in range(10**12):\n        pass\nturn()\n",
+    ],
+)
+def test_a_file_that_never_ends_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, loop: str) -> None:
+    monkeypatch.setattr(userfile, "PATIENCE", 0.1)
+    before = sys.gettrace()
+    with pytest.raises(InputError, match=r"law\.py, line \d+: it takes longer than 0\.1 s to be read"):
+        load_laws(law_file(tmp_path, HEAD + loop))
+    assert sys.gettrace() is before
+
+
+def test_a_law_that_never_ends_is_refused_before_it_is_tried(tmp_path: Path) -> None:
+    text = "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            gap += 1\n"
+    with pytest.raises(InputError, match="'while' is not allowed"):
+        load_laws(law_file(tmp_path, HEAD + text))
 
 
 def test_a_missing_file(tmp_path: Path) -> None:

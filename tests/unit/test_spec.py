@@ -167,7 +167,7 @@ def test_a_wrong_table_gives_all_its_errors_at_once() -> None:
         "signals.a.kind: unknown kind 'wve'; did you mean 'wave'?",
         "signals.b.amplitude: expected a voltage (V) (amplitude), nothing given",
         "signals.c.level: expected a voltage (V), got '8 m', which is a length (level)",
-        "signals.d.e: a name is letters, digits, '_' and '-' only, got 'd.e'",
+        "signals.d.e: a name is ASCII letters, digits, '_' and '-' only, got 'd.e'",
         "signals.f: expected a table with a 'kind', one of 'wave', 'step'",
         "signals.g: expected a table, got 3",
         "ratios.0: expected a pure number that is finite, got nan (damping ratio)",

@@ -25,6 +25,10 @@ __all__ = [
 ]
 
 
+MOST_FAULTS = 100
+"""Problems of one file that are listed: nobody mends more at once, and a list of valid names for each takes time."""
+
+
 class PathErrors(InputError):
     """Problems of a description, each at a path relative to it; the enclosing file's path is put in front."""
 
@@ -191,7 +195,7 @@ def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
     if code in ("literal_error", "enum"):
         return [(path, f"expected {error['ctx']['expected']}, got {_shown(given)}{about}")]
     if code == "string_pattern_mismatch":
-        return [(path, f"a name is letters, digits, '_' and '-' only, got {_shown(given)}")]
+        return [(path, f"a name is ASCII letters, digits, '_' and '-' only, got {_shown(given)}")]
     wanted = expected_text(field) if field is not None else ""
     if field is not None and "(" in wanted and code in ("float_type", "float_parsing", "finite_number"):
         return [(path, f"{wanted}, got {_shown(given)}{about}")]
@@ -201,8 +205,12 @@ def _sentence(cls: Any, error: Any) -> list[tuple[str, str]]:
 
 
 def located_faults(cls: Any, error: ValidationError) -> list[tuple[str, str]]:
-    """Every problem in a pydantic error as (path relative to the description, sentence), none twice."""
-    return list(dict.fromkeys(fault for item in error.errors() for fault in _sentence(cls, item)))
+    """Problems in a pydantic error as (path relative to the description, sentence), none twice, `MOST_FAULTS` at most
+    and how many more there are."""
+    items = error.errors()
+    found = list(dict.fromkeys(fault for item in items[:MOST_FAULTS] for fault in _sentence(cls, item)))
+    more = len(items) - MOST_FAULTS
+    return found if more <= 0 else [*found, ("", f"{more} more problems are not listed")]
 
 
 def sentences(cls: Any, error: ValidationError, prefix: str = "") -> list[str]:

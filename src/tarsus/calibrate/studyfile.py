@@ -12,9 +12,10 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.table import Table, parse_table
+from tarsus.files.tables import Kind, expect, read_table
 from tarsus.model.laws import Law
 from tarsus.study.rows import read_text
-from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, read_table, scene_of_study, study_path
+from tarsus.study.studyfile import SCENE_FILE, STUDY_FILE, scene_of_study, study_path
 
 __all__ = ["SCENE_FILE", "STUDY_FILE", "TABLE_FILE", "Described", "frozen_texts", "load_study"]
 
@@ -47,8 +48,7 @@ def load_study(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = study_path(name)
     raw = read_table(file)
-    if "vary" in raw:
-        raise InputError(f"{file}: varies values: it is a sweep, not a calibration")
+    expect(Kind.CALIBRATION, raw, str(file))
     named = raw.pop("table", None)
     problems: list[str] = []
     table = None

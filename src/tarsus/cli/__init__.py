@@ -41,11 +41,20 @@ def alone(do: Callable[[list[str]], int]) -> int:
     What it loads stays, and to search that for garbage takes a tenth of a run. On matrices as small as ours the threads
     of BLAS, which numpy would start, only wait for each other.
     """
+    _open_streams()
     gc.set_threshold(100_000)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code = do(sys.argv[1:])
     gc.freeze()  # nor is it searched once more at the end
     return code
+
+
+def _open_streams() -> None:
+    """A process may be started with streams closed (``>&-``): what would go there goes nowhere, and no file that is
+    opened later takes their place."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))
 
 
 if __name__ == "__main__":

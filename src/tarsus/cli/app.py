@@ -159,9 +159,11 @@ def told(do: Callable[[], object], argv: Sequence[str] = ()) -> int:
         console.complain([_interruption(stop, argv)])
         return INTERRUPTED
     except BrokenPipeError:
-        # Python would complain again when it flushes stdout at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        console.unread(sys.stdout)
         return DONE
+    except MemoryError:
+        console.complain(["there is not enough memory for this"])
+        return FAILED
     except Exception as error:
         from tarsus.base.errors import InputError
 

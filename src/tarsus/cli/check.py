@@ -42,7 +42,9 @@ def check(
 def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[str]]:
     """What a name or file is, what it holds, and remarks on it; `InputError` with all that is wrong."""
     from tarsus.files.library import device_names, load_scene
-    from tarsus.study.studyfile import calibration_names, read_table, study_names
+    from tarsus.files.tables import Kind, kind_of_table, read_table
+    from tarsus.files.toml import read_scene
+    from tarsus.study.studyfile import calibration_names, study_names
 
     path = Path(name)
     if path.is_dir():
@@ -62,15 +64,13 @@ def _checked(name: str, laws: Mapping[str, type[Law]]) -> tuple[str, str, list[s
             return _calibration(name, laws)
     if not path.is_file():
         return _scene("device", load_scene(name, laws=laws))
-    table = read_table(path)
-    if "records" in table:
-        return _campaign(path)
-    if "table" in table:
-        return _calibration(name, laws)
-    if "vary" in table or isinstance(table.get("scene"), str):
-        return _sweep(name, laws)
-    from tarsus.files.toml import read_scene
-
+    match kind_of_table(read_table(path)):
+        case Kind.CAMPAIGN:
+            return _campaign(path)
+        case Kind.CALIBRATION:
+            return _calibration(name, laws)
+        case Kind.SWEEP:
+            return _sweep(name, laws)
     return _scene("scene", read_scene(path, laws))
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import IntEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from tarsus.cli.lines import Lines
 from tarsus.files.jsontext import json_text
@@ -45,8 +47,17 @@ def voice() -> Voice:
 
 def complain(problems: Iterable[str]) -> None:
     """Print each problem as one line on stderr."""
-    for problem in problems:
-        print(f"tarsus: {problem}", file=sys.stderr)
+    try:
+        for problem in problems:
+            print(f"tarsus: {problem}", file=sys.stderr)
+    except BrokenPipeError:
+        unread(sys.stderr)
+
+
+def unread(stream: TextIO) -> None:
+    """Let a stream that nobody reads any more end in nothing: Python would complain when it flushes it at exit."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def note(remarks: Iterable[str]) -> None:

@@ -19,12 +19,13 @@ def open(
     browser: bool = True,
     json: Json = False,
 ) -> int:
-    """Open the page of a folder in the browser; that of a run is made again from its files, without simulating.
+    """Open the page of a folder in the browser; that of a run is made again from its files, and that of a
+    sweep where there is none, without simulating.
 
     Parameters
     ----------
     folder
-        what `simulate`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
+        what `simulate`, `sweep`, `identify`, `calibrate`, `design`, `branch` or `reproduce` wrote.
     browser
         open the page; without it its path is printed only.
     """
@@ -47,6 +48,7 @@ def _page(folder: Path, law_files: Sequence[Path]) -> tuple[Path, bool]:
     """The page, and whether it was made just now."""
     from tarsus.base.errors import InputError
     from tarsus.files.store import REPORT_FILE, SUMMARY_FILE, read_run
+    from tarsus.files.sweepstore import PLAN_FILE
 
     if not folder.is_dir():
         raise InputError(f"{folder}: is no folder; name one that a verb wrote with -o")
@@ -57,7 +59,33 @@ def _page(folder: Path, law_files: Sequence[Path]) -> tuple[Path, bool]:
 
         with spinner("writing the report"):
             return write_report(read_run(folder, laws_of(law_files)), folder / REPORT_FILE), True
+    if (folder / PLAN_FILE).is_file() and not (folder / REPORT_FILE).is_file():
+        return _sweep_page(folder), True
     for name in PAGES:
         if (folder / name).is_file():
             return folder / name, False
     raise InputError(f"{folder}: holds no run and no page of tarsus ({', '.join(PAGES)})")
+
+
+def _sweep_page(folder: Path) -> Path:
+    """The page of a sweep whose array collected it without one; how to go on where it is not collected."""
+    from tarsus.base.errors import InputError
+    from tarsus.cli.console import spinner
+    from tarsus.cluster.status import status_of
+    from tarsus.files.store import REPORT_FILE
+    from tarsus.files.sweepstore import COLLECTED_FILE
+    from tarsus.report.sweep_page import write_sweep_report
+    from tarsus.study.studyfile import frozen_sweep
+
+    file = folder / COLLECTED_FILE
+    if not file.is_file():
+        try:
+            found = status_of(folder)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+        raise InputError(
+            f"{folder}: holds a sweep with {found.units_done} of {found.units} units done and no page yet: "
+            f"`tarsus sweep {folder}` makes what is missing, collects it and writes the page"
+        )
+    with spinner("writing the report"):
+        return write_sweep_report(frozen_sweep(folder), file, folder / REPORT_FILE)

@@ -6,7 +6,6 @@ Bad input ends in `InputError`, with everything found wrong.
 from __future__ import annotations
 
 import contextlib
-import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,18 +36,20 @@ def settings(words: Sequence[str]) -> dict[str, Any]:
         elif path in values:
             problems.append(f"--set names '{path}' twice")
         else:
-            values[path] = _value(text)
+            values[path] = _value(path, text)
     if problems:
         raise InputError(problems)
     return values
 
 
-def _value(text: str) -> Any:
+def _value(path: str, text: str) -> Any:
     if text.lower() == "none":
         return None
+    from tarsus.files.tables import NotToml, table_of
+
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        return table_of(f"value = {text}", f"--set {path}")["value"]
+    except NotToml:
         return text
 
 

@@ -7,7 +7,7 @@ import json
 import math
 
 from tarsus.base.errors import InputError
-from tarsus.design.timer import in_ticks
+from tarsus.design.timer import in_comment, in_ticks
 from tarsus.model.scene import Scene
 
 __all__ = ["gait_header_text"]
@@ -50,7 +50,7 @@ def gait_header_text(scene: Scene, *, tick: float = 1e-6) -> str:
 
     return "\n".join(
         [
-            f"/* Gait of {scene.name}, {gait.kind}, {gait.frequency:.6g} Hz; made by tarsus, do not edit.",
+            f"/* Gait of {in_comment(scene.name)}, {gait.kind}, {gait.frequency:.6g} Hz; made by tarsus, do not edit.",
             f" * Drives in order: {', '.join(waves)}.",
             " * Each goes to gait_high_millivolts at gait_rise_ticks[i], to gait_low_millivolts at gait_fall_ticks[i]",
             " * of every period. A fall that comes before the rise ends the high part that the period before began. */",

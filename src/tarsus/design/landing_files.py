@@ -11,6 +11,7 @@ import numpy as np
 
 from tarsus.base.errors import InputError
 from tarsus.design.soft_landing import LandingDesign
+from tarsus.design.timer import in_comment
 from tarsus.files.jsontext import json_text
 from tarsus.files.store import package_version, write_text
 from tarsus.files.toml import write_scene
@@ -100,7 +101,7 @@ def signal_text(design: LandingDesign) -> str:
         return ", ".join(f'"{value * factor:.9g} {unit}"' for value in values)
 
     return (
-        f"# `tarsus design landing`: foot '{design.request.foot}' of {design.request.scene.name}, "
+        f"# `tarsus design landing`: foot '{design.request.foot}' of {in_comment(design.request.scene.name)}, "
         f"{design.speed:.4g} m/s; digest {digest(signal)}\n"
         f"[signals.{design.request.drive}]\n"
         'kind = "on_off"\n'
@@ -130,7 +131,7 @@ def header_text(design: LandingDesign) -> str:
     return "\n".join(
         [
             "/* Soft landing, made by `tarsus design landing`; do not edit.",
-            f" * {request.scene.name}, foot {request.foot}, drive {request.drive}: {design.speed:.4g} m/s{worst}.",
+            f" * {in_comment(request.scene.name)}, foot {request.foot}, drive {request.drive}: {design.speed:.4g} m/s{worst}.",
             " * Switch to landing_millivolts[i] at landing_ticks[i] after the landing edge, every period. */",
             "#ifndef TARSUS_LANDING_H", "#define TARSUS_LANDING_H", "", "#include <stdint.h>", "",
             f"#define LANDING_COUNT {count}u",

@@ -1,4 +1,5 @@
-"""Switching times of a timer: whole ticks, chosen among the neighbours of the exact times by what they cost."""
+"""Switching times of a timer: whole ticks, chosen among the neighbours of the exact times by what they cost; and texts
+within the comments of files for its program."""
 
 from __future__ import annotations
 
@@ -10,13 +11,19 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
 
-__all__ = ["in_ticks", "neighbours"]
+__all__ = ["in_comment", "in_ticks", "neighbours"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 MOST = 729
 """Neighbours that are tried at most: one tick to either side of six edges."""
+
+
+def in_comment(text: str) -> str:
+    """A text as it may stand in a comment of C, C++ or TOML: one printable line that neither begins nor ends one."""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return line.replace("*/", "* /").replace("/*", "/ *")
 
 
 def in_ticks(period: float, tick: float) -> int:

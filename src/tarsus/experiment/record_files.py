@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.files.steady import SteadyFile
+from tarsus.files.store import write_text, written_whole
 from tarsus.records.measurement import Channel, Measurement, Quantity
 from tarsus.records.readers.choices import ChannelChoice
 
@@ -49,8 +51,8 @@ def write_uff(record: Measurement, path: Path) -> Choices:
             )
         )  # fmt: skip
         said[f"{number}+Z"] = _choice(channel, channel.name, unit)
-    path.unlink(missing_ok=True)
-    pyuff.UFF(str(path)).write_sets(sets, mode="add")
+    with written_whole(path) as part:
+        pyuff.UFF(str(part)).write_sets(sets, mode="add")
     return said
 
 
@@ -65,7 +67,8 @@ def write_mat(record: Measurement, path: Path) -> Choices:
         name = channel.name.replace(" ", "_")
         content[name] = values * factor
         said[name] = _choice(channel, channel.name, unit)
-    savemat(path, content, do_compression=True)
+    with written_whole(path) as part:
+        savemat(part, content, do_compression=True)
     return said
 
 
@@ -74,7 +77,7 @@ def write_hdf(record: Measurement, path: Path) -> Choices:
     import h5py
 
     said = {}
-    with h5py.File(path, "w") as file:
+    with written_whole(path) as part, SteadyFile(part) as disk, h5py.File(disk, "w") as file:
         file["sample_rate"] = record.rate
         for channel, values in zip(record.channels, record.values, strict=True):
             unit, factor = _UNITS[channel.quantity]
@@ -99,7 +102,8 @@ def write_polytec(record: Measurement, path: Path) -> Choices:
     ]
     rows = _rows(record, [factor for _, factor in units])
     lines = ["\t".join(f"{value:.7E}" for value in row) for row in rows]
-    path.write_bytes(("\n".join([*head, *lines]) + "\n").encode("latin-1"))
+    with written_whole(path) as part:
+        part.write_bytes(("\n".join([*head, *lines]) + "\n").encode("latin-1"))
     return {channel.name: _choice(channel) for channel in record.channels}
 
 
@@ -109,7 +113,7 @@ def write_csv(record: Measurement, path: Path) -> Choices:
     names = [f"{channel.name} [{unit}]" for channel, (unit, _) in zip(record.channels, units, strict=True)]
     rows = _rows(record, [factor for _, factor in units])
     lines = [",".join(["t [s]", *names]), *(",".join(f"{value:.8g}" for value in row) for row in rows)]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(path, "\n".join(lines) + "\n")
     return {channel.name: _choice(channel) for channel in record.channels}
 
 

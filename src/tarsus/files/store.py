@@ -169,19 +169,41 @@ def write_text(path: Path, text: str) -> None:
 
     Raises InputError if the folder cannot be written or `path` is a folder.
     """
+    with written_whole(path) as part:
+        part.write_text(text, encoding="utf-8", newline="\n")
+
+
+@contextlib.contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path`, with its ending, for the length of the block, which writes it; then `path` is it.
+
+    Raises InputError if the folder cannot be written or `path` is a folder, also where a writer of another library puts
+    its own words in place of the operating system's.
+    """
     if path.is_dir():
         raise InputError([f"cannot write {path}: it is a folder"])
     # in containers on one disk the number of a process is often the same in every one
     part = path.with_name(f".tarsus-{os.getpid()}-{secrets.token_hex(4)}-{path.name}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        part.write_text(text, encoding="utf-8", newline="\n")
+        yield part
         os.replace(part, path)
-    except OSError as error:
-        raise InputError([f"cannot write {path}: {_reason(error)}"]) from error
+    except Exception as error:
+        refused = _refusal(error)
+        if refused is None:
+            raise
+        raise InputError([f"cannot write {path}: {_reason(refused)}"]) from error
     finally:
         with contextlib.suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def _refusal(error: BaseException) -> OSError | None:
+    """The operating system's refusal that an error is, or came after."""
+    seen: BaseException | None = error
+    while seen is not None and not isinstance(seen, OSError):
+        seen = seen.__cause__ or seen.__context__
+    return seen
 
 
 def write_run(run: RunLike, directory: str | Path, mat: bool = False) -> list[Path]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
@@ -14,6 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from tarsus.base.errors import InputError
 from tarsus.base.spec import Description, described, quantity_units, validate, with_values
 from tarsus.base.units import format_quantity
+from tarsus.files.tables import Kind, expect, read_table, table_of
 from tarsus.model.laws import Law
 from tarsus.model.scene import Scene, provenance_faults, provenance_problems, table_faults
 from tarsus.model.structure import AnyStructure
@@ -40,15 +40,9 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
         With every problem of the file: path, what was expected, nearest valid name.
     """
     file = Path(path)
-    try:
-        text = file.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is no text file (UTF-8)") from None
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    return parse_scene(text, laws=laws, folder=file.parent, label=str(file))
+    table = read_table(file)
+    expect(Kind.SCENE, table, str(file))
+    return _scene_of(table, laws, file.parent)
 
 
 def parse_scene(
@@ -71,10 +65,11 @@ def parse_scene(
     label
         Name of the text in errors about its syntax.
     """
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{label}: not valid TOML: {error}") from None
+    return _scene_of(table_of(text, label), laws, folder)
+
+
+def _scene_of(table: Mapping[str, Any], laws: Mapping[str, type[Law]] | None, folder: Path | None) -> Scene:
+    """A scene from its raw table, all faults of which are found."""
     context = {"laws": dict(laws or {}), "folder": folder}
     try:
         scene = validate(Scene, table, context=context)
@@ -100,10 +95,12 @@ def _points(table: Mapping[str, Any]) -> tuple[str, ...] | None:
 def write_scene(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Write a scene as a TOML file that `read_scene` reads back to an equal scene.
 
-    Raises InputError for what is no scene, such as a device's name, and OSError where the file cannot be written.
+    Raises InputError for what is no scene, such as a device's name, and where the file cannot be written.
     """
+    from tarsus.files.store import write_text
+
     described(scene)
-    Path(path).write_text(scene_text(scene), encoding="utf-8")
+    write_text(Path(path), scene_text(scene))
 
 
 def scene_text(scene: Scene) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import filecmp
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import Amount, Description, MaybeAmount, Named, quantity, validate
 from tarsus.experiment.synthesis import Purpose
 from tarsus.files.library import load_scene
+from tarsus.files.tables import Kind, expect, read_table
 from tarsus.identify.drive_check import cut_short, drive_faults, fit_drive
 from tarsus.identify.foot import FootModel
 from tarsus.model.drive.waveforms import Waveform
@@ -166,12 +166,8 @@ def read_campaign(path: str | os.PathLike[str]) -> Opened:
     file = Path(path)
     if file.is_dir():
         file = file / "campaign.toml"
-    try:
-        table = tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file") from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{file}: not valid TOML: {error}") from None
+    table = read_table(file)
+    expect(Kind.CAMPAIGN, table, str(file))
     try:
         campaign = validate(Campaign, table)
     except InputError as error:

@@ -112,9 +112,11 @@ class Orbit:
 
     @property
     def events(self) -> NDArray[np.void]:
-        """Events of one period, times [s] from the section on; fields as those of a run."""
+        """Events of one period, times [s] from the section on; fields as those of a run. The first flight may have its
+        apex before the section."""
         found = self.returned.events.copy()
-        found["time"] -= self.start
+        for name in ("time", "apex_time"):
+            found[name] -= self.start
         return found
 
     @property

@@ -84,8 +84,8 @@ ALIKE = 1e-9
 
 @dataclass(frozen=True)
 class Returned:
-    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order; travel
-    [m] of a walker, which its state is less."""
+    """Where a state returns to: state (2n,), feet held there, how the window ended, its events in time order as those
+    of a motion that repeats; travel [m] of a walker, which its state is less."""
 
     state: Floats
     contacts: Contacts
@@ -131,7 +131,8 @@ class ReturnMap:
         window = self.window(state, [self.start + multiple * self.period])
         found = window.states
         contacts = returned_contacts(self.contacts, self.start, window)
-        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, window.events)
+        events = window.repeated(multiple * self.period)
+        return Returned(np.concatenate([found.x[:, 0], found.v[:, 0]]), contacts, window.code, events)
 
     def window(self, state: Floats, times: ArrayLike) -> Window:
         """The motion from a state at the section, with outputs at times [s] after it."""

@@ -138,8 +138,9 @@ class WalkMap(ReturnMap):
         since = dict(zip(contacts.held, contacts.since or (), strict=True))
         ages = np.array([since.get(i, np.nan) for i in self.aging]) - end
         return Returned(
-            np.concatenate([found - travel * self.shift, ages]), contacts, window.code, window.events, travel
-        )
+            np.concatenate([found - travel * self.shift, ages]), contacts, window.code,
+            window.repeated(multiple * self.period), travel,
+        )  # fmt: skip
 
     def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, WalkTangents]:
         """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""

@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import format_quantity
-from tarsus.files.store import RunLike
+from tarsus.files.store import RunLike, written_whole
 from tarsus.model.structure import Walker
 from tarsus.report.motion import AIR, SLIPPING, Motion, motion_of
 from tarsus.report.stage import BACK, LIFT, Stage, drawn, stage_of
@@ -89,7 +89,8 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
     frames = list(_frames(motion, stage, width))
     palette = _side_by_side(frames).quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     small = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    small[0].save(target, save_all=True, append_images=small[1:], duration=PACE_MS, loop=0, optimize=True)
+    with written_whole(target) as part:
+        small[0].save(part, save_all=True, append_images=small[1:], duration=PACE_MS, loop=0, optimize=True)
     return target
 
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from tarsus.base.errors import InputError
 from tarsus.base.messages import nearest
+from tarsus.files.store import written_whole
 from tarsus.report.plot import MOST_LINES
 from tarsus.report.style import CYCLE, Scale, scale_of
 
@@ -108,11 +109,8 @@ def write_figure(axes: Axes, file: str | Path) -> Path:
         raise InputError(f"'{file}': a figure is a file that ends in {', '.join(FORMATS)}")
     figure = axes.get_figure(root=True)
     assert figure is not None
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DPI)
-    except OSError as error:
-        raise InputError(f"cannot write '{file}': {(error.strerror or str(error)).lower()}") from error
+    with written_whole(path) as part:
+        figure.savefig(part, dpi=DPI)
     return path
 
 
@@ -183,12 +181,24 @@ def _map(axes: Axes, one: xarray.DataArray) -> None:
     up, along, size = _scale(one[rows], ups), _scale(one[columns], alongs), _scale(one, one.values)
     order = np.ix_(np.argsort(ups), np.argsort(alongs))
     shown = axes.pcolormesh(
-        np.sort(alongs) / along.step, np.sort(ups) / up.step, one.values[order] / size.step, shading="nearest"
+        _edges(alongs) / along.step, _edges(ups) / up.step, one.values[order] / size.step, shading="flat"
     )
     axes.figure.colorbar(shown, ax=axes, label=f"{_words(one)} ({size.label})")
     axes.set_xscale(_spread(alongs))
     axes.set_yscale(_spread(ups))
     axes.set(xlabel=f"{columns} ({along.label})", ylabel=f"{rows} ({up.label})")
+
+
+def _edges(values: np.ndarray) -> np.ndarray:
+    """Edges (n + 1,) of the cells of values (n,) in order, halfway between them on the axis that they have."""
+    log = _spread(values) == "log"
+    places = np.sort(np.log(values) if log else values)
+    if len(places) < 2:
+        edges = places[0] + 0.5 * (abs(places[0]) or 1.0) * np.array([-1.0, 1.0])
+    else:
+        halves = 0.5 * np.diff(places)
+        edges = np.concatenate([[places[0] - halves[0]], places[:-1] + halves, [places[-1] + halves[-1]]])
+    return np.exp(edges) if log else edges
 
 
 def _spread(values: np.ndarray) -> str:

@@ -71,7 +71,8 @@ EVENT_TYPE = np.dtype(
 """Fields of an event: time [s]; foot number; kind (1 bounce, 2 capture, 3 release, 4 rest, 5 contact at start);
 approach and departure speed [m/s]; the structure's pull and the contact's strength [N]; kinetic energy lost [J] and
 the part of it that adhesion took by holding a foot that would have bounced [J]; the highest gap [m] of the flight
-that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]."""
+that ended, and when [s]; the integral of the foot's gap over time from the start of the run [m s]. Beside period marks
+(kind 6) the highest gap is that since the foot's last event or mark: `without_marks` puts flights together."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,32 @@ class EventColumns:
         """A field of `EVENT_TYPE` (ne,)."""
         column = list(_FIELDS).index(name)
         return np.concatenate([some[:, column] for some in self.rows])
+
+
+def apex_rows(foot: np.ndarray, kind: np.ndarray, apex: np.ndarray) -> np.ndarray:
+    """Of each event the row (ne,) that saw the highest gap of what it ends: its own, or a period mark of the same foot
+    since its last event; of equal ones the last. foot, kind, apex (ne,) of events, each foot's in order."""
+    if not len(foot):
+        return np.zeros(0, dtype=np.intp)
+    order = np.argsort(foot, kind="stable")
+    foot, ends, apex = foot[order], kind[order] != EventKind.PERIOD_MARK, np.nan_to_num(apex[order], nan=-np.inf)
+    begin = np.flatnonzero(np.concatenate([[True], ends[:-1] | (np.diff(foot) != 0)]))
+    length = np.diff(begin, append=len(apex))
+    top = np.repeat(np.maximum.reduceat(apex, begin), length)
+    last = np.maximum.reduceat(np.where(apex == top, np.arange(len(apex)), 0), begin)
+    found = np.empty(len(order), dtype=np.intp)
+    found[order] = order[np.repeat(last, length)]
+    return found
+
+
+def without_marks(found: np.ndarray, own: np.ndarray | None = None) -> np.ndarray:
+    """Events (structured, each foot's in order) without the period marks, which cut the flights that they put together
+    again: apexes are those of whole flights. own (ne,): a number for every foot of every run; of one run its feet."""
+    kept = found["kind"] != EventKind.PERIOD_MARK
+    seen = found[apex_rows(found["foot"] if own is None else own, found["kind"], found["apex"])[kept]]
+    out = found[kept]
+    out["apex"], out["apex_time"] = seen["apex"], seen["apex_time"]
+    return out
 
 
 def structured_events(rows: np.ndarray) -> np.ndarray:
@@ -141,12 +168,14 @@ class EventLog:
             part = slice(ends[run - 1] if run else 0, ends[run])
             self._all[part] = structured_events(rows[part])
         kept = self._all["kind"] != EventKind.PERIOD_MARK
-        self._events = self._all.take(np.flatnonzero(kept))
+        run = np.searchsorted(ends, np.arange(len(rows)), side="right")
+        feet = int(self._all["foot"].max(initial=0)) + 1
+        self._events = without_marks(self._all, run * feet + self._all["foot"])
         self._ends = ends
         self._events_end = np.concatenate([[0], np.cumsum(kept)])[ends]
 
     def all_of(self, run: int) -> np.ndarray:
-        """Events of one run with its period marks."""
+        """Events of one run with its period marks, apexes in pieces between them."""
         return self._all[self._ends[run - 1] if run else 0 : self._ends[run]]
 
     def of(self, run: int) -> np.ndarray:

@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
-from tarsus.core.arrays import E_FOOT, E_KIND, E_TIME
+from tarsus.core.arrays import E_APEX, E_APEX_TIME, E_FOOT, E_KIND, E_TIME
 from tarsus.core.replay import Sampled
 from tarsus.measure import PER_WINDOW, WHOLE_RUN, RunTable, no_measure
 from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import EVENT_TYPE, event_order, structured_events, structured_marks
+from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
@@ -140,11 +140,15 @@ class GradientRun(Run):
         out = {}
         order, given = event_order(self.log.events)
         kept = order[self.log.events[order, E_KIND] != EventKind.PERIOD_MARK]
+        seen = apex_rows(*(self.log.events[:, column] for column in (E_FOOT, E_KIND, E_APEX)))[kept]
         for p, path in enumerate(self.paths):
             rows = self._derived.events[..., p].copy()
+            whole = rows[seen][:, [E_APEX, E_APEX_TIME]]
             for event, _ in self._reasons(p):
                 rows[event:] = np.nan
             rows[:, E_TIME] = rows[given, E_TIME]
+            whole[np.isnan(rows[kept, E_APEX])] = np.nan
+            rows[np.ix_(kept, [E_APEX, E_APEX_TIME])] = whole
             fields = {name: rows[kept, column] for column, name in enumerate(EVENT_TYPE.names or ())}
             fields |= {"foot": self.log.events[kept, E_FOOT], "kind": self.log.events[kept, E_KIND]}
             found = np.zeros(len(kept), dtype=EVENT_TYPE)
@@ -195,7 +199,7 @@ class GradientRun(Run):
 
     def gradient_of(self, objective: Callable[[npt.NDArray[np.void]], float]) -> Gradient:
         """Derivatives by path of any function of the events (a structured array as `all_events`, with the period
-        marks)."""
+        marks, at which apexes begin anew)."""
 
         def values(rows: Floats, periods: Floats, along: Floats) -> Floats:
             return np.array([float(objective(structured_events(np.ascontiguousarray(one)))) for one in rows])

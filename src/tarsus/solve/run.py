@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.ledger import Ledger
@@ -20,7 +19,7 @@ from tarsus.measure import Measures, measures_of
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan
 from tarsus.solve import shown
-from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks
+from tarsus.solve.codes import CLOSED, ResultCode, structured_events, structured_marks, without_marks
 from tarsus.solve.engine import Accuracy, Log
 
 if TYPE_CHECKING:
@@ -159,13 +158,13 @@ class Run:
 
     @property
     def all_events(self) -> np.ndarray:
-        """Events with the period marks (kind 6) between them."""
+        """Events with the period marks (kind 6) between them; apexes are those since a foot's last event or mark."""
         return self._all_events
 
     @cached_property
     def events(self) -> np.ndarray:
         """Events in time order, a structured array; see `tarsus.solve.codes.EVENT_TYPE` for fields and units."""
-        return self.all_events[self.all_events["kind"] != EventKind.PERIOD_MARK]
+        return without_marks(self.all_events)
 
     @cached_property
     def marks(self) -> np.ndarray | None:

@@ -11,14 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
-from tarsus.base.events import EventKind
 from tarsus.core import _native
 from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
-from tarsus.solve.codes import ResultCode, structured_events
+from tarsus.solve.codes import ResultCode, structured_events, without_marks
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
 from tarsus.solve.march import tables_of, walk
 from tarsus.solve.motion import unpacked
@@ -149,8 +148,15 @@ class Window:
     @cached_property
     def events(self) -> npt.NDArray[np.void]:
         """Events in time order, fields as those of a run."""
+        return without_marks(structured_events(self.rows))
+
+    def repeated(self, after: float) -> npt.NDArray[np.void]:
+        """As `events`, of a motion that repeats with the window, after so long [s]: the flight that the window's end
+        cuts is the one that its start cuts."""
         found = structured_events(self.rows)
-        return found[found["kind"] != EventKind.PERIOD_MARK]
+        before = found.copy()
+        before["apex_time"] -= after
+        return without_marks(np.concatenate([before, found]))[len(self.events) :]
 
     @cached_property
     def forces(self) -> Mapping[str, Floats]:

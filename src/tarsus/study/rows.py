@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tarsus.base.errors import InputError
 from tarsus.base.units import is_number
+from tarsus.files.tables import text_of
 
 WAVES = ("square", "sine")
 
@@ -61,7 +62,7 @@ def read_text(path: str | Path) -> str:
     """
     path = Path(path)
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return text_of(path)
     except OSError as error:
         raise InputError(
             [f"cannot read the rows file '{path}': {(error.strerror or str(error)).lower()}."]

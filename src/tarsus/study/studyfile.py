@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from tarsus.base.errors import InputError
 from tarsus.base.spec import validate
 from tarsus.files.installed import STUDIES, file_names, named_file
 from tarsus.files.library import load_scene
+from tarsus.files.tables import Kind, expect, kind_of_table, read_table
 from tarsus.model.laws import Law, load_laws
 from tarsus.model.scene import Scene, override
 from tarsus.study.axes import Sobol, keep_powers, sobol_powers
@@ -30,7 +30,6 @@ __all__ = [
     "frozen_texts",
     "load_sweep",
     "read_sweep",
-    "read_table",
     "scene_of_study",
     "stored_texts",
     "study_names",
@@ -49,17 +48,16 @@ _AXIS_FIELDS = {"kind", "paths", "values", "start", "stop", "count"}
 
 def study_names() -> list[str]:
     """Names of the sweeps among the studies of installed packages."""
-    return [name for name in file_names(STUDIES) if not _calibrates(read_table(study_path(name)))]
+    return [name for name in file_names(STUDIES) if _kind(name) is not Kind.CALIBRATION]
 
 
 def calibration_names() -> list[str]:
     """Names of the calibrations among the studies of installed packages."""
-    return [name for name in file_names(STUDIES) if _calibrates(read_table(study_path(name)))]
+    return [name for name in file_names(STUDIES) if _kind(name) is Kind.CALIBRATION]
 
 
-def _calibrates(table: Mapping[str, Any]) -> bool:
-    """Whether a study's raw table is that of a calibration: it names a table of measures."""
-    return "table" in table
+def _kind(name: str) -> Kind | None:
+    return kind_of_table(read_table(study_path(name)))
 
 
 def load_sweep(name: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
@@ -88,20 +86,6 @@ def study_path(name: str | os.PathLike[str]) -> Path:
     return named_file(STUDIES, text, "study")
 
 
-def read_table(file: Path) -> dict[str, Any]:
-    """The raw table of a study file; `InputError` where it cannot be read."""
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{file}: is no text file (UTF-8)") from None
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read: {(error.strerror or str(error)).lower()}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: not valid TOML: {error}") from None
-
-
 def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | None = None) -> Sweep:
     """Read a study from a TOML file.
 
@@ -119,8 +103,7 @@ def read_sweep(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     """
     file = Path(path)
     table = read_table(file)
-    if _calibrates(table):
-        raise InputError(f"{file}: names a table of measures: it is a calibration, not a sweep")
+    expect(Kind.SWEEP, table, str(file))
     table["scene"] = scene_of_study(table.get("scene"), table.pop("set", {}), file.parent, laws)
     if isinstance(table.get("vary"), Mapping):
         table["vary"] = dict(flat_values(table["vary"]))

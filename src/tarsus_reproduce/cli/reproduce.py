@@ -43,7 +43,7 @@ def reproduce(
     all
         every experiment into a folder of its own below the output folder, with an index.
     device
-        the device that is simulated; the packaged one of the experiment's name when left out, for the millipede all
+        the device that is simulated, with the points of the packaged one; the packaged one of the experiment's name when left out, for the millipede all
         packaged variants.
     rows
         a file of further rows in the format of the packaged table; they are predicted, never fitted.
@@ -70,6 +70,8 @@ def reproduce(
         problems.append(
             "--resume continues what the folder holds and --overwrite begins again: give one of them"
         )
+    if not problems and device is not None and experiment in ("cantilever", "hexapod", "quadruped"):
+        problems += _lacking(experiment, device)
     if problems:
         raise InputError(problems)
     kept = console.resumable() if readings and output is not None else contextlib.nullcontext()
@@ -84,6 +86,20 @@ def reproduce(
             return millipede.run(device, output, asked, json=json)
         assert experiment is not None
         return robot.run(experiment, device, rows, seeds, output, json=json)
+
+
+def _lacking(experiment: str, device: str) -> list[str]:
+    """What a device lacks for being compared with an experiment: the points that were looked at there."""
+    from tarsus.files.library import load_scene
+
+    own = load_scene(experiment).robot.structure.points
+    missing = [point for point in own if point not in load_scene(device).robot.structure.points]
+    if not missing:
+        return []
+    return [
+        f"--device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: it is "
+        "no device of this experiment"
+    ]
 
 
 def _folder(

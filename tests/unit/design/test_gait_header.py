@@ -54,6 +54,14 @@ def test_a_c_compiler_takes_it(tmp_path):
     )  # RH swings a quarter of 20 ms after the start
 
 
+def test_no_name_ends_a_comment():
+    name = "a */ #error pwned /*/\n#error line\u202e"
+    text = gait_header_text(ts.load_scene("hamr-like").model_copy(update={"name": name}))
+    code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    assert "pwned" in text and "error" not in code and "/*" not in code and "*/" not in code
+    assert text.count("/*") == text.count("*/") == 1 and "\u202e" not in text
+
+
 def test_what_cannot_be_is_said():
     with pytest.raises(InputError, match="the scene has no gait"):
         gait_header_text(ts.load_scene("mems-switch"))

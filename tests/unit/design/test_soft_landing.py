@@ -111,6 +111,15 @@ def test_the_signal_goes_into_any_scene_and_the_header_compiles(quick, scene, tm
     assert json.loads((folder / "landing.json").read_text())["worst"] is None
 
 
+def test_no_name_ends_a_comment(quick):
+    named = quick.request.scene.model_copy(update={"name": "a */ #error pwned /*\nlevels = 1"})
+    design = replace(quick, request=replace(quick.request, scene=named))
+    header = header_text(design)
+    code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
+    assert "pwned" in header and "pwned" not in code and header.count("/*") == header.count("*/") == 1
+    assert signal_text(design).splitlines()[1] == "[signals.pzt]"
+
+
 def test_the_page_draws_before_and_after(quick):
     from tarsus.report.landing_page import landing_html
 

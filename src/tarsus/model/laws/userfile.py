@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib.util
 import math
 import os
 import sys
+import time
 import traceback
+from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
+from typing import Any
 
 from tarsus.base.errors import InputError
 from tarsus.model.laws.base import AdhesionLaw, DampingLaw, ImpactLaw, Law, SmoothLaw
@@ -24,9 +28,9 @@ _TRIAL = {"gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1
 def load_laws(path: str | Path) -> dict[str, type[Law]]:
     """The laws defined in a Python file, by their snake_case names.
 
-    The file is executed.  A law in it is a subclass of `DampingLaw`, `SmoothLaw`, `ImpactLaw` or
-    `AdhesionLaw` with its function; each function is tried once with plausible numbers, and translated into
-    the program that the engine carries out.
+    The file is executed, for some seconds at most.  A law in it is a subclass of `DampingLaw`, `SmoothLaw`,
+    `ImpactLaw` or `AdhesionLaw` with its function; each function is translated into the program that the engine
+    carries out, and tried once with plausible numbers.
 
     Parameters
     ----------
@@ -70,11 +74,43 @@ def _execute(file: Path) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
-        exec(compile(source, str(file), "exec", dont_inherit=True), module.__dict__)
-    except (Exception, SystemExit) as error:
+        code = compile(source, str(file), "exec", dont_inherit=True)
+        with _patience(str(file)):
+            exec(code, module.__dict__)
+    except (Exception, SystemExit, _Endless) as error:
         del sys.modules[name]
         raise InputError(f"{file}{_line(error, file)}: {_said(error)}") from error
     return module
+
+
+PATIENCE = 10.0
+"""Time [s] of this thread's own that a law file may take to be read: a hundred times what importing scipy takes."""
+
+
+class _Endless(BaseException):
+    """A law file takes longer than `PATIENCE`; no `except Exception` of the file's own catches it."""
+
+
+@contextlib.contextmanager
+def _patience(name: str) -> Iterator[None]:
+    """Stop the lines of the file of that name after `PATIENCE`; where a debugger traces already, it is left alone."""
+    if sys.gettrace() is not None:
+        yield
+        return
+    end, lines = time.thread_time() + PATIENCE, 0
+
+    def line(frame: FrameType, event: str, arg: object) -> Any:
+        nonlocal lines
+        lines += 1
+        if lines % 1000 == 0 and time.thread_time() > end:
+            raise _Endless(f"it takes longer than {PATIENCE:g} s to be read; a law file only defines laws")
+        return line
+
+    sys.settrace(lambda frame, event, arg: line if frame.f_code.co_filename == name else None)
+    try:
+        yield
+    finally:
+        sys.settrace(None)
 
 
 def _line(error: BaseException, file: Path) -> str:
@@ -91,6 +127,8 @@ def _line(error: BaseException, file: Path) -> str:
 
 
 def _said(error: BaseException) -> str:
+    if isinstance(error, _Endless):
+        return str(error)
     return f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
 
 
@@ -102,6 +140,10 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
     if function is None:
         wanted = ", ".join((*law.leading, *law.names()))
         return [f"{file}: law {law.__name__} defines no function {law.function_name}({wanted})"]
+    try:
+        translate(function, len(law.leading))  # before it is tried: what it may contain comes to an end
+    except InputError as error:
+        return [f"{file}: {problem}" for problem in error.problems]
     trial = [_TRIAL[name] for name in law.leading]
     values = [_trial_value(law, name) for name in law.names()]
     try:
@@ -110,10 +152,6 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
         return [f"{file}{_line(error, file)}: law {law.__name__} raised {_said(error)}"]
     if isinstance(result, bool) or not isinstance(result, (int, float)) or not math.isfinite(result):
         return [f"{file}: law {law.__name__} must return a finite number, got {result!r}"]
-    try:
-        translate(function, len(law.leading))
-    except InputError as error:
-        return [f"{file}: {problem}" for problem in error.problems]
     return []
 
 

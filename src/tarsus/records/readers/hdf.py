@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.raw import RawFile
+from tarsus.records.readers.raw import RawFile, check_values
 from tarsus.records.readers.tables import Array, file_of
 
-__all__ = ["is_hdf", "is_netcdf_classic", "read_hdf", "read_netcdf_classic"]
+__all__ = ["is_hdf", "is_netcdf_classic", "read_hdf", "read_netcdf_classic", "values_in"]
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -52,12 +52,22 @@ def read_hdf(path: Path) -> RawFile:
 
     try:
         with h5py.File(path, "r") as file:
+            check_values(path.name, values_in(file))
             file.visititems(visit)
+    except InputError:
+        raise
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise InputError(
             f"{path.name} is damaged or truncated: it cannot be read as HDF5 ({error})"
         ) from None
     return file_of(path.name, arrays)
+
+
+def values_in(file: Any) -> int:
+    """Number of values that the data sets of an open HDF5 file unpack to."""
+    sizes: list[int] = []
+    file.visititems(lambda name, item: sizes.append(int(getattr(item, "size", 0) or 0)))
+    return sum(sizes)
 
 
 def _bare_dimension(item: Any) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -9,14 +11,15 @@ from typing import Any, Literal
 import numpy as np
 
 from tarsus.base.errors import InputError
-from tarsus.records.readers.hdf import is_hdf
-from tarsus.records.readers.raw import RawFile, read_bytes
+from tarsus.records.readers.hdf import is_hdf, values_in
+from tarsus.records.readers.raw import RawFile, check_values, read_bytes
 from tarsus.records.readers.tables import Array, file_of
 
 __all__ = ["is_mat", "read_mat"]
 
 _HEADER = 128
 _TAG = 8
+_COMPRESSED = 15  # miCOMPRESSED
 
 
 def is_mat(head: bytes) -> bool:
@@ -39,7 +42,9 @@ def read_mat(path: Path) -> RawFile:
     if is_mat(head) and not is_hdf(head) and _is_cut(data):
         raise InputError(f"{path.name} is truncated: its last variable does not end")
     try:
-        content = _read_7_3(path) if is_hdf(head) else _read_5(path)
+        content = _read_7_3(path) if is_hdf(head) else _read_5(path, data)
+    except InputError:
+        raise
     except Exception as error:  # scipy and h5py raise whatever their parsers ran into
         raise InputError(
             f"{path.name} is damaged or truncated: it cannot be read as a MATLAB file ({error})"
@@ -67,11 +72,22 @@ def _with_lines(content: Mapping[str, Any]) -> dict[str, Any]:
 
 def _is_cut(data: bytes) -> bool:
     """Whether the variables of a version 5 file announce more bytes than there are; scipy may crash on such a file."""
-    order: Literal["little", "big"] = "little" if data[126:128] == b"IM" else "big"
+    return any(place + size > len(data) for place, _, size in _variables(data))
+
+
+def _variables(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Place, kind and size in bytes of each variable of a version 5 file, as it is stored there."""
     place = _HEADER
     while place + _TAG <= len(data):
-        place += _TAG + int.from_bytes(data[place + 4 : place + _TAG], order)
-    return place > len(data)
+        kind, size = _tag(data, data[place : place + _TAG])
+        yield place + _TAG, kind, size
+        place += _TAG + size
+
+
+def _tag(data: bytes, tag: bytes) -> tuple[int, int]:
+    """Kind and size that a tag announces, in the file's order of bytes."""
+    order: Literal["little", "big"] = "little" if data[126:128] == b"IM" else "big"
+    return int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)
 
 
 def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
@@ -85,9 +101,22 @@ def _flat(content: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.nda
             yield f"{before}{name}", np.asarray(value)
 
 
-def _read_5(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
+def _unpacked(data: bytes) -> int:
+    """Bytes that the variables of a version 5 file unpack to, as they announce themselves."""
+    total = 0
+    for place, kind, size in _variables(data):
+        if kind == _COMPRESSED:  # it begins with the tag of what it unpacks to
+            size = _tag(data, zlib.decompressobj().decompress(data[place : place + size], _TAG))[1]
+        total += size
+    return total
 
+
+def _read_5(path: Path, data: bytes) -> dict[str, Any]:
+    from scipy.io import loadmat, whosmat
+
+    if is_mat(data[:1024]):
+        check_values(path.name, _unpacked(data) // 8)
+    check_values(path.name, sum(math.prod(shape) for _, shape, _ in whosmat(path)))
     content = loadmat(path, simplify_cells=True)
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
@@ -96,6 +125,7 @@ def _read_7_3(path: Path) -> dict[str, Any]:
     import h5py
 
     with h5py.File(path, "r") as file:
+        check_values(path.name, values_in(file))
         return _group(file)
 
 

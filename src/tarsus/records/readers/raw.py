@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from pathlib import Path
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Axis", "Declared", "Domain", "RawFile", "RawSeries", "Reference", "Role", "read_bytes"]
+__all__ = ["Axis", "Declared", "Domain", "RawFile", "RawSeries", "Reference", "Role", "check_values", "read_bytes"]
 
 Floats = NDArray[np.float64]
 
@@ -98,9 +100,34 @@ class RawFile:
     ragged: bool = False
 
 
+MOST_BYTES = 1 << 31
+"""Largest file [B] that is read: its content and the numbers in it are in memory together."""
+MOST_VALUES = 1 << 27
+"""Most values that a file may hold, 1 GiB: ten minutes of two channels at 100 kHz. A file of zeros is a thousand times
+smaller than what it unpacks to."""
+
+
 def read_bytes(path: Path) -> bytes:
-    """Content of a file; raises InputError if it cannot be read."""
+    """Content of a file; raises InputError if it cannot be read, is no file such as a device, or is too large."""
     try:
-        return path.read_bytes()
+        with path.open("rb") as opened:
+            told = os.fstat(opened.fileno())
+            if not (stat.S_ISREG(told.st_mode) or stat.S_ISFIFO(told.st_mode)):
+                raise InputError(f"{path} is a device and no file")
+            if told.st_size <= MOST_BYTES:
+                content = opened.read() if stat.S_ISREG(told.st_mode) else opened.read(MOST_BYTES + 1)
+                if len(content) <= MOST_BYTES:
+                    return content
     except OSError as error:
         raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from None
+    raise InputError(
+        f"{path.name} is larger than the {MOST_BYTES >> 30} GiB that are read; cut it into several records"
+    )
+
+
+def check_values(name: str, count: int) -> None:
+    """Raise InputError where a file announces more values than are read, before they are unpacked."""
+    if count > MOST_VALUES:
+        raise InputError(
+            f"{name} holds {count:.3g} values, and at most {MOST_VALUES:.3g} are read; cut it into several records"
+        )

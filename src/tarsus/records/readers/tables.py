@@ -48,7 +48,7 @@ def file_of(source: str, arrays: Sequence[Array], notes: Sequence[str] = ()) -> 
         if values.dtype.kind not in "fiuc":
             other.append(array.name)
             continue
-        values = values.astype(complex if values.dtype.kind == "c" else float)
+        values = values.astype(complex if values.dtype.kind == "c" else float, copy=False)
         if values.size == 1:
             found = _declared(array, float(np.real(values).ravel()[0]))
             declared = declared or found
