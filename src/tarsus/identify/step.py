@@ -32,11 +32,13 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence."""
+    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence; of how many of what the
+    step counts (impacts, samples) it is told."""
 
     file: str
     channel: str
     reason: str
+    count: int = 1
 
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
@@ -182,6 +184,11 @@ class StepResult:
                     "not settle the fit"
                 )
         return told
+
+    @property
+    def unused(self) -> int:
+        """How much of what it counts the step left out, of all reasons together."""
+        return sum(one.count for one in self.left_out)
 
     @property
     def std(self) -> Floats:

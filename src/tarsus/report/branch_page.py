@@ -15,7 +15,7 @@ from tarsus.report.figures import Plate
 from tarsus.report.html import Cell, Column, Markup, amount, number, page, table
 from tarsus.report.render import rendered
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, scale_of
+from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, level_limits, scale_of
 
 __all__ = ["branch_html", "write_branch_report"]
 
@@ -76,6 +76,8 @@ def _panel(axes: Axes, branch: Branch, value: Callable[[Orbit], float], unit: st
     axes.set_xlabel(f"{branch.path} ({along.label})".replace(" ()", ""))
     axes.set_ylabel(f"{label} ({across.label})")
     few_ticks(axes, x=5, y=6)
+    if limits := level_limits(values / across.step):
+        axes.set_ylim(*limits)
 
 
 def _motion(branch: Branch) -> Plate:
