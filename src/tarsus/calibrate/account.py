@@ -106,7 +106,7 @@ def _branches(result: Calibrated) -> list[dict[str, Any]]:
                     one.name: {
                         "best": one.best, "low": one.low, "high": one.high, "interval_95": one.interval,
                         "unit": unit, "bounds": [float(low), float(high)], "scale": "log" if log else "linear",
-                        "determined": one.word, "meaning": _meaning(result, one.name),
+                        "determined": one.word,
                     }
                     for one, unit, low, high, log in zip(
                         solution.ranges[place], solution.problem.unknowns.units, solution.problem.unknowns.low,
@@ -119,12 +119,6 @@ def _branches(result: Calibrated) -> list[dict[str, Any]]:
             }  # fmt: skip
         out.append(entry)
     return out
-
-
-def _meaning(result: Calibrated, name: str) -> str:
-    """What an unknown is, as its study says it, or the paths that take it."""
-    unknown = result.described.study.unknowns[name]
-    return unknown.meaning or ", ".join(unknown.paths)
 
 
 def _limits(result: Calibrated, place: int) -> list[dict[str, Any]]:

@@ -32,8 +32,10 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence; of how many of what the
-    step counts (impacts, samples) it is told."""
+    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
+
+    count: of how many of what the step counts (impacts, samples) that is told.
+    """
 
     file: str
     channel: str

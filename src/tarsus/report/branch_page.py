@@ -15,7 +15,19 @@ from tarsus.report.figures import Plate
 from tarsus.report.html import Cell, Column, Markup, amount, number, page, table
 from tarsus.report.render import rendered
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, level_limits, scale_of
+from tarsus.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RULE,
+    SKY,
+    VERMILION,
+    level_limits,
+    scale_of,
+)
 
 __all__ = ["branch_html", "write_branch_report"]
 

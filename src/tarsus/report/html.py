@@ -55,8 +55,8 @@ def table(
 
 
 CARDS = 4
-"""Columns from which on a narrow screen shows every row below the other ones' as a card, where a wide one has a table: of
-more, the last are beyond its edge."""
+"""Columns from which on a narrow screen shows rows as cards below each other, where a wide one has a table: the last
+of so many are beyond its edge."""
 
 
 def _titles(columns: Sequence[Column], over: Sequence[tuple[str, int]]) -> list[str]:

@@ -83,12 +83,12 @@ def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
 
 
 ROUNDING = 1e-9
-"""Values that differ by less of their size are one: orbits are closed to 1e-10, and sums of a run round further below."""
+"""Values that differ by less of their size are one: orbits are closed to 1e-10, and sums of a run round far below."""
 
 
 def level_limits(*values: np.ndarray) -> tuple[float, float] | None:
-    """Limits of an axis whose values are one to rounding, a twentieth of their size about it, so that they are drawn as a
-    level line; None where they differ, or are all 0."""
+    """Limits of an axis whose values are one to rounding, a twentieth of their size about it, so that they are drawn
+    as a level line; None where they differ, or are all 0."""
     known = np.concatenate([one[np.isfinite(one)] for one in map(np.ravel, values)] or [np.zeros(0)])
     size = float(np.max(np.abs(known), initial=0.0))
     if size == 0.0 or float(np.ptp(known)) > ROUNDING * size:

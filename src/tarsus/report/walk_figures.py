@@ -111,8 +111,8 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
     )
     if cut < most:
         caption += (
-            f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest is "
-            f"{most / scale.step:.3g} {scale.label}."
+            f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest "
+            f"is {most / scale.step:.3g} {scale.label}."
         )
     return Plate(figure.html(caption), caption)
 

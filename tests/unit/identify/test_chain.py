@@ -9,7 +9,6 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from identify.campaigns import folder, identified, truth
-from unit.html_page import plain_cells
 
 import tarsus as ts
 from tarsus.base.spec import float_paths
@@ -18,6 +17,7 @@ from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.result import identified_device, summary_of, write_identification
 from tarsus.model.scene import Source
+from unit.html_page import plain_cells
 
 GOALS = {
     "robot.structure.frequencies.0": 5e-4,
