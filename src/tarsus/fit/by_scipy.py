@@ -10,6 +10,7 @@ from scipy import optimize
 
 from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Found, Residuals
+from tarsus.fit.uncertainty import uncertainty_of
 
 __all__ = ["differential_evolution", "least_squares", "minimize"]
 
@@ -26,7 +27,8 @@ def least_squares(problem: Residuals, start: ArrayLike | None = None, **options:
         problem.residuals, _start(problem, start), problem.jacobian, problem.bounds, **options  # pyright: ignore[reportArgumentType]
     )  # fmt: skip
     x = problem.point(found.x)
-    return Found(x, problem.values(x), float(found.cost), int(found.nfev), int(found.njev), found.message)
+    sure = uncertainty_of(np.asarray(found.jac), problem.unknowns, x)
+    return Found(x, problem.values(x), float(found.cost), int(found.nfev), int(found.njev), found.message, sure)
 
 
 def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:

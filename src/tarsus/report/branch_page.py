@@ -102,13 +102,17 @@ def _motion(branch: Branch) -> Plate:
         for kind in dict.fromkeys(point.kind for point in branch.special if point.kind in _MARKS):
             marker, color = _MARKS[kind]
             left.plot([], [], marker, color=color, ms=5.0, mew=0.0, label=kind)
-        for stable, style, color, label in ((True, "-", BLUE, "stable"), (False, "--", VERMILION, "unstable")):
+        for stable, style, color, label in (
+            (True, "-", BLUE, "stable"),
+            (False, "--", VERMILION, "unstable"),
+        ):
             if any(point.orbit.stable == stable for point in branch.points):
                 left.plot([], [], style, color=color, label=label)
         sheet.legend(left)
 
     return plate(
-        draw, "Approach speed of the hardest impact and height of the highest flight of a period along the branch."
+        draw,
+        "Approach speed of the hardest impact and height of the highest flight of a period along the branch.",
     )
 
 
@@ -141,7 +145,8 @@ def _multipliers(branch: Branch) -> Plate:
         few_ticks(right, x=4, y=4)
 
     return plate(
-        draw, "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out."
+        draw,
+        "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out.",
     )
 
 

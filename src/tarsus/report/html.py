@@ -51,7 +51,9 @@ def table(
     cells = ([_cell(*one) for one in zip(row, columns, titles, strict=True)] for row in rows)
     label = next((column.title for column in columns if column.title), "table")
     heads = [replace(column, unit=pretty_unit(column.unit)) for column in columns]
-    return rendered("table.html", columns=heads, rows=cells, tall=tall, kind=kind, over=over, label=label, cards=cards)
+    return rendered(
+        "table.html", columns=heads, rows=cells, tall=tall, kind=kind, over=over, label=label, cards=cards
+    )
 
 
 CARDS = 4

@@ -65,7 +65,9 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = offered(sweep.scene, sweep.seconds)
     kinds = {name: measures[name].unit for name in sweep.measures}
-    drawn = [(name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]]
+    drawn = [
+        (name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]
+    ]
     body = rendered(
         "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every,
         lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
@@ -159,7 +161,12 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
         name = "" if alone else "median run"
         for part in _stretches(np.isfinite(middle)):
             panel.plot(
-                levels[part] / across.step, middle[part] / up.step, color=MUTED, lw=1.0, label=name, zorder=1.0
+                levels[part] / across.step,
+                middle[part] / up.step,
+                color=MUTED,
+                lw=1.0,
+                label=name,
+                zorder=1.0,
             )
             name = "_"
         caption += "" if alone else " The line joins the median run of each value."
