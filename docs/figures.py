@@ -310,7 +310,8 @@ def hexapod() -> str:
         sentence_of_choice("Polarity", found["choices"]["polarity"], POLARITIES),
         sentence_of_choice("the meaning of \"average height\"", found["choices"]["average"], AVERAGES),
     ]  # fmt: skip
-    text = f"{'; '.join(said)}; {kept} of {len(found['branches'])} branches fit. Mean errors of the mixture's medians: {each(fitted)}"
+    text = f"{'; '.join(said)}; {kept} of {len(found['branches'])} branches fit."
+    text += f" Mean errors of the mixture's medians: {each(fitted)}"
     if best is not None:
         size = sum(one["mean_relative_error"] for one in best.values()) / len(best)
         text += f"; of the best device {whole(size)} over all {count * len(best)} numbers"

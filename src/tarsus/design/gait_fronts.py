@@ -193,6 +193,11 @@ def gait(
     options
         Fields of `tarsus.design.gait_request.GaitOptions`: symmetry, dead, candidates, loss, duration, seed, threads.
 
+    Returns
+    -------
+    GaitFront
+        The front (`members`), the robust gait, the nominal optimum, the active grounds and the certificate.
+
     Raises
     ------
     InputError

@@ -28,7 +28,7 @@ class Uncertainty:
 
 
 def uncertainty_of(jacobian: Floats, unknowns: Unknowns, x: Floats) -> Uncertainty:
-    """Standard errors and correlations at a point x (nu,) of the cube, from the derivatives (nr, nu) of the residuals there.
+    """Standard errors and correlations at a point x (nu,) of the cube, from derivatives (nr, nu) of the residuals.
 
     With residuals in units of their errors, the cost is -log likelihood and the covariance of the unknowns
     ``(J^T J)^-1`` (the Cramer-Rao bound of the problem made linear at x); standard errors [SI] are the roots of its
