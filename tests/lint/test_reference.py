@@ -89,7 +89,7 @@ FIRST = (
     "load_scene", "device_names", "read_scene", "with_values", "get_value", "float_paths", "quantity", "load_laws",
     "simulate", "simulate_batch", "gradient", "periodic", "branch", "sweep", "calibrate.calibrating.calibrate",
     "load_mixture", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
-    "identify.chain.identify", "read_measurement",
+    "read_measurement",
 )  # fmt: skip
 """Functions that a user meets first."""
 

@@ -27,10 +27,13 @@ __all__ = [
 class _Verb(ModuleType):
     """A package that can be called."""
 
-    def __call__(self, *args: Any, **options: Any) -> Any:
+    def __call__(self, campaign: Any, seed: int = 1, progress: Any = None) -> Any:
+        """Identify a device from ``campaign.toml`` or its folder: an `Identification`, as `tarsus.identify.chain.identify`
+        gives it. Raises InputError with every problem of the campaign."""
+        from tarsus.identify.campaign import read_campaign
         from tarsus.identify.chain import identify
 
-        return identify(*args, **options)
+        return identify(read_campaign(campaign), seed, progress)
 
 
 sys.modules[__name__].__class__ = _Verb

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.errors import InputError
 from tarsus.experiment.synthesis import Purpose
 from tarsus.identify.adhesion import identify_adhesion
-from tarsus.identify.campaign import Opened, Reading, read_campaign
+from tarsus.identify.campaign import Opened, Reading
 from tarsus.identify.contact_film import film_by_impacts
 from tarsus.identify.draws import DRAWS
 from tarsus.identify.electrostatics import identify_close
@@ -480,29 +479,21 @@ def _over_noise(one: Residual) -> float:
     return one.rms / one.noise if np.isfinite(one.noise) and one.noise > 0.0 else 0.0
 
 
-def identify(
-    opened: Opened | str | os.PathLike[str], seed: int = 1, progress: Progress | None = None
-) -> Identification:
+def identify(opened: Opened, seed: int = 1, progress: Progress | None = None) -> Identification:
     """Identify a device from the records of a campaign.
 
     Parameters
     ----------
     opened
-        ``campaign.toml`` or its folder, or what `tarsus.identify.campaign.read_campaign` gives for it.
+        From `tarsus.identify.campaign.read_campaign`.
     seed
         Of the draws.
     progress
         Called as ``progress(done, total, what)``.
 
-    Returns
-    -------
-    Identification
-        Numbers with intervals by step, what was left out and why, and the device as identified.
-
     Raises
     ------
     InputError
-        For a campaign with problems, and if no step could be done at all, with every reason.
+        If no step could be done at all, with every reason.
     """
-    campaign = opened if isinstance(opened, Opened) else read_campaign(opened)
-    return Chain(campaign, seed, progress).run()
+    return Chain(opened, seed, progress).run()
