@@ -4,7 +4,12 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+import sphinx.ext.autosummary
+
 sys.path.insert(0, str(Path(__file__).parent))
+
+# a summary ends with its first sentence, not at the full stop of a figure or an equation
+sphinx.ext.autosummary.WELL_KNOWN_ABBREVIATIONS += ("Fig.", "Figs.", "Eq.", "Sec.", "No.")
 
 project = "Tarsus"
 copyright = "The Tarsus developers"

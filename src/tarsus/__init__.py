@@ -13,7 +13,7 @@ TYPE_CHECKING = False  # not imported: `typing` is half of what this module woul
 if TYPE_CHECKING:
     from typing import Any
 
-    from tarsus import design, fit
+    from tarsus import design, experiment, fit, identify, measure
     from tarsus.base.errors import InputError
     from tarsus.base.spec import float_paths, get_value, quantity, with_values
     from tarsus.calibrate.calibrating import calibrate
@@ -60,7 +60,8 @@ if TYPE_CHECKING:
     from tarsus.model.scene import Ground, Initial, Scene
     from tarsus.model.structure import Beam, Lumped, Modal, Walker, WalkerBody, WalkerLeg
     from tarsus.orbits import Branch, Orbit, branch, periodic
-    from tarsus.report import plot
+    from tarsus.records.readers import read_measurement
+    from tarsus.report import plot, write_report
     from tarsus.solve import (
         Accuracy,
         Batch,
@@ -140,21 +141,26 @@ __all__ = [
     "calibrate",
     "design",
     "device_names",
+    "experiment",
     "fit",
     "float_paths",
     "get_value",
     "gradient",
+    "identify",
     "load_laws",
     "load_mixture",
     "load_scene",
+    "measure",
     "periodic",
     "plot",
     "quantity",
+    "read_measurement",
     "read_scene",
     "simulate",
     "simulate_batch",
     "sweep",
     "with_values",
+    "write_report",
     "write_scene",
 ]
 
@@ -177,11 +183,16 @@ _HOMES = {
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",
     "tarsus.model.scene": "Ground Initial Scene",
     "tarsus.orbits": "Branch Orbit branch periodic",
+    "tarsus.records.readers": "read_measurement",
+    "tarsus.report": "write_report",
     "tarsus.solve": "Accuracy Batch Gradient GradientBatch GradientRun Run Session gradient simulate simulate_batch",
     "tarsus.base.spec": "float_paths get_value quantity with_values",
     "tarsus.model.structure": "Beam Lumped Modal Walker WalkerBody WalkerLeg",
 }
-_MODULES = {"design": "tarsus.design", "fit": "tarsus.fit", "plot": "tarsus.report.plot"}
+_MODULES = {
+    "plot": "tarsus.report.plot",
+    **{name: f"tarsus.{name}" for name in ("design", "experiment", "fit", "identify", "measure")},
+}
 _HOME = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import doctest
 import importlib
 import inspect
 import re
@@ -82,6 +83,49 @@ def test_what_is_listed_says_what_it_is(name):
         assert UNIT.search(own), f"{name} takes or gives arrays, and says no unit"
     if "raise InputError" in inspect.getsource(one):
         assert "InputError" in own, f"{name} refuses input, and does not say so"
+
+
+FIRST = (
+    "load_scene", "device_names", "read_scene", "with_values", "get_value", "float_paths", "quantity", "load_laws",
+    "simulate", "simulate_batch", "gradient", "periodic", "branch", "sweep", "calibrate.calibrating.calibrate",
+    "load_mixture", "fit.least_squares", "fit.minimize", "design.gait", "design.landing", "design.standing",
+    "read_measurement",
+)  # fmt: skip
+"""Functions that a user meets first."""
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_what_a_user_meets_first_says_what_it_returns(name):
+    told = inspect.getdoc(found(f"tarsus.{name}")) or ""
+    assert re.search(r"^Returns\n-------\n\S.*\n    \S", told, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    "name", ["load_scene", "simulate", "simulate_batch", "sweep", "calibrate.calibrating.calibrate", "fit.least_squares"]
+)
+def test_examples_of_the_reference_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (examples,) = doctest.DocTestFinder(recurse=False).find(found(f"tarsus.{name}"), name)
+    assert len(examples.examples) >= 3
+    result = doctest.DocTestRunner().run(examples)
+    assert result.failed == 0 and result.attempted >= 3 - 2 * name.startswith("calibrate")
+
+
+def test_summaries_of_the_reference_are_whole_sentences():
+    """Sphinx ends a summary at the first full stop that is none of its own abbreviations."""
+    conf = (Path(__file__).parents[2] / "docs" / "conf.py").read_text(encoding="utf-8")
+    (listed,) = re.findall(r"WELL_KNOWN_ABBREVIATIONS \+= \((.*)\)", conf)
+    known = re.findall(r'"(.*?)"', listed)
+    for name in LISTED:
+        first = " ".join((inspect.getdoc(found(name)) or "").split("\n\n")[0].split())
+        for word in re.findall(r"\(?\b([A-Z][a-z]{0,4}\.) (?=[a-z0-9(])", first):
+            assert word in known, f"{name}: its summary ends in {word}"
+
+
+def test_a_campaign_is_identified_by_the_name_of_its_package():
+    with pytest.raises(tarsus.InputError, match=r"nowhere\.toml"):
+        tarsus.identify("nowhere.toml")
+    assert tarsus.identify.CircleFit is found("tarsus.identify.circle.CircleFit")
 
 
 @pytest.mark.parametrize(

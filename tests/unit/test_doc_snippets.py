@@ -6,6 +6,7 @@ import re
 import shlex
 import sys
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -102,6 +103,14 @@ def determined(folder: Path) -> dict[str, Any]:
     return {"names": ["a", "b"], "values": [2.0, 5.0], "draws": draws, "units": {"a": "m", "b": "s"}}
 
 
+def missing(text: str) -> bool:
+    """Whether a block is of a library that Tarsus does not bring and that is not installed."""
+    return any(
+        re.search(rf"^import {name}$", text, re.MULTILINE) and find_spec(name) is None
+        for name in ("torch", "jax", "gymnasium")
+    )
+
+
 def nothing(folder: Path) -> dict[str, Any]:
     return {}
 
@@ -170,6 +179,23 @@ def spread(names: dict[str, Any]) -> None:
     assert xarray.open_dataset("out/sweep.nc").sizes["ground.adhesion.rate"] == 2
 
 
+def learned(names: dict[str, Any]) -> None:
+    """The derivative against differences, and an episode of the environment where Gymnasium is installed."""
+    value, slopes = names["value_and_slopes"]([8.0, 0.5])
+    ahead, behind = (names["value_and_slopes"]([8.0 + step, 0.5])[0] for step in (1e-4, -1e-4))
+    assert value > 0.0 and slopes[0] == pytest.approx((ahead - behind) / 2e-4, rel=1e-4)
+    if "torch" in names:
+        assert names["values"].grad.tolist() == pytest.approx(slopes)
+    if "jax" in names:
+        found = names["jax"].grad(names["hardest_impact"])(names["jnp"].array([8.0, 0.5]))
+        assert found.tolist() == pytest.approx(slopes)
+    if "Touchdown" in names:
+        world = names["Touchdown"]()
+        first, _ = world.reset(seed=1)
+        ends = [world.step(np.array([volts]))[3] for volts in [8.0, -8.0] * 10]
+        assert first.tolist() == [1.0, 0.0] and ends == [False] * 19 + [True]
+
+
 def passed(names: dict[str, Any]) -> None:
     """That it ran is all there is to see."""
 
@@ -184,6 +210,7 @@ HERE: dict[str, Case] = {
     "gradients.md": (gradients, runs, ""),
     "identify.md": (lab, identified, "slow"),
     "index.md": (nothing, runs, ""),
+    "learning.md": (nothing, learned, ""),
     "legs.md": (nothing, leg, ""),
     "modal.md": (plate, modes, ""),
     "scale.md": (cluster, spread, "slow"),
@@ -212,7 +239,8 @@ def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch, capsys):
     for text in (
         reversed(own) if page == "sweeps.md" else own
     ):  # which shows how to read a sweep before it makes one
-        exec(compile(text, page, "exec", dont_inherit=True), names)
+        if not missing(text):
+            exec(compile(text, page, "exec", dont_inherit=True), names)
     check(names)
 
 

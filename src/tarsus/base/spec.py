@@ -136,6 +136,11 @@ def quantity(
         Value when absent; required when not given.  ``None`` needs an annotation that allows it.
     gt, ge, lt, le
         Bounds that every float must keep.
+
+    Returns
+    -------
+    Any
+        What stands in the place of a default in the class of a description.
     """
     bounds = {k: v for k, v in (("gt", gt), ("ge", ge), ("lt", lt), ("le", le)) if v is not None}
     extra: dict[str, Any] = {"unit": unit, **bounds}
@@ -367,6 +372,11 @@ def _unknown(desc: Description, path: str) -> str:
 def get_value(desc: Description, path: str) -> Any:
     """Value at a path: a float, another field, or a whole sub-description.
 
+    Returns
+    -------
+    Any
+        A float in SI, or what the field holds.
+
     Raises
     ------
     InputError
@@ -450,6 +460,11 @@ def with_values(desc: D, values: Mapping[str, Any]) -> D:
     values
         Path to new value: a float in SI, a unit string, or whatever the field takes (a whole sub-description,
         a table, None).
+
+    Returns
+    -------
+    D
+        Of the same class; the original is unchanged.
 
     Raises
     ------

@@ -226,11 +226,25 @@ def calibrate(
     progress
         Called as ``progress(sets done, most sets, what)``.
 
+    Returns
+    -------
+    Calibrated
+        Branches that fit with their ensembles, choices, and predictions of fitted and of left-out rows; `load_mixture`
+        reads them again from the folder.
+
     Raises
     ------
     InputError
         With every problem of the study; when the folder holds anything and is not to be continued, or holds another
         calibration.
+
+    Examples
+    --------
+    A search takes minutes:
+    
+    >>> import tarsus as ts
+    >>> found = ts.calibrate("cantilever", "fit")  # doctest: +SKIP
+    >>> mixture = ts.load_mixture("fit")  # doctest: +SKIP
     """
     described = study if isinstance(study, Described) else load_study(study, laws)
     if seed is not None:

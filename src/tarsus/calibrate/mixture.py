@@ -152,6 +152,11 @@ def load_mixture(
     threads
         Worker threads of its predictions; by default one for each processor that this process may use.
 
+    Returns
+    -------
+    Mixture
+        Devices with weights, which predicts any measure with an interval.
+
     Raises
     ------
     InputError

@@ -250,6 +250,7 @@ def _show(design: GaitFront) -> None:
         f"\n{design.candidates} gaits tried, {design.runs} walks"
         + (f", {design.reused} read" if design.reused else "")
     )
+    print(f"all numbers are of walks of {design.request.duration:g} s from one start, not of settled motion")
     if judged and design.gap == design.gap:
         print(f"gap of the worst grounds: {100 * design.gap:.2g} %; {len(design.grounds)} grounds active")
     if design.certificate is not None:

@@ -85,7 +85,7 @@ def _show(found: Identification) -> None:
     used = found.files_used
     print(f"\n{used} of {len(found.readings)} files used")
     for step in found.steps.values():
-        left = f", {len(step.left_out)} left out" if step.left_out else ""
+        left = f"; {step.unused} left out" if step.left_out else ""
         print(f"  {step.name}: {'; '.join(str(one) for one in step.used)}{left}")
     if found.comparisons:
         peak, contact = (_size(found, which) for which in ("peak", "contact"))

@@ -41,10 +41,27 @@ def sweep(
     progress
         Called as ``progress(runs done, runs, runs of this call by worker)``.
 
+    Returns
+    -------
+    SweepResult
+        How many runs were done, and the collected file with measures over all points.
+
     Raises
     ------
     InputError
         As `tarsus.study.sweeping.run_sweep`.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> from tarsus.study.axes import Grid, Linspace
+    >>> from tarsus.study.sweep import Sweep
+    >>> gaps = Linspace(start=60e-6, stop=80e-6, count=3)
+    >>> study = Sweep(name="gaps", scene=ts.load_scene("cantilever"), duration=0.02, measures=("impacts",),
+    ...               design=Grid(), vary={"robot.feet.tip.gap": gaps})
+    >>> found = ts.sweep(study, "gaps.sweep")
+    >>> found.runs, found.outcomes
+    (3, {'DONE': 3})
     """
     chosen = study if isinstance(study, Sweep) else load_sweep(study)
     name = chosen.name if isinstance(study, Sweep) else Path(study).stem

@@ -158,17 +158,10 @@ class GaitFront:
 
 
 def gait(
-    scene: SceneLike,
-    free: Mapping[str, Any] | Iterable[str],
-    objective: str | Sequence[str | WalkObjective] = "speed,energy",
-    over: Any = None,
-    risk: str | Risk | None = None,
-    *,
-    folder: str | Path | None = None,
-    resume: bool = False,
-    progress: Progress | None = None,
-    **options: Any,
-) -> GaitFront:
+    scene: SceneLike, free: Mapping[str, Any] | Iterable[str],
+    objective: str | Sequence[str | WalkObjective] = "speed,energy", over: Any = None, risk: str | Risk | None = None, *,
+    folder: str | Path | None = None, resume: bool = False, progress: Progress | None = None, **options: Any,
+) -> GaitFront:  # fmt: skip
     """Design gaits: the front of what no other gait beats in all objectives at once.
 
     Parameters
@@ -192,6 +185,11 @@ def gait(
         Called as ``progress(done, total, what)``.
     options
         Fields of `tarsus.design.gait_request.GaitOptions`: symmetry, dead, candidates, loss, duration, seed, threads.
+
+    Returns
+    -------
+    GaitFront
+        The front (`members`), the robust gait, the nominal optimum, the active grounds and the certificate.
 
     Raises
     ------

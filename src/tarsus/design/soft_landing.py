@@ -159,6 +159,11 @@ def landing(
         Fields of `tarsus.design.request.Options`: objective, drive, tick, shortest, ringing, contact, lift, seed,
         threads, effort.
 
+    Returns
+    -------
+    LandingDesign
+        The signal, landing speeds [m/s] of step and design, and what they are on every ground.
+
     Raises
     ------
     InputError

@@ -25,7 +25,13 @@ SceneLike = Scene | str | os.PathLike[str]
 
 
 def device_names() -> list[str]:
-    """Names of all devices: the library's own and those of installed packages."""
+    """Names of all devices: the library's own and those of installed packages.
+
+    Returns
+    -------
+    list[str]
+        In alphabetical order; each is a name for `load_scene`.
+    """
     return file_names(DEVICES)
 
 
@@ -70,10 +76,24 @@ def load_scene(
     **values
         Path to new value, ``**{"ground.film.coefficient": "1.5e-21 N m^2 s"}``; provenance follows.
 
+    Returns
+    -------
+    Scene
+        The description, frozen; `with_values` makes changed copies.
+
     Raises
     ------
     InputError
         For an unknown name or path, and every refused value.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> scene = ts.load_scene("cantilever", volts=6, hz=100, wave="sine")
+    >>> scene.signals["pzt"].amplitude
+    6.0
+    >>> ts.load_scene("cantilever", **{"robot.feet.tip.gap": "60 um"}).robot.feet["tip"].gap
+    6e-05
     """
     text = os.fspath(name)
     if text.endswith(".toml") or (os.sep in text):

@@ -232,6 +232,11 @@ def read_run(directory: str | Path, laws: Mapping[str, Any] | None = None) -> St
     """Read a folder made by `write_run`; `laws` are the user's laws its scene needs, by kind.
 
     Raises InputError if the folder holds no whole run, or one of another format.
+
+    Returns
+    -------
+    StoredRun
+        What `write_run` wrote, asked like a `Run`.
     """
     folder = Path(directory)
     summary = _read_json(folder / SUMMARY_FILE)

@@ -34,6 +34,11 @@ def read_scene(path: str | os.PathLike[str], laws: Mapping[str, type[Law]] | Non
     laws
         Classes of user laws by name (`tarsus.load_laws`), for tables below ``ground.laws``.
 
+    Returns
+    -------
+    Scene
+        The description, as `load_scene` gives it.
+
     Raises
     ------
     InputError

@@ -6,6 +6,7 @@ from tarsus.fit.by_scipy import differential_evolution, least_squares, minimize
 from tarsus.fit.problem import Problem
 from tarsus.fit.residuals import Found, Residuals
 from tarsus.fit.terms import Goal, Limit, Reading, Samples
+from tarsus.fit.uncertainty import Uncertainty
 from tarsus.fit.unknowns import Prior, Unknown, Unknowns
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Reading",
     "Residuals",
     "Samples",
+    "Uncertainty",
     "Unknown",
     "Unknowns",
     "cma_es",

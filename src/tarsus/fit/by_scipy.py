@@ -10,6 +10,7 @@ from scipy import optimize
 
 from tarsus.base.errors import InputError
 from tarsus.fit.residuals import Found, Residuals
+from tarsus.fit.uncertainty import uncertainty_of
 
 __all__ = ["differential_evolution", "least_squares", "minimize"]
 
@@ -19,6 +20,25 @@ def least_squares(problem: Residuals, start: ArrayLike | None = None, **options:
 
     start (nu,): point of the unit cube of the unknowns, its middle unless given; options: as scipy takes them.
     Raises InputError where the problem has goals, which are no residuals.
+
+    Returns
+    -------
+    Found
+        The point, its values [SI], its cost, and standard errors with correlations.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> scene = ts.with_values(ts.load_scene("cantilever"), {"robot.feet.tip.gap": "71 um"})
+    >>> times = [2e-4, 5e-4, 8e-4]
+    >>> record = ts.simulate(scene, 4e-3).states(times).gap[0]
+    >>> problem = ts.fit.Problem(scene, {"robot.feet.tip.gap": ts.fit.Unknown("60 um", "80 um")},
+    ...                          [ts.fit.Samples("tip", times, record, error="0.1 um")], duration=4e-3)
+    >>> found = ts.fit.least_squares(problem)
+    >>> bool(abs(found.values["robot.feet.tip.gap"] - 71e-6) < 1e-9)
+    True
+    >>> found.uncertainty.errors["robot.feet.tip.gap"] < 1e-7
+    True
     """
     if problem.goals_at(np.zeros((0, len(problem.unknowns)))).shape[1]:
         raise InputError("least_squares: goals are no residuals; use minimize")
@@ -26,12 +46,19 @@ def least_squares(problem: Residuals, start: ArrayLike | None = None, **options:
         problem.residuals, _start(problem, start), problem.jacobian, problem.bounds, **options  # pyright: ignore[reportArgumentType]
     )  # fmt: skip
     x = problem.point(found.x)
-    return Found(x, problem.values(x), float(found.cost), int(found.nfev), int(found.njev), found.message)
+    sure = uncertainty_of(np.asarray(found.jac), problem.unknowns, x)
+    return Found(x, problem.values(x), float(found.cost), int(found.nfev), int(found.njev), found.message, sure)
 
 
 def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any) -> Found:
     """`scipy.optimize.minimize` of the cost with its gradient, within its bounds: L-BFGS-B unless the options name
-    another method. start (nu,): point of the unit cube of the unknowns, its middle unless given."""
+    another method. start (nu,): point of the unit cube of the unknowns, its middle unless given.
+
+    Returns
+    -------
+    Found
+        The point, its values [SI] and its cost.
+    """
     chosen = {"method": "L-BFGS-B", "bounds": _bounds(problem), **options}
     found = optimize.minimize(problem.cost, _start(problem, start), jac=problem.gradient, **chosen)
     x = problem.point(found.x)
@@ -40,7 +67,13 @@ def minimize(problem: Residuals, start: ArrayLike | None = None, **options: Any)
 
 
 def differential_evolution(problem: Residuals, **options: Any) -> Found:
-    """`scipy.optimize.differential_evolution` of the cost, a whole generation in one batch; no derivatives."""
+    """`scipy.optimize.differential_evolution` of the cost, a whole generation in one batch; no derivatives.
+
+    Returns
+    -------
+    Found
+        The point, its values [SI] and its cost.
+    """
     chosen = {"polish": False, "updating": "deferred", **options}
     asked = 0
 

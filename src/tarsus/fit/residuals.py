@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.fit.uncertainty import Uncertainty, uncertainty_of
 from tarsus.fit.unknowns import Unknowns
 
 __all__ = ["FAILED", "Found", "Residuals"]
@@ -70,6 +71,11 @@ class Residuals(ABC):
         at = self.point(x)
         return self.residuals(at) @ self.jacobian(at) + self.goals_jacobian(at).sum(axis=0)
 
+    def uncertainty(self, x: ArrayLike) -> Uncertainty:
+        """Standard errors [SI] and correlations (nu, nu) at a point (nu,) of the cube, from the Jacobian there."""
+        at = self.point(x)
+        return uncertainty_of(self.jacobian(at), self.unknowns, at)
+
     def point(self, x: ArrayLike) -> Floats:
         """A point (nu,) as floats within the cube."""
         return np.clip(np.asarray(x, dtype=float), 0.0, 1.0)
@@ -84,7 +90,8 @@ class Found:
     """What an optimiser found.
 
     x (nu,): the point in the cube; values: its SI values by name; cost there; evaluations: points that it asked for;
-    slopes: points at which it asked for derivatives; message: why it stopped, in its own words.
+    slopes: points at which it asked for derivatives; message: why it stopped, in its own words; uncertainty: standard
+    errors and correlations there, of optimisers that have the Jacobian (`Residuals.uncertainty` gives them anywhere).
     """
 
     x: Floats
@@ -93,3 +100,4 @@ class Found:
     evaluations: int
     slopes: int
     message: str
+    uncertainty: Uncertainty | None = None

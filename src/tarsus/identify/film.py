@@ -86,7 +86,7 @@ def identify_film(
         )
     if len(items) > MOST:
         text = f"{len(items) - MOST} of {len(items)} break-offs, evenly from all: {MOST} are enough"
-        left.append(LeftOut("all records of ramped squares", model.foot_point, text))
+        left.append(LeftOut("all records of ramped squares", model.foot_point, text, len(items) - MOST))
         picked = np.unique(np.linspace(0, len(items) - 1, MOST).round().astype(int))
         items = [items[int(i)] for i in picked]
     offs = BreakOffs(traces, items, level)

@@ -51,7 +51,7 @@ class Loops:
 
     traces: the records, without the ringing of those in the air; rest (p,): the basis at rest; blocks; free, held:
     one of each a block; trace (nb,): number of the block's trace; noise (np,) [m]: standard deviation of a sample,
-    the same for all blocks; unused: samples left out around contacts."""
+    the same for all blocks; unused (nt): samples left out around contacts, by trace."""
 
     traces: tuple[Trace, ...]
     rest: Floats
@@ -60,7 +60,7 @@ class Loops:
     held: tuple[Sums, ...]
     trace: NDArray[np.intp]
     noise: Floats
-    unused: int
+    unused: tuple[int, ...]
 
     @cached_property
     def _stacked(self) -> tuple[Sums, Sums, Floats]:
@@ -146,12 +146,12 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
         raise InputError("there is no static record to identify the drive's law from")
     blocks: list[Block] = []
     numbers: list[int] = []
-    unused = 0
+    unused: list[int] = []
     for number, trace in enumerate(traces):
         found, left = blocks_of(trace, model.foot_point, level if trace.gap is None else None)
         blocks += found
         numbers += [number] * len(found)
-        unused += left
+        unused.append(left)
     if sum(len(block.index) for block in blocks) < _FEWEST:
         raise InputError(
             "the static records have hardly any sample away from the making and breaking of contacts"
@@ -166,7 +166,7 @@ def _gathered(model: FootModel, traces: Sequence[Trace], level: float | None) ->
         held.append(Sums.of(basis[~block.free], motion[~block.free]))
     rest = bases[0][0]
     return Loops(
-        tuple(traces), rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, unused
+        tuple(traces), rest, tuple(blocks), tuple(free), tuple(held), np.array(numbers), noise, tuple(unused)
     )
 
 
@@ -303,9 +303,9 @@ def identify_hysteresis(
             "be neutral, and the constant of the law follows from that.",
         )
     left = tuple(
-        LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings")
-        for trace in traces
-        if fit.loops.unused
+        LeftOut(trace.file, "", "samples just after contacts were made or broken: the structure still rings", count)
+        for trace, count in zip(traces, fit.loops.unused, strict=True)
+        if count
     )
     return StepResult(
         "hysteresis",
@@ -313,7 +313,7 @@ def identify_hysteresis(
         fit.values,
         fit.values + fit.own + from_before,
         residuals=residuals,
-        used=(Used("samples of static records", samples, samples + fit.loops.unused),),
+        used=(Used("samples of static records", samples, samples + sum(fit.loops.unused)),),
         left_out=left,
         panels=panels,
         notes=notes,

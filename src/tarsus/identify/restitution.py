@@ -82,7 +82,7 @@ def identify_restitution(
         )
     if len(items) < len(found):
         text = f"{len(found) - len(items)} of {len(found)} bounces, evenly from all: {MOST} are enough"
-        left.append(LeftOut("all records of bounces", model.foot_point, text))
+        left.append(LeftOut("all records of bounces", model.foot_point, text, len(found) - len(items)))
     bounces = Bounces(traces, items, level[0])
     # a device with an impact map of its own need not follow the mass-weighted law
     fitted = bounces.fit(model, film_of(model), free=model.scene.ground.impact is not None)

@@ -114,7 +114,7 @@ def _step(step: StepResult, judged: Assessment | None) -> dict[str, Any]:
             for name, (value, draws, unit) in step.combinations.items()
         },
         "used": [str(one) for one in step.used],
-        "left_out": len(step.left_out),
+        "left_out": step.unused,
         "notes": list(step.notes),
     }
 

@@ -30,11 +30,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence."""
+    """Data that a step did not use: file, channel ("" for all of them) and the reason, a sentence.
+
+    count: of how many of what the step counts (impacts, samples) that is told.
+    """
 
     file: str
     channel: str
     reason: str
+    count: int = 1
 
     def __str__(self) -> str:
         where = f"{self.file}, channel '{self.channel}'" if self.channel else self.file
@@ -184,6 +188,11 @@ class StepResult:
                     "not settle the fit"
                 )
         return told
+
+    @property
+    def unused(self) -> int:
+        """How much of what it counts the step left out, of all reasons together."""
+        return sum(one.count for one in self.left_out)
 
     @property
     def std(self) -> Floats:

@@ -38,6 +38,11 @@ def standing(scene: Scene, *, driven: bool = False) -> Scene:
     driven
         With the drives' volts at t = 0; otherwise at 0 V, after their history.
 
+    Returns
+    -------
+    Scene
+        A changed copy, with `initial.displacement` [m] and [rad].
+
     Raises
     ------
     InputError

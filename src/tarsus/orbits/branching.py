@@ -104,6 +104,11 @@ def branch(
     progress
         Called with the parameter's value of every point found.
 
+    Returns
+    -------
+    Branch
+        Points along the number, each with its orbit; those at which something happens are `Branch.special`.
+
     Raises
     ------
     InputError

@@ -181,6 +181,11 @@ def periodic(
     values
         Numbers in place of the scene's own, by path [SI].
 
+    Returns
+    -------
+    Orbit
+        Its period [s], events of one period [SI], multipliers, and whether it is stable.
+
     Raises
     ------
     InputError

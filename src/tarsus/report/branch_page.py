@@ -15,7 +15,19 @@ from tarsus.report.figures import Plate
 from tarsus.report.html import Cell, Column, Markup, amount, number, page, table
 from tarsus.report.render import rendered
 from tarsus.report.sheet import Sheet, few_ticks, plate
-from tarsus.report.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, RULE, SKY, VERMILION, scale_of
+from tarsus.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RULE,
+    SKY,
+    VERMILION,
+    level_limits,
+    scale_of,
+)
 
 __all__ = ["branch_html", "write_branch_report"]
 
@@ -76,6 +88,8 @@ def _panel(axes: Axes, branch: Branch, value: Callable[[Orbit], float], unit: st
     axes.set_xlabel(f"{branch.path} ({along.label})".replace(" ()", ""))
     axes.set_ylabel(f"{label} ({across.label})")
     few_ticks(axes, x=5, y=6)
+    if limits := level_limits(values / across.step):
+        axes.set_ylim(*limits)
 
 
 def _motion(branch: Branch) -> Plate:
@@ -88,13 +102,17 @@ def _motion(branch: Branch) -> Plate:
         for kind in dict.fromkeys(point.kind for point in branch.special if point.kind in _MARKS):
             marker, color = _MARKS[kind]
             left.plot([], [], marker, color=color, ms=5.0, mew=0.0, label=kind)
-        for stable, style, color, label in ((True, "-", BLUE, "stable"), (False, "--", VERMILION, "unstable")):
+        for stable, style, color, label in (
+            (True, "-", BLUE, "stable"),
+            (False, "--", VERMILION, "unstable"),
+        ):
             if any(point.orbit.stable == stable for point in branch.points):
                 left.plot([], [], style, color=color, label=label)
         sheet.legend(left)
 
     return plate(
-        draw, "Approach speed of the hardest impact and height of the highest flight of a period along the branch."
+        draw,
+        "Approach speed of the hardest impact and height of the highest flight of a period along the branch.",
     )
 
 
@@ -127,7 +145,8 @@ def _multipliers(branch: Branch) -> Plate:
         few_ticks(right, x=4, y=4)
 
     return plate(
-        draw, "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out."
+        draw,
+        "The two largest multipliers (below 1e-4: drawn there), and all: inside the circle deviations die out.",
     )
 
 

@@ -117,7 +117,8 @@ def _branches(result: Mapping[str, Any]) -> Markup:
 def _unknowns(branch: Mapping[str, Any]) -> Markup:
     rows: list[list[Cell]] = [
         [
-            name, number(one["best"], 4), f"{number(one['low'], 3)} to {number(one['high'], 3)}",
+            Markup("{}<small>{}</small>").format(name, one.get("meaning", "")), number(one["best"], 4),
+            f"{number(one['low'], 3)} to {number(one['high'], 3)}",
             f"{number(one['bounds'][0], 3)} to {number(one['bounds'][1], 3)}", one["unit"].removesuffix("1"),
             one["determined"],
         ]

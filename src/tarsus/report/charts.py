@@ -17,7 +17,7 @@ from markupsafe import Markup
 from tarsus.base.tables import number
 from tarsus.report.packing import packed, packed_times, script_text
 from tarsus.report.render import rendered
-from tarsus.report.style import CONTACT, INK, paint_of, upright
+from tarsus.report.style import CONTACT, INK, level_limits, paint_of, upright
 
 __all__ = ["Charts", "Dash", "Panel", "stack"]
 
@@ -166,6 +166,9 @@ class Panel:
         """All that the script draws; the times are added to ``places`` unless they are there."""
         self._lines.sort(key=lambda line: line.order)
         x, rows = self.columns()
+        limits = self._limits
+        if limits == (None, None) and len(rows) == 1:
+            limits = level_limits(rows) or limits
         where = next((i for i, one in enumerate(places) if np.array_equal(one, x)), len(places))
         if where == len(places):
             places.append(x)
@@ -176,7 +179,7 @@ class Panel:
         ]  # fmt: skip
         return {
             "x": where, "height": round(self.height), "lines": lines, "shaded": self._shaded, "bars": self._bars,
-            "levels": self._levels, "limits": self._limits, "names": self._names,
+            "levels": self._levels, "limits": limits, "names": self._names,
         }  # fmt: skip
 
     def head(self) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from html import escape
 
 from markupsafe import Markup
-from markupsafe import escape as escaped
 
 from tarsus.base.tables import MISSING, amount, number, pretty_unit, set_power
 from tarsus.report.figures import Plate
@@ -47,16 +46,35 @@ def table(
     with `<td` is a whole cell; strings are escaped.
     """
     kind = "many" if len(columns) > 9 else "wrap" if wrap else ""
-    cells = ([_cell(cell, column) for cell, column in zip(row, columns, strict=True)] for row in rows)
+    cards = not tall and len(columns) >= CARDS
+    titles = _titles(columns, over) if cards else [""] * len(columns)
+    cells = ([_cell(*one) for one in zip(row, columns, titles, strict=True)] for row in rows)
     label = next((column.title for column in columns if column.title), "table")
     heads = [replace(column, unit=pretty_unit(column.unit)) for column in columns]
-    return rendered("table.html", columns=heads, rows=cells, tall=tall, kind=kind, over=over, label=label)
+    return rendered(
+        "table.html", columns=heads, rows=cells, tall=tall, kind=kind, over=over, label=label, cards=cards
+    )
 
 
-def _cell(cell: Cell, column: Column) -> Markup:
-    if isinstance(cell, Markup) and cell.startswith("<td"):
-        return cell
-    return Markup(f"<td class=n>{escaped(cell)}</td>" if column.number else f"<td>{escaped(cell)}</td>")
+CARDS = 4
+"""Columns from which on a narrow screen shows rows as cards below each other, where a wide one has a table: the last
+of so many are beyond its edge."""
+
+
+def _titles(columns: Sequence[Column], over: Sequence[tuple[str, int]]) -> list[str]:
+    """What each cell of a card is: the column's title and unit, after the title above it."""
+    above = [title for title, span in over for _ in range(span)] or [""] * len(columns)
+    own = (f"{one.title} ({pretty_unit(one.unit)})" if one.unit else one.title for one in columns)
+    return [f"{first}: {second}" if first else second for first, second in zip(above, own, strict=True)]
+
+
+def _cell(cell: Cell, column: Column, title: str) -> Markup:
+    kind = Markup(" class=n") if column.number else ""
+    whole = cell if isinstance(cell, Markup) and cell.startswith("<td") else None
+    told = Markup(' data-of="{}"').format(title) if title else Markup("")
+    if whole is not None:
+        return Markup("<td") + told + Markup(whole[len("<td") :])
+    return Markup("<td{}{}>{}</td>").format(kind, told, cell)
 
 
 def tag(word: str) -> Markup:

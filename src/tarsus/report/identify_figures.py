@@ -15,7 +15,7 @@ from tarsus.identify.verdict import Assessment
 from tarsus.report.figures import Plate
 from tarsus.report.html import Column, number, table
 from tarsus.report.sheet import Sheet, few_ticks, figure_style, plate, to_svg
-from tarsus.report.style import BLUE, INK, VERMILION, WIDTH_IN, Scale, decimate, scale_of
+from tarsus.report.style import BLUE, MUTED, VERMILION, WIDTH_IN, Scale, decimate, scale_of
 
 MOST_PANELS = 6
 """Panels of one figure; of more, the first ones."""
@@ -116,22 +116,22 @@ def _draw(axes: Axes, panel: Panel, most: int) -> None:
     across = _scale(panel.x_unit, [curve.x for curve in panel.curves])
     up = _scale(panel.y_unit, [curve.y for curve in panel.curves])
     for place, curve in enumerate(panel.curves):
-        color = BLUE if place else INK
+        color = BLUE if place else MUTED
         if curve.joined:
             x, y = curve.x / across.step, curve.y / up.step
             if len(x) > most and np.all(np.diff(x) > 0.0):
                 x, y = decimate(x, y, most // 2)
             elif len(x) > most:
                 x, y = x[:: len(x) // most], y[:: len(y) // most]
-            axes.plot(x, y, color=color if place else VERMILION, lw=1.0, zorder=3)
+            axes.plot(x, y, color=color if place else VERMILION, lw=0.8, zorder=3)
             continue
         every = max(1, len(curve.x) // most)
         x, y = curve.x[::every] / across.step, curve.y[::every] / up.step
         if curve.error is not None and len(curve.x) <= 300:
             bars = 2.0 * curve.error[::every] / up.step
-            axes.errorbar(x, y, yerr=bars, fmt=".", ms=3.0, color=color, elinewidth=0.6, zorder=2)
+            axes.errorbar(x, y, yerr=bars, fmt=".", ms=4.0, color=color, elinewidth=0.6, zorder=2)
         else:
-            axes.plot(x, y, ".", ms=1.6, color=color, zorder=2)
+            axes.plot(x, y, ".", ms=2.6, mew=0.0, color=color, zorder=2)
     axes.set_title(fill(panel.title, TITLE_LETTERS), loc="left")
     axes.set_xlabel(f"{panel.x_label} ({across.label})" if across.label else panel.x_label)
     axes.set_ylabel(f"{panel.y_label} ({up.label})" if up.label else panel.y_label)

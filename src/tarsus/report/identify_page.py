@@ -3,6 +3,8 @@ account of the data, held-out signals and the shifted zero."""
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -131,9 +133,20 @@ def _step(found: Identification, step: StepResult) -> dict[str, Any]:
         caption = f"{step.name.capitalize()}: measured (points) and fitted (lines)."
         plates.append(identify_figures.panels(step.panels, caption))
     return {
-        "name": step.name, "what": _WHAT.get(step.name, ""), "used": step.used, "left_out": len(step.left_out),
+        "name": step.name, "what": _WHAT.get(step.name, ""), "used": step.used, "left_out": _by_reason(step.left_out),
         "notes": step.notes, "plates": plates, "residuals": _residuals(step), "count": len(step.residuals),
     }  # fmt: skip
+
+
+_NUMBER = re.compile(r"(?<![\w'-])-?\d[\d.]*(e[+-]?\d+)?\b")
+
+
+def _by_reason(left: Sequence[LeftOut]) -> list[tuple[int, str]]:
+    """How much was left out for each reason, the most frequent first; reasons that differ in a number are one."""
+    counts: Counter[str] = Counter()
+    for one in left:
+        counts[_NUMBER.sub("…", one.reason) if one.count == 1 else one.reason] += one.count
+    return [(count, reason) for reason, count in counts.most_common()]
 
 
 def _residuals(step: StepResult) -> Markup | str:
@@ -285,6 +298,13 @@ def _notes(found: Identification) -> Markup | str:
 
 
 def _left_out(left: Sequence[LeftOut]) -> Markup | str:
-    rows: list[list[Cell]] = [[one.file, one.channel or MISSING, one.reason] for one in left[:MOST_LISTED]]
-    head = (Column("file", number=False), Column("channel", number=False), Column("reason", number=False))
+    rows: list[list[Cell]] = [
+        [one.file, one.channel or MISSING, str(one.count), one.reason] for one in left[:MOST_LISTED]
+    ]
+    head = (
+        Column("file", number=False),
+        Column("channel", number=False),
+        Column("how many"),
+        Column("reason", number=False),
+    )
     return table(head, rows, tall=True) if rows else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tarsus.identify.modal import IdentifiedMode, ModalFit, Verdict
+from tarsus.records.measurement import Quantity
 from tarsus.report.figures import Plate
 from tarsus.report.sheet import Sheet, few_ticks, plate
 from tarsus.report.style import BLUE, INK, MUTED, RULE, VERMILION, decimate, scale_of
@@ -54,17 +55,19 @@ def nyquist(fit: ModalFit) -> Plate:
     def draw(sheet: Sheet) -> None:
         for axes, mode in zip(sheet.grid(len(modes), 1.75, across=3, title=1), modes, strict=True):
             measured, fitted = (one[:: max(1, len(one) // 250)] for one in _mobility(fit, mode))
-            scale = scale_of("", np.abs(measured))
-            axes.plot(np.real(measured) / scale.step, np.imag(measured) / scale.step, ".", ms=3.0, color=INK)
-            axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE)
+            scale = scale_of(Quantity.VELOCITY.unit, np.abs(measured))
+            axes.plot(np.real(measured) / scale.step, np.imag(measured) / scale.step, ".", ms=4.5, mew=0.0, color=MUTED)
+            axes.plot(np.real(fitted) / scale.step, np.imag(fitted) / scale.step, color=BLUE, lw=0.8)
             axes.set_title(f"{mode.frequency.value:.5g} Hz, {100.0 * mode.damping.value:.2g} %", loc="left")
             axes.set_aspect("equal", adjustable="datalim")
+            axes.set_xlabel(f"real part ({scale.label})")
+            axes.set_ylabel(f"imaginary part ({scale.label})")
             few_ticks(axes, x=4, y=4)
 
     return plate(
         draw,
         "Mobility around each mode in the response that shows it most: lines measured (points) and the synthesis of "
-        "all modes (curve), imaginary over real part.",
+        "all modes (curve), imaginary over real part, per unit of drive.",
     )
 
 

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from tarsus.base.errors import InputError
 from tarsus.base.events import IMPACTS
 from tarsus.base.messages import nearest
-from tarsus.report.style import CONTACT, CYCLE, INK, Scale, scale_of
+from tarsus.report.style import CONTACT, CYCLE, INK, Scale, level_limits, scale_of
 
 if TYPE_CHECKING:
     from tarsus.design import GaitFront, LandingDesign
@@ -125,6 +125,7 @@ def measure(batch: Batch, name: str, *, axes: Axes | None = None) -> Axes:
         order = np.argsort(over[path])
         axes.plot(over[path][order] / scales[path].step, values.ravel()[order] / size.step, ".-", lw=0.9)
         axes.set(xlabel=labels[0], ylabel=f"{name.replace('_', ' ')} ({size.label})", title=batch.scene.name)
+        _level(axes, values / size.step)
         return axes
     (rows, ups), (columns, alongs) = over.items()
     order = np.ix_(np.argsort(ups), np.argsort(alongs))
@@ -197,6 +198,7 @@ def branch(found: Branch, *, axes: Axes | None = None) -> Axes:
                 point.kind, (point.at / scale.step, speed), textcoords="offset points", xytext=(4, 4)
             )
     axes.set(xlabel=f"{found.path} ({scale.label})", ylabel="hardest impact (m/s)", title=found.scene.name)
+    _level(axes, hardest)
     axes.legend(frameon=False)
     return axes
 
@@ -215,6 +217,12 @@ def multipliers(orbit: Orbit, *, axes: Axes | None = None) -> Axes:
 def _scale(unit: str, values: np.ndarray) -> Scale:
     """A prefix for a unit that bears one; counts and shares, and units that begin with a prefix, stay as they are."""
     return Scale(1.0, unit) if unit == "1" or unit.startswith("kg") else scale_of(unit, values)
+
+
+def _level(axes: Axes, values: np.ndarray) -> None:
+    """Values that are one to rounding as a level line."""
+    if limits := level_limits(values):
+        axes.set_ylim(*limits)
 
 
 def _hardest(orbit: Orbit) -> float:

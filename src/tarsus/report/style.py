@@ -82,6 +82,21 @@ def scale_of(unit: str, *values: np.ndarray | float) -> Scale:
     return Scale(10.0**power, _PREFIXES[power] + unit)
 
 
+ROUNDING = 1e-9
+"""Values that differ by less of their size are one: orbits are closed to 1e-10, and sums of a run round far below."""
+
+
+def level_limits(*values: np.ndarray) -> tuple[float, float] | None:
+    """Limits of an axis whose values are one to rounding, a twentieth of their size about it, so that they are drawn
+    as a level line; None where they differ, or are all 0."""
+    known = np.concatenate([one[np.isfinite(one)] for one in map(np.ravel, values)] or [np.zeros(0)])
+    size = float(np.max(np.abs(known), initial=0.0))
+    if size == 0.0 or float(np.ptp(known)) > ROUNDING * size:
+        return None
+    middle = float(0.5 * (known.min() + known.max()))
+    return middle - 0.05 * size, middle + 0.05 * size
+
+
 def upright(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Samples with jumps drawn upright: a step between two level stretches, slanted by sampling, gets both its ends
     in the middle between its samples.

@@ -33,7 +33,7 @@ MOST_AXES, MOST_MEASURES = 6, 8
 """Swept values and measures that are drawn: the first ones."""
 
 FEW = 40
-"""An axis of at most so many different values has a line through the means at each."""
+"""An axis of at most so many different values has a line through the median runs at each."""
 
 MOST_FAILURES = 30
 """Failed runs that are listed."""
@@ -65,7 +65,9 @@ def sweep_html(sweep: Sweep, collected: str | Path) -> str:
     units = {name: float_paths(sweep.scene)[sweep.paths(name)[0]].unit for name in sweep.vary}
     measures = offered(sweep.scene, sweep.seconds)
     kinds = {name: measures[name].unit for name in sweep.measures}
-    drawn = [(name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]]
+    drawn = [
+        (name, _figures(sweep, found, name, units, kinds[name])) for name in sweep.measures[:MOST_MEASURES]
+    ]
     body = rendered(
         "sweep.html", sweep=sweep, runs=amount(sweep.runs, "1", 8), every=found.every,
         lede=[f"{name}: {_span(found.points[name], units[name])}" for name in sweep.vary],
@@ -155,23 +157,37 @@ def _against(found: _Scored, axis: str, axis_unit: str, measure: str, unit: str,
     )
     caption = f"{measure.replace('_', ' ').capitalize()} against {axis}."
     if few and known.any():
-        means = np.array(
-            [y[known & (x == one)].mean() if (known & (x == one)).any() else np.nan for one in levels]
-        )
-        panel.plot(
-            levels / across.step,
-            means / up.step,
-            color=MUTED,
-            lw=1.0,
-            label="" if alone else "mean",
-            zorder=1.0,
-        )
-        caption += "" if alone else " The line is the mean over the other values."
+        middle = np.array([_median_run(y[known & (x == one)]) for one in levels])
+        name = "" if alone else "median run"
+        for part in _stretches(np.isfinite(middle)):
+            panel.plot(
+                levels[part] / across.step,
+                middle[part] / up.step,
+                color=MUTED,
+                lw=1.0,
+                label=name,
+                zorder=1.0,
+            )
+            name = "_"
+        caption += "" if alone else " The line joins the median run of each value."
+        if not np.isfinite(middle).all():
+            caption += " It is broken at values of which no run gave a number."
     panel.set_ylabel(f"{measure.replace('_', ' ')}{_in(up)}")
     panel.set_xlabel(f"{axis}{_in(across)}")
     panel.set_xlim(*_room(levels / across.step, log))
     panel.set_xscale(log=log)
     return Plate(charts.html(caption), caption)
+
+
+def _median_run(values: np.ndarray) -> float:
+    """The middle one of the runs (n,), the lower of two: where runs fall into two groups, a mean lies where none is."""
+    return float(np.quantile(values, 0.5, method="lower")) if len(values) else np.nan
+
+
+def _stretches(known: np.ndarray) -> list[slice]:
+    """Stretches of at least two neighbours (n,) that are known."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
+    return [slice(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if b - a > 1]
 
 
 def _scale(unit: str, values: np.ndarray) -> Scale:

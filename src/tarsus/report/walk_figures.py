@@ -75,15 +75,24 @@ def footfalls(motion: Motion, window: Window) -> Plate:
     return Plate(figure.html(caption), caption)
 
 
+USUAL, CUT = 0.95, 1.5
+"""Share of the samples in contact whose forces a row shows in full, and how far beyond them it reaches: the blow of one
+landing would press all others to the width of a line."""
+
+
 def ground_forces(motion: Motion, window: Window) -> Plate:
     """Force of the ground on every foot, a row each, all on one scale."""
     part = _part(motion, window)
     count = len(motion.legs)
-    figure, (axes,) = stack([min(0.8 * count, 1.0 + _row(count) * count)])
+    figure, (axes,) = stack([min(0.8 * count, 1.0 + 2.0 * _row(count) * count)])
     clock = scale_of("s", window[1] - window[0])
     forces = np.where(part.state == AIR, np.nan, np.stack([part.normal, part.friction]))
     scale = scale_of("N", forces)
     low, high = float(np.nanmin(forces, initial=0.0)), float(np.nanmax(forces, initial=0.0))
+    most = max(-low, high)
+    cut = CUT * float(np.nanquantile(np.abs(forces), USUAL)) if np.isfinite(forces).any() else most
+    if cut < most:
+        low, high, forces = max(low, -cut), min(high, cut), np.clip(forces, -cut, cut)
     step = float(f"{1.05 * (high - low):.2g}") or 1.0
     for row in range(count):
         axes.axhline(-row, color=RULE, lw=0.6, zorder=0)
@@ -100,6 +109,11 @@ def ground_forces(motion: Motion, window: Window) -> Plate:
         f"Force of the ground on every foot in contact; from one line to the next is {apart}. Upward, below "
         "its line while adhesion holds the foot back, and friction, positive forward."
     )
+    if cut < most:
+        caption += (
+            f" Forces above {cut / scale.step:.2g} {scale.label}, short ones at landings, are cut there; the largest "
+            f"is {most / scale.step:.3g} {scale.label}."
+        )
     return Plate(figure.html(caption), caption)
 
 

@@ -78,10 +78,26 @@ def simulate_batch(
         Paths of numbers of the scene: every run is made as `simulate` makes it with them, and the batch is a
         `GradientBatch`, which has exact first derivatives of every run.
 
+    Returns
+    -------
+    Batch
+        Measures of all runs as arrays (nr,), or of the shape of the grid [SI]; ``run(i)`` makes one of them again with
+        its motion. A `GradientBatch` with ``gradients``.
+
     Raises
     ------
     InputError
         For unknown paths, values out of bounds, or arrays of different lengths.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> vary = {"ground.film.coefficient": [0.5e-21, 2e-21], "robot.feet.tip.gap": ["60 um", "70 um", "80 um"]}
+    >>> batch = ts.simulate_batch("cantilever", vary, "40 ms", grid=True)
+    >>> batch.measure("impacts").shape
+    (2, 3)
+    >>> bool(batch.done.all())
+    True
     """
     scene = as_scene(scene)
     seconds = seconds_of(scene, duration)

@@ -65,13 +65,31 @@ def simulate(
         Paths of numbers of the scene: the run is a `GradientRun` then, which has exact first derivatives by them. Or
         directions by name: how much each of some numbers moves, by path, where several follow from one.
 
+    Returns
+    -------
+    Run
+        Events, measures, ledger, states at any time [SI], and how it ended (`Run.code`); a `GradientRun` with
+        ``gradients``.
+
     Raises
     ------
     InputError
         For an unknown device, a duration that is not positive, a user's law that cannot be compiled, and paths by
-        which there is no derivative, of a walker's run those of its structure.
+        which there is no derivative.
 
     The run always ends, with a `ResultCode` that is a sentence.
+
+    Examples
+    --------
+    >>> import tarsus as ts
+    >>> run = ts.simulate(ts.load_scene("cantilever", volts=8, hz=50, wave="square"), "100 ms")
+    >>> run.ok, run.ledger.closure < 1e-8
+    (True, True)
+    >>> peak = run.measures["peak"]
+    >>> 1e-4 < peak.value < 3e-4, peak.unit
+    (True, 'm')
+    >>> run.states([0.0, 0.05]).gap.shape  # feet, times
+    (1, 2)
     """
     scene = as_scene(scene)
     seconds, shared = seconds_of(scene, duration), shared or Shared()

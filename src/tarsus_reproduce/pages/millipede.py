@@ -139,8 +139,9 @@ def _readings(
     rows: list[list[Cell]] = [
         [one.name, amount(one.low, one.unit, 3), amount(one.high, one.unit, 3), one.why] for one in RANGES
     ]
-    choices: list[list[Cell]] = [[one.name, " or ".join(one.options), "", one.why] for one in CHOICES]
-    yield table(columns, rows + choices)
+    yield table(columns, rows)
+    head = (Column("not printed", number=False), Column("one of", number=False), Column("because", number=False))
+    yield table(head, [[one.name, " or ".join(one.options), one.why] for one in CHOICES])
 
 
 def _trends(reproduction: MillipedeReproduction) -> str:

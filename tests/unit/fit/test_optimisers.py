@@ -84,3 +84,46 @@ def test_without_the_extra_a_sentence_says_what_to_install(monkeypatch, name, us
     monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(InputError, match=r"pip install 'tarsus\[optimise\]'"):
         use(Valley())
+
+
+class Line(Residuals):
+    """A straight line a + b t through points with errors: the covariance is a closed form. A third number is idle."""
+
+    times, error = np.linspace(0.0, 4.0, 9), 0.25
+
+    def __init__(self, log: bool = False) -> None:
+        low, high = np.array([1.0, 1.0, 1.0]), np.array([5.0, 9.0, 2.0])
+        self.unknowns = Unknowns(("a", "b", "idle"), ("m",) * 3, low, high, np.full(3, log), (None,) * 3)
+
+    def residuals_at(self, points):
+        a, b, _ = self.unknowns.at(points).T
+        return (a[:, None] + b[:, None] * self.times - (2.0 + 3.0 * self.times)) / self.error
+
+    def jacobian(self, x):
+        slopes = self.unknowns.slopes(self.point(x))
+        return np.stack([1.0 + 0.0 * self.times, self.times, 0.0 * self.times], axis=1) * slopes / self.error
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_standard_errors_of_a_line_are_those_of_the_closed_form(log):
+    found = least_squares(Line(log), np.array([0.3, 0.3, 0.5]))
+    t, n = Line.times, len(Line.times)
+    spread = n * (t**2).sum() - t.sum() ** 2
+    sure = found.uncertainty
+    assert sure is not None and found.values["b"] == pytest.approx(3.0)
+    assert sure.errors["a"] == pytest.approx(Line.error * np.sqrt((t**2).sum() / spread))
+    assert sure.errors["b"] == pytest.approx(Line.error * np.sqrt(n / spread))
+    assert sure.correlations[0, 1] == pytest.approx(-t.sum() / np.sqrt(n * (t**2).sum()))
+    assert np.isinf(sure.errors["idle"]) and np.isnan(sure.correlations[2]).all()
+    assert sure.notes == ("the residuals do not tell idle: the Jacobian is singular there",)
+    again = Line(log).uncertainty(found.x)
+    assert again.errors == pytest.approx(sure.errors)
+
+
+def test_two_numbers_that_only_their_sum_is_told_of_are_both_untold():
+    from tarsus.fit.uncertainty import uncertainty_of
+
+    unknowns = Unknowns(("a", "b"), ("1", "1"), np.zeros(2), np.ones(2), np.zeros(2, bool), (None, None))
+    sure = uncertainty_of(np.array([[1.0, 1.0], [3.0, 3.0]]), unknowns, np.array([0.5, 1.0]))
+    assert np.isinf([*sure.errors.values()]).all() and np.isnan(sure.correlations).all()
+    assert "a, b" in sure.notes[0] and sure.notes[1].startswith("b ended at a bound")

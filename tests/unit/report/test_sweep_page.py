@@ -47,7 +47,7 @@ def test_measures_come_with_their_range_and_where_it_ends(tmp_path: Path) -> Non
     assert page.tags.count("figure") == 4, "two measures against two swept values"
     assert (
         "3 values from 50 µm to 70 µm" in page.text
-        and "The line is the mean over the other values." in page.text
+        and "The line joins the median run of each value." in page.text
     )
     assert "Runs that failed" not in page.text
 

@@ -37,6 +37,11 @@ def load_laws(path: str | Path) -> dict[str, type[Law]]:
     path
         A ``.py`` file.
 
+    Returns
+    -------
+    dict[str, type[Law]]
+        Classes by name, for ``ground.laws`` of a scene.
+
     Raises
     ------
     InputError

@@ -52,6 +52,11 @@ def read_measurement(path: str | os.PathLike[str], **choices: Any) -> Measuremen
         Fields of `Choices`: what the file does not say, or says wrongly. ``channels`` (names, or names with units),
         ``axis``, ``axis_unit``, ``step``, ``drive``.
 
+    Returns
+    -------
+    Measurement
+        Channels by name with quantity and unit, their samples [SI], the sampling step [s] and where the drive is.
+
     Raises
     ------
     InputError

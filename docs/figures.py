@@ -1,0 +1,484 @@
+"""Tables of README.md, docs/gallery.md and docs/walking.md from what the verbs wrote: no number in them is typed.
+
+    python docs/figures.py                              # write the tables into the pages
+    python docs/figures.py --check                      # 1 where a page, or a packaged mixture, says something else
+    python docs/figures.py take cantilever fit          # keep what the tables need of a new result; then write
+
+`take NAME FILE-OR-FOLDER` reads the JSON that the command of `COMMANDS` leaves there and keeps the part that the tables
+need in `docs/results/NAME.json`. In a page a table stands between `<!-- figures: NAME -->` and `<!-- end -->`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+RESULTS = Path(__file__).with_name("results")
+PAGES = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in ("gallery", "walking")))
+
+COMMANDS = {
+    "cantilever": ("tarsus calibrate cantilever -o fit", "calibration.json"),
+    "cantilever-1": ("tarsus calibrate cantilever-1 -o fit", "calibration.json"),
+    "cantilever-1-rows": ("tarsus reproduce cantilever --device cantilever-1 -o out", "reproduction.json"),
+    "hexapod": ("tarsus calibrate hexapod -o fit", "calibration.json"),
+    "millipede": ("tarsus reproduce millipede -o out", "reproduction.json"),
+    "speed": (
+        "python benchmarks/run.py --sizes 2 6 32 --peers heyoka --members 1024 --repeats 3 --json speed.json",
+        "speed.json",
+    ),
+}
+"""Result -> the command that writes it, and in which file."""
+
+Table = Mapping[str, Any]
+
+
+# What is kept of a result
+
+
+def kept_calibration(found: Table, folder: Path) -> dict[str, Any]:
+    """Errors, choices and branches of a calibration, without rows and correlations."""
+    branches = [
+        {key: value for key, value in one.items() if key not in ("correlations", "constraints", "found")}
+        for one in found["branches"]
+    ]
+    files = {
+        f"{name}_sha256": folder / file for name, file in (("study", "study.toml"), ("table", "table.csv"))
+    }
+    return {
+        **{key: found[key] for key in ("tarsus", "study", "seed", "sets", "summary", "choices")},
+        **{key: hashlib.sha256(file.read_bytes()).hexdigest() for key, file in files.items()},
+        "branches": branches,
+    }
+
+
+def kept_rows(found: Table, folder: Path) -> dict[str, Any]:
+    """Summary of a reproduction of Table A.1."""
+    return {key: found[key] for key in ("device", "summary")}
+
+
+def kept_millipede(found: Table, folder: Path) -> dict[str, Any]:
+    """Scores of the devices and of the random readings."""
+    counts = (
+        "agree",
+        "contradict",
+        "insensitive",
+        "not_determined",
+        "directional_agree",
+        "directional_total",
+    )
+    readings = found["readings"]
+    return {
+        "variants": {name: {key: one[key] for key in counts} for name, one in found["variants"].items()},
+        "readings": {
+            "judged": readings["judged"], "seed": readings["seed"],
+            **{key: {k: readings[key][k] for k in ("mean", "quantile_95")} for key in counts[:-1]},
+        },
+    }  # fmt: skip
+
+
+def kept_speed(found: Table, folder: Path) -> dict[str, Any]:
+    """The rows and the machine."""
+    return dict(found)
+
+
+KEPT: dict[str, Callable[[Table, Path], dict[str, Any]]] = {
+    "cantilever": kept_calibration, "cantilever-1": kept_calibration, "cantilever-1-rows": kept_rows,
+    "hexapod": kept_calibration, "millipede": kept_millipede, "speed": kept_speed,
+}  # fmt: skip
+
+
+def rounded(value: Any) -> Any:
+    """Plain data with its floats to six digits."""
+    if isinstance(value, dict):
+        return {name: rounded(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [rounded(one) for one in value]
+    return float(f"{value:.6g}") if isinstance(value, float) else value
+
+
+def take(name: str, place: Path) -> Path:
+    """Keep the part of a verb's result that the tables need."""
+    command, file = COMMANDS[name]
+    source = place / file if place.is_dir() else place
+    found = json.loads(source.read_text(encoding="utf-8"))
+    target = RESULTS / f"{name}.json"
+    table = {"command": command, **rounded(KEPT[name](found, source.parent))}
+    target.write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    return target
+
+
+def result(name: str) -> dict[str, Any]:
+    """A result as it was kept."""
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+
+
+# Words
+
+
+def percent(share: float | None) -> str:
+    return "–" if share is None else f"{100.0 * share:.1f} %"
+
+
+def whole(share: float | None) -> str:
+    return "–" if share is None else f"{100.0 * share:.0f} %"
+
+
+def brier(score: float | None) -> str:
+    return "–" if score is None else f"Brier score {score:.2f}"
+
+
+def lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table of Markdown."""
+    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)).replace(
+        "| --- |", "|---|").replace("--- |", "---|").replace("| ---", "|---")  # fmt: skip
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words as a list in a sentence."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def sentence_of_choice(what: str, choice: Table, names: Mapping[str, str]) -> str:
+    """How far a table decides a choice, with the weights of its options."""
+    weights = sorted(choice["weights"].items(), key=lambda one: -one[1])
+    told = ", ".join(
+        f"{names.get(option, option)} {weight:.2f}" for option, weight in weights if weight >= 0.005
+    )
+    return f"{what} is {'left open' if choice['open'] else 'decided'} by these rows ({told})"
+
+
+LANDINGS = {
+    "restitute": "restitution first",
+    "capture": "held unless pulled",
+    "printed": "(2.13) with its own signs",
+}
+POLARITIES = {"lifting": "0 to 10 V lifting", "pressing": "0 to 10 V pressing", "both": "−10 to 10 V"}
+AVERAGES = {"apex": "mean apex", "time": "time mean"}
+
+
+def both_parts(summary: Table) -> tuple[Table, Table | None, Table | None]:
+    """Measures as fitted, as left out, and of the best device; None where a result has none."""
+    left, best = summary.get("left_out"), summary.get("best")
+    return summary["training"]["measures"], left and left["measures"], best and best["measures"]
+
+
+# The cantilever
+
+
+def source_model() -> dict[str, Any]:
+    """The source's own model against the measurement, from the packaged table."""
+    from tarsus_reproduce.cantilever import compare
+    from tarsus_reproduce.cases import packaged_cases
+
+    cases = packaged_cases()
+    return compare([case.measured for case in cases], [case.source for case in cases])
+
+
+def cantilever() -> str:
+    """Rows of Table A.1: the source's model, fitted, left out."""
+    found, source = result("cantilever"), source_model()
+    fitted, left, best = both_parts(found["summary"])
+    of_best = {
+        name: f" (best device {percent(best[name]['mean_relative_error'])})" if best else ""
+        for name in ("peak", "contact")
+    }
+    existence = "" if best is None else (
+        f" (best device: {best['bounces']['existence_right']} of {best['bounces']['cells']} right)")  # fmt: skip
+    rows = [
+        [
+            f"{words}, mean absolute error",
+            f"{source[name]['mean_absolute_percent']:.1f} %",
+            percent(fitted[name]["mean_relative_error"]) + of_best[name],
+            percent(left and left[name]["mean_relative_error"]),
+        ]
+        for name, words in (("peak", "peak"), ("contact", "contact duration"))
+    ]
+    rows.append(
+        [
+            "existence of bounces",
+            f"{source['existence_right']} of {source['count_cases']} right",
+            brier(fitted["bounces"]["brier"]) + existence,
+            brier(left and left["bounces"]["brier"]),
+        ]
+    )
+    rows.append(
+        [
+            "number of bounces, mean error",
+            f"{source['mean_count_error']:.1f}",
+            f"{fitted['bounces']['mean_absolute_error']:.1f}",
+            "–" if left is None else f"{left['bounces']['mean_absolute_error']:.1f}",
+        ]
+    )
+    held = [
+        None if one is None else one["held"] for one in map(found["summary"].get, ("training", "left_out"))
+    ]
+    rows.append(["values in the 80 % interval", "", *map(whole, held)])
+    head = ["against the measurement", "source's model", "`cantilever`, calibrated on", "left out"]
+    choice = sentence_of_choice("Which landing rule holds", found["choices"]["landing"], LANDINGS)
+    return f"{lines(head, rows)}\n\n{choice}."
+
+
+UNKNOWNS = {
+    "static": ("static tip deflection per drive force [µm/µN]", 1.0, ""),
+    "ratio": ("static share of mode 2, relative to mode 1", 1.0, ""),
+    "zeta1": ("damping ratio of mode 1", 1.0, ""),
+    "zeta2": ("damping ratio of mode 2", 1.0, ""),
+    "offset": ("zero of the drive force [µN]", 1.0, ""),
+    "swing": ("half the force swing of a 6 V loop [µN]", 1.0, ""),
+    "restitution": ("restitution", 1.0, "0.378"),
+    "initial": ("adhesion at touchdown $C_{a0}$ [µN]", 1e6, "0.2743"),
+    "rate": ("growth of adhesion $C_a$ [µN/s]", 1e6, "1.7"),
+    "scale": ("common factor of adhesion and film", 1.0, ""),
+}
+"""Unknown of the studies -> its words, factor to the unit there, and what the source prints."""
+
+
+def unknowns(name: str) -> str:
+    """How well each unknown of the best branch is determined."""
+    best = min((one for one in result(name)["branches"] if not one["dropped"]), key=lambda one: one["cost"])
+    rows = []
+    for unknown, one in best["unknowns"].items():
+        words, factor, printed = UNKNOWNS.get(unknown, (unknown, 1.0, ""))
+        value, low, high = (f"{factor * one[key]:.3g}".replace("-", "−") for key in ("best", "low", "high"))
+        rows.append([words, value, f"{low} to {high}", printed, one["determined"]])
+    return lines(["unknown", "best", "90 % of the ensemble", "printed", "the data say"], rows)
+
+
+def branches(name: str, names: Mapping[str, Mapping[str, str]], titles: Mapping[str, str]) -> str:
+    """Every combination of choices of a calibration, with its cost and weight."""
+    found = result(name)["branches"]
+    rows = [
+        [*(names[choice].get(option, option) for choice, option in one["options"].items()), f"{one['cost']:.1f}",
+         "dropped" if one["dropped"] else f"{one['weight']:.2f}"]
+        for one in sorted(found, key=lambda one: one["cost"])
+    ]  # fmt: skip
+    return lines([*(titles[choice] for choice in found[0]["options"]), "cost", "weight"], rows)
+
+
+def against_model() -> str:
+    """How many rows of `cantilever-1` come close to the source's model."""
+    close = result("cantilever-1-rows")["summary"]["ours_against_source"]
+    rows = [
+        ["peak within 15 %",
+         f"{close['peak_within_15_percent']} (mean error {close['peak']['mean_absolute_percent']:.1f} %)"],
+        ["existence of bounces right", str(close["existence_right"])],
+        ["number of bounces right", str(close["count_right"])],
+        ["contact within 30 % or 1 ms", str(close["contact_within_30_percent_or_1_ms"])],
+    ]  # fmt: skip
+    return lines([f"rows of {close['count_cases']}", "`cantilever-1`"], rows)
+
+
+# The hexapod
+
+
+def source_error_of_hexapod(rows: int) -> float:
+    """Mean relative error of the source's model over all numbers of the fitted rows."""
+    from tarsus.study.relative import relative_error
+    from tarsus_reproduce.scenarios import packaged_scenarios
+
+    errors = [
+        relative_error(getattr(one.measured, name), getattr(one.source, name))
+        for one in packaged_scenarios("hexapod")[:rows]
+        for name in ("bounces_per_s", "peak_um", "mean_um")
+    ]
+    known = [abs(error) for error in errors if error is not None]
+    return sum(known) / len(known)
+
+
+def hexapod() -> str:
+    """The two rows of Table 3.2 in sentences."""
+    found = result("hexapod")
+    fitted, left, best = both_parts(found["summary"])
+    kept = sum(not one["dropped"] for one in found["branches"])
+    count = max(one["cells"] for one in fitted.values())
+    source = source_error_of_hexapod(count)
+
+    def each(part: Table) -> str:
+        return ", ".join(
+            f"{words} {whole(part[name]['mean_relative_error'])}"
+            for name, words in (("bounces", "bounces"), ("peak", "peak"), ("mean", "height"))
+        )
+
+    said = [
+        sentence_of_choice("Polarity", found["choices"]["polarity"], POLARITIES),
+        sentence_of_choice("the meaning of \"average height\"", found["choices"]["average"], AVERAGES),
+    ]  # fmt: skip
+    text = f"{'; '.join(said)}; {kept} of {len(found['branches'])} branches fit."
+    text += f" Mean errors of the mixture's medians: {each(fitted)}"
+    if best is not None:
+        size = sum(one["mean_relative_error"] for one in best.values()) / len(best)
+        text += f"; of the best device {whole(size)} over all {count * len(best)} numbers"
+    text += f" (source's model: {whole(source)} over all {count * len(fitted)} numbers)."
+    if left is not None:
+        text += f" Each row left out: {each(left)} off."
+    return text
+
+
+# The millipede
+
+
+DEVICES = {
+    "millipede": "`millipede` (chosen among readings)",
+    "millipede-table": "`millipede-table` (damping of Table 4.1)",
+    "millipede-printed": "`millipede-printed` ((2.13) as printed)",
+}
+
+
+def millipede() -> str:
+    """Trends of section 4.4.1 by device, and over random readings."""
+    found = result("millipede")
+    counts = ("agree", "contradict", "insensitive", "not_determined")
+    rows = [
+        [DEVICES.get(name, f"`{name}`"), *(str(one[key]) for key in counts),
+         f"{one['directional_agree']} of {one['directional_total']}"]
+        for name, one in found["variants"].items()
+    ]  # fmt: skip
+    readings, total = found["readings"], next(iter(found["variants"].values()))["directional_total"]
+    at_most = f"{readings['agree']['quantile_95']:g}"
+    rows.append(
+        [f"{readings['judged']} random readings of what is not printed, mean (95 % agree with at most {at_most})",
+         *(f"{readings[key]['mean']:.1f}" for key in counts),
+         f"{readings['directional_agree']['mean']:.1f} of {total}"]
+    )  # fmt: skip
+    head = [
+        "device",
+        "agrees",
+        "contradicts",
+        "insensitive",
+        "not determined",
+        "directional trends that agree",
+    ]
+    return lines(head, rows)
+
+
+# How fast it is
+
+
+GOALS = {"P1": 10.0, "P2": 5.0}
+"""How many times faster than heyoka each problem should be solved."""
+
+
+def speed() -> str:
+    """P1 and P2 beside heyoka, and which goals are met."""
+    found = result("speed")
+    rows, met, missed = [], [], []
+    for problem in dict.fromkeys(one["problem"] for one in found["rows"]):
+        own, peer = (
+            next(
+                one
+                for one in found["rows"]
+                if one["problem"] == problem and (one["solver"] == "tarsus") is mine
+            )
+            for mine in (True, False)
+        )
+        kind, _, size = problem.partition(" n=")
+        unit = "ms" if own["unit"] == "ms/s" else "runs/s"
+        name = (
+            f"{kind}, {size} masses"
+            if size
+            else f"{kind}, {own['checked'].replace('members', 'runs')} of 200 ms"
+        )
+        wrong = [one["wrong"] for one in (own, peer)]
+        rows.append(
+            [f"{name}, {wrong[0]} wrong" if wrong[0] == wrong[1] else f"{name}, {wrong[0]} and {wrong[1]} wrong",
+             *(f"{one['median']:.3g} {unit}" if one["median"] < 1000.0 else f"{one['median']:.0f} {unit}"
+               for one in (own, peer)),
+             f"{peer['ratio']:.1f}"]
+        )  # fmt: skip
+        of_kind = f"{size} masses" if size else f"{own['checked'].split()[0]} runs"
+        (met if peer["ratio"] >= GOALS[kind] else missed).append(f"{kind} with {of_kind}")
+    load = found["environment"]["load"]
+    where = (
+        f"{found['environment']['cores']} processors, load {load[0]:.1f}"
+        if load
+        else "a machine of unknown load"
+    )
+    goals = f"Our goals are {GOALS['P1']:g} times heyoka on P1 and {GOALS['P2']:g} times on P2:"
+    said = [f"{word} on {joined(names)}" for word, names in (("met", met), ("missed", missed)) if names]
+    goals += f" {', '.join(said)}."
+    return f"{lines(['', 'Tarsus', 'heyoka', 'ratio'], rows)}\n\nMedians on {where}. {goals}"
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "cantilever": cantilever,
+    "cantilever-unknowns": lambda: unknowns("cantilever"),
+    "cantilever-branches": lambda: branches("cantilever", {"landing": LANDINGS}, {"landing": "landing"}),
+    "cantilever-1-rows": against_model,
+    "cantilever-1-unknowns": lambda: unknowns("cantilever-1"),
+    "cantilever-1-branches": lambda: branches("cantilever-1", {"landing": LANDINGS}, {"landing": "landing"}),
+    "hexapod": hexapod,
+    "hexapod-branches": lambda: branches(
+        "hexapod",
+        {"polarity": POLARITIES, "average": AVERAGES},
+        {"polarity": "polarity", "average": '"Avg. height"'},
+    ),
+    "millipede": millipede,
+    "speed": speed,
+}
+
+_PLACE = re.compile(r"(<!-- figures: ([\w-]+) -->\n)(?:(?!<!--).)*(<!-- end -->)", re.DOTALL)
+
+
+def filled(text: str) -> str:
+    """A page with its tables as the results have them."""
+    return _PLACE.sub(lambda found: f"{found[1]}{TABLES[found[2]]()}\n{found[3]}", text)
+
+
+def page_differences() -> list[str]:
+    """Pages whose tables are others than the results', a sentence each."""
+    return [
+        f"{page.relative_to(ROOT)}: run `python docs/figures.py`"
+        for page in PAGES
+        if filled(page.read_text(encoding="utf-8")) != page.read_text(encoding="utf-8")
+    ]
+
+
+def mixture_differences() -> list[str]:
+    """Packaged mixtures that are of another calibration than the results, a sentence each."""
+    from tarsus_reproduce.mixtures import packaged_errors
+
+    told = []
+    for name in ("cantilever", "hexapod"):
+        mine, theirs = (
+            {part: one for part, one in errors.items() if one is not None}
+            for errors in (result(name)["summary"], packaged_errors(name) or {})
+        )
+        if mine != theirs:
+            told.append(
+                f"the packaged mixture of {name} is not that of docs/results/{name}.json: package the folder of "
+                f"`{COMMANDS[name][0]}` (`python -m tarsus_reproduce.mixtures`) and take it"
+            )
+    return told
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write, check, or take a result; the exit code."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--check", action="store_true", help="write nothing; say what differs")
+    verbs = parser.add_subparsers(dest="verb")
+    taking = verbs.add_parser("take", help="keep what the tables need of a verb's result")
+    taking.add_argument("name", choices=list(COMMANDS))
+    taking.add_argument("place", type=Path)
+    options = parser.parse_args(arguments)
+    if options.verb == "take":
+        print(f"wrote {take(options.name, options.place)}")
+    if options.check:
+        told = [*page_differences(), *mixture_differences()]
+        print("\n".join(told) or "pages, results and packaged mixtures agree")
+        return 1 if told else 0
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
