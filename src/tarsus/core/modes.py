@@ -171,8 +171,11 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     rows = normals.real.T
     sizes, ways = svd(rows)
     rank = rank_of(rows, math.sqrt(REDUNDANT), sizes)
-    z, seen = ways[:, rank:], ways[:, :rank] / sizes[:rank]
-    placed = -product(seen, product(rows, seen).T)
+    if rank == len(held) and _spread(system) > WIDE:
+        z, placed = _graded(system, normals.real)
+    else:
+        z, seen = ways[:, rank:], ways[:, :rank] / sizes[:rank]
+        placed = -product(seen, product(rows, seen).T)
     if np.iscomplexobj(normals):  # N^T Z = 0 and N^T placed = -1, with derivatives
         moved = product(placed, 1j * normals.imag.T)
         z, placed = z + product(moved, z), placed + product(moved, placed)
@@ -182,6 +185,36 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     met = product(normals.T, minv_n)
     share = _inverse_of(met) if len(held) > 1 else 1.0 / met
     return z, placed, projector, product(share, minv_n.T)
+
+
+WIDE = 1e3
+"""Ratio of the fastest to the slowest rate of a structure's coordinates, beyond which the square of it times 1e-16, which
+stiffnesses that mix them lose, is no longer nothing beside 1e-10."""
+
+
+def _rates(system: LinearSystem) -> Floats:
+    """Rate (n,) [1/s] of each coordinate by itself."""
+    return np.sqrt(np.maximum(system.stiffness.real.diagonal(), 0.0) / system.mass.real.diagonal())
+
+
+def _spread(system: LinearSystem) -> float:
+    rates = _rates(system)
+    least = rates[rates > 0.0].min(initial=np.inf)
+    return float(rates.max(initial=0.0) / least)
+
+
+def _graded(system: LinearSystem, normals: Floats) -> tuple[Floats, Floats]:
+    """Null basis Z of independent rows and x per unit of their rest gaps, in which the softest coordinates that carry the
+    constraints follow the others: a stiff one is then in one column alone, and its stiffness in one entry."""
+    n, count = normals.shape
+    rates = _rates(system)
+    softest, _ = _leading(normals / np.maximum(rates, 1e-3 * rates[rates > 0.0].min())[:, None])
+    others = np.setdiff1d(np.arange(n), softest)
+    z, placed = np.zeros((n, n - count)), np.zeros((n, count))
+    z[others, np.arange(n - count)] = 1.0
+    z[softest] = -solve(normals[softest].T, normals[others].T)
+    placed[softest] = -inverse(normals[softest].T)
+    return z, placed
 
 
 def _inverse_of(matrix: Floats) -> Floats:
