@@ -23,11 +23,11 @@ MOVED = re.compile(
     r"|structure\.body\.(mass|roll_inertia|pitch_inertia)|structure\.legs\.[^.]+\.(mass|stiffness_|damping_)"
     r"|feet\.[^.]+\.gap|drives\.[^.]+\.law\.(gain|linear|quadratic|cubic))"
 )
-"""Paths of what is moved: a structure's matrices, gaps and gains; not where feet stand, which says what is at one place."""
+"""Paths of what is moved: a structure's matrices, gaps and gains; not where feet stand, or those at one place would part."""
 TOGETHER = 1e-9
 """Events of different feet that lie closer than this part of the run are simultaneous; their order means nothing."""
 GROWN = 1e-7
-"""Distance of two runs, relative to their motion, from which on events may differ: 1e6 times the larger of the moves."""
+"""Distance of two runs, relative to their motion, from which on events may differ: 1e6 times the larger move."""
 TIMES = 400
 
 
@@ -123,7 +123,9 @@ class Pair:
         return self.grown > GROWN and self.folds > 5.0
 
     def __str__(self) -> str:
-        return f"{'; '.join(self.differ) or 'alike'}: {self.grown:.1e} apart by then, {self.folds:.1f} e-folds"
+        return (
+            f"{'; '.join(self.differ) or 'alike'}: {self.grown:.1e} apart by then, {self.folds:.1f} e-folds"
+        )
 
 
 def pair(scene: ts.Scene, size: float, seed: int) -> Pair:

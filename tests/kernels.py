@@ -28,7 +28,7 @@ _SYMBOLS = [
 
 
 def in_use() -> dict[str, str]:
-    """Kernel of every OpenBLAS that numpy and scipy have loaded, by the library's file; none where they have another."""
+    """Kernel of every OpenBLAS that numpy and scipy have loaded, by the library's file; none where there is another."""
     found = {}
     for path in _libraries():
         library = ctypes.CDLL(str(path))

@@ -3,8 +3,8 @@
 `install(seed)`, before tarsus is imported, moves what the functions of numpy.linalg and scipy.linalg return, element by
 element: zeros stay zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which
 are compiled with them replaced) are moved by the rounding of their sums, the sum of |terms| times 2e-16: what cancels
-leaves something else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked twice is
-answered twice alike, as a processor does. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
+leaves something else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked
+twice is answered twice alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ import numpy as np
 
 EPS = float(np.finfo(float).eps)
 PRODUCT = "product_with_another_last_bit"
-_STAY = ("norm", "LinAlgError", "LinAlgWarning", "test", "get_blas_funcs", "get_lapack_funcs", "find_best_blas_type")
+_STAY = (
+    "norm",
+    "LinAlgError",
+    "LinAlgWarning",
+    "test",
+    "get_blas_funcs",
+    "get_lapack_funcs",
+    "find_best_blas_type",
+)
 
 
 def same_for(seed: int, *given: Any) -> np.random.Generator:

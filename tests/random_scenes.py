@@ -119,7 +119,7 @@ def scene_of(seed: int) -> Scene:
 
 
 def wide_scene(seed: int) -> Scene:
-    """The scene of a seed at the edges and of more forms: bars, beams, feet in groups, crowds, none; a third has legs."""
+    """The scene of a seed at the edges and of more forms: bars, beams, feet in groups, many or none."""
     dice = Dice([seed, 21], WIDE)
     return _legged(dice, f"wide {seed}") if dice.chance(0.33) else _modal(dice, f"wide {seed}")
 
@@ -223,7 +223,8 @@ def _structure(dice: Dice, scale: Scale) -> tuple[dict[str, Any], np.ndarray]:
         return _bar(dice, scale, n) | {"weights": places}, rows
     if dice.chance(0.5):
         return (
-            _by_modes(dice, scale, n) | {"shapes": places, "upward": (rows[0] / (rows[0] @ rows[0])).tolist()},
+            _by_modes(dice, scale, n)
+            | {"shapes": places, "upward": (rows[0] / (rows[0] @ rows[0])).tolist()},
             rows,
         )
     return _by_matrices(dice, scale, n) | {"weights": places}, rows

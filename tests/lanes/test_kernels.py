@@ -1,7 +1,7 @@
 """The same answer on every processor: tests of the engine once more, on other machine code of OpenBLAS.
 
-Decisions of the engine must not hang on the last bit of an eigensolver. This process runs on one kernel; the tests named
-here run on the others, each in a process of its own. By hand, all tests of the engine on one kernel:
+Decisions of the engine must not hang on the last bit of an eigensolver. This process runs on one kernel; the tests
+named here run on the others, each in a process of its own. By hand, all tests of the engine on one kernel:
 
     OPENBLAS_CORETYPE=Prescott pytest tests/analytic tests/conformance tests/invariants tests/unit/core
 """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lanes.test_kernels import run_engine
 
+from lanes.test_kernels import run_engine
 from last_bit import EPS, moved, product, same_for
 
 
@@ -21,7 +21,7 @@ def test_a_result_is_moved_by_one_unit_and_a_zero_not_at_all() -> None:
     assert 0.5 < np.mean(found != given) / np.mean(given != 0.0) < 0.8
     assert np.all(np.abs(found - given) <= np.spacing(np.abs(given)))
     assert np.all(found[2::5] == 0.0)
-    values, vectors = moved(np.linalg.eigh(np.diag([1.0, 2.0])), same_for(1))
+    _, vectors = moved(np.linalg.eigh(np.diag([1.0, 2.0])), same_for(1))
     assert np.array_equal(vectors == 0.0, [[False, True], [True, False]])
 
 
@@ -34,4 +34,6 @@ def test_a_product_is_moved_by_the_rounding_of_its_sums(imaginary: float) -> Non
     found, size = product(a, b, 1), np.abs(np.real(a)) @ np.abs(b)
     assert 0.3 < np.abs(np.real(found) / (EPS * size)).max() <= 1.5, "what cancels leaves its terms' rounding"
     assert np.abs(np.imag(found)).max() <= 1.5 * EPS * imaginary * size.max()
-    assert np.array_equal(product(np.diag(b), a[:3], 1), np.diag(b) @ a[:3]), "sums of one term are rounded alike"
+    assert np.array_equal(product(np.diag(b), a[:3], 1), np.diag(b) @ a[:3]), (
+        "sums of one term are rounded alike"
+    )
