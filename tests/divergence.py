@@ -23,7 +23,7 @@ MOVED = re.compile(
     r"|structure\.body\.(mass|roll_inertia|pitch_inertia)|structure\.legs\.[^.]+\.(mass|stiffness_|damping_)"
     r"|feet\.[^.]+\.gap|drives\.[^.]+\.law\.(gain|linear|quadratic|cubic))"
 )
-"""Paths of what is moved: a structure's matrices, gaps and gains; not where feet stand, or those at one place would part."""
+"""Paths of what is moved: structure, gaps and gains; not where feet stand, or those at one place would part."""
 TOGETHER = 1e-9
 """Events of different feet that lie closer than this part of the run are simultaneous; their order means nothing."""
 GROWN = 1e-7
