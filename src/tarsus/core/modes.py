@@ -177,7 +177,7 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     projector = np.linalg.solve(onto @ z, onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = normals.T @ minv_n
-    share = _inverse_of(met) if len(held) > 1 else 1.0 / met
+    share = _inverse_of(met) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
     return z, placed, projector, share @ minv_n.T
 
 
@@ -252,6 +252,12 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         outputs[m + i] = normal @ velocity
         bias.feed[:, i] = normal @ particular
         bias.feed[i, i] += 1.0
+        mobility[i] = outputs[m + i] @ beta[i]
+        if mobility[i].real > REDUNDANT * (normal @ system.per_impulse[:, i]).real:
+            continue
+        mobility[i] = 0.0  # held feet hold this one as well: nothing moves it, and it moves nothing
+        for part in (beta[i], inputs[i], inputs[m + i], outputs[i], outputs[m + i]):
+            part.real[:] = 0.0
     restoring = system.stiffness @ position + system.damping @ velocity
     for row, i in zip(rows, held_feet, strict=True):
         outputs[i] = -row @ restoring
@@ -269,9 +275,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         held[i] = -row @ (system.stiffness @ position + system.damping @ (z2 @ (projector2 @ velocity)))
         held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
         bias.held_feed[:, i] = row @ constant
-        mobility[i] = outputs[m + i] @ beta[i]
-        if mobility[i].real <= REDUNDANT * (system.normals[:, i] @ system.per_impulse[:, i]).real:
-            mobility[i] = 0.0  # held feet hold this one as well
+        if mobility[i] == 0.0:
             continue
         jump[i] = beta[i] / mobility[i]
         reaction[i, held_feet] = -rows @ system.normals[:, i]
