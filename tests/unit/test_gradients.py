@@ -301,6 +301,23 @@ def test_feet_that_land_together_and_hand_blows_on_have_no_derivative():
     assert not apart.flags
 
 
+def test_a_displacement_of_zero_varies_by_a_length_of_the_scene():
+    """Not by one of 1 m, which would put a foot a micrometre above the ground below it; x = x0 cos wt."""
+    scene = ts.Scene(
+        name="small",
+        robot=ts.Robot(
+            structure=ts.Lumped(coordinates=("a",), mass=(1.0,), stiffness=(4.0,), weights={"tip": (1e3,)}),
+            feet={"tip": ts.Foot(point="tip", gap=1e-6)},
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
+        initial=ts.Initial(displacement=(0.0,), velocity=(1e-10,)), duration=3.0,
+    )  # fmt: skip
+    times = np.linspace(0.1, 2.9, 7)
+    run = ts.simulate(scene, gradients=["initial.displacement.0"])
+    got = run.state_gradients(times)["initial.displacement.0"].x[0]
+    np.testing.assert_allclose(got, np.cos(2.0 * times), atol=1e-11)
+
+
 @pytest.mark.parametrize(
     ("part", "sentence"), [(-1e-9, "grazes the ground"), (1e-9, "turns just above the ground")]
 )

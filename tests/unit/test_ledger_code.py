@@ -86,3 +86,12 @@ def test_the_command_line_says_it_and_exits_with_1(strict: None, tmp_path, capsy
     assert main(["simulate", str(file)]) == 1
     out, err = capsys.readouterr()
     assert ResultCode.LEDGER_OPEN.value in out and ResultCode.LEDGER_OPEN.value in err
+
+
+def test_a_structure_without_feet_has_its_account_on_any_ground() -> None:
+    """The film has no foot to act on; what feet do for the account is asked of none."""
+    scene = pushed()
+    ground = scene.ground.model_copy(update={"film": ts.Film(coefficient=1e-9, thickness=1e-3)})
+    run = ts.simulate(scene.model_copy(update={"ground": ground}))
+    assert run.ok and run.ledger.closure < CLOSED
+    assert run.ledger.work_in == pytest.approx(ts.simulate(scene).ledger.work_in, rel=1e-12)

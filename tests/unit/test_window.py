@@ -7,7 +7,9 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
+from tarsus.orbits.returns import return_map
 from tarsus.plan.lowering import lower_scene
+from tarsus.plan.slots import rows_of
 from tarsus.solve.window import Contacts, simulate_window
 from walking_scenes import sticky, trotter
 
@@ -97,3 +99,33 @@ def test_what_does_not_fit_a_plan_is_told_at_once():
         "since: expected",
     ):
         assert part in text
+
+
+def test_a_window_leaves_the_callers_rows_as_they_are():
+    scene = scene_of("ball")
+    plan = lower_scene(scene)
+    rows = rows_of(plan)
+    before = rows.initial.copy()
+    simulate_window(plan, 0.5 * before[0], 0.0, [0.1], rows=rows)
+    assert np.array_equal(rows.initial, before)
+
+
+def test_a_return_map_leaves_its_rows_as_they_are():
+    scene = scene_of("p1_n2")
+    made = return_map(scene, 0.0, Contacts())
+    before = made.rows.initial.copy()
+    state = before[0] + 1e-9
+    made(state)
+    made.derivative(state)
+    assert np.array_equal(made.rows.initial, before)
+
+
+def test_a_window_from_the_start_is_the_run_to_the_last_bit():
+    """Of a structure of three modes, whose sums depend on how they lie in vectors: that is one choice for both."""
+    scene = scene_of("three_feet")
+    plan = lower_scene(scene)
+    run = ts.simulate(scene, 0.03)
+    window = simulate_window(plan, plan.initial, 0.0, [0.03])
+    assert len(run.events) > 20
+    assert np.array_equal(window.events["time"], run.events["time"])
+    assert np.array_equal(window.events["energy"], run.events["energy"])

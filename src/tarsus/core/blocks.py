@@ -41,8 +41,33 @@ def split_modes(mass: Floats, damping: Floats, stiffness: Floats) -> tuple[Float
             sizes = np.abs(u)
             rounding = 1e-14 * n * (sizes * (np.abs(k) @ sizes)).sum(axis=0)
             square = np.where(np.abs(square) <= rounding, 0.0, square)
-            return _classical(square, rates, inverse.T @ u)
+            square, rates, shapes = _slow_again(square, rates, inverse.T @ u, (mass, damping, stiffness))
+            return _classical(square, rates, shapes)
     return _general(mass, damping, stiffness)
+
+
+def _slow_again(
+    square: Floats, rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]
+) -> tuple[Floats, Floats, Floats]:
+    """Squares, rates and shapes (n, n) of modes, those that are slow beside the fastest by what no fast one hides: they are
+    the largest of K^-1 M, in coordinates that are each counted by its own stiffness."""
+    slow = square < SLOW**2 * square.max(initial=0.0)
+    mass, damping, stiffness = pencil
+    if not slow.any() or stiffness.diagonal().min() <= 0.0:
+        return square, rates, shapes
+    unit = _own_units(0.0, mass, stiffness)
+    try:
+        root = np.linalg.inv(np.linalg.cholesky(unit[:, None] * stiffness * unit))
+    except np.linalg.LinAlgError:  # motions without a stiffness
+        return square, rates, shapes
+    root = root * unit
+    inverse, u = np.linalg.eigh(root @ mass @ root.T)
+    kept = np.argsort(-inverse)[: slow.sum()]
+    square, rates, shapes = square.copy(), rates.copy(), shapes.copy()
+    square[slow] = 1.0 / inverse[kept]
+    shapes[:, slow] = root.T @ u[:, kept] / np.sqrt(inverse[kept])
+    rates[slow] = np.einsum("ir,ij,jr->r", shapes[:, slow], damping, shapes[:, slow])
+    return square, rates, shapes
 
 
 def _classical(square: Floats, rate: Floats, shapes: Floats) -> tuple[Floats, Floats]:
@@ -177,12 +202,19 @@ def _known_apart(rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]) -> b
     return bool((np.abs(left).max(axis=0) < 1e-6 * size).all())
 
 
+def _own_units(value: complex, mass: Floats, stiffness: Floats) -> Floats:
+    """Units (n,) of the coordinates in which the terms of s^2 M + s C + K are of one size."""
+    return 1.0 / np.sqrt(np.abs(stiffness.diagonal()) + abs(value) ** 2 * mass.diagonal())
+
+
 def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[complex, NDArray[np.complex128]]:
     """An eigenvalue of M q'' + C q' + K q = 0 by Newton's method on the pencil itself, and its vector [q; q' / w].
 
-    There nothing fast hides a slow rate: s^2 M + s C + K has terms of the size of K.
+    There nothing fast hides a slow rate: s^2 M + s C + K has terms of the size of K, and of each coordinate those of its
+    own K by the unit in which it is counted.
     """
-    mass, damping, stiffness = pencil
+    unit = _own_units(value, pencil[0], pencil[2])
+    mass, damping, stiffness = (unit[:, None] * part * unit for part in pencil)
     for _ in range(4):
         u, _, vh = np.linalg.svd(value * value * mass + value * damping + stiffness)
         left, right = u[:, -1].conj(), vh[-1].conj()
@@ -193,5 +225,6 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
         value = complex(value - change)
         if abs(change) <= 1e-15 * abs(value):
             break
+    right = unit * right
     vector = np.concatenate([right, value / w * right])
     return value, vector / np.linalg.norm(vector)

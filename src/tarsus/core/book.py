@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ class ModeBook:
         self.lengths = np.ascontiguousarray(lengths, dtype=float)
         self.sources = system.sources
         self._modes: list[ContactMode] = []
+        self._lock = Lock()
         n, m = system.normals.shape
         self.native: Any = shared.native if shared is not None else _native.Book(
             self.lengths, m, system.loads.shape[1], n, rates, NODES, nodes, partial(unbiased_mode, system)
@@ -46,9 +48,10 @@ class ModeBook:
     @property
     def modes(self) -> list[ContactMode]:
         """The contact modes in the order in which they were met, by which recorded steps number them."""
-        met = self.native.modes
-        self._modes += [mode.biased(self.sources) for mode in met[len(self._modes) :]]
-        return self._modes
+        with self._lock:  # each is added once, whoever asks first
+            met = self.native.modes
+            self._modes += [mode.biased(self.sources) for mode in met[len(self._modes) :]]
+            return self._modes
 
     def require(self, mask: int) -> int:
         """Number of the contact mode whose feet are the bits of ``mask``; made now if no run has met it."""

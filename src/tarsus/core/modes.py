@@ -168,8 +168,11 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
     u, s, vt = np.linalg.svd(normals.real)
     rank = int(np.sum(s * s > REDUNDANT * s[0] * s[0])) if s.size else 0
-    z = u[:, rank:]
-    placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
+    if rank == len(held) and _spread(system) > WIDE:
+        z, placed = _graded(system, normals.real)
+    else:
+        z = u[:, rank:]
+        placed = -(u[:, :rank] / s[:rank]) @ vt[:rank]
     if np.iscomplexobj(normals):  # N^T Z = 0 and N^T placed = -1, with derivatives
         moved = placed @ (1j * normals.imag.T)
         z, placed = z + moved @ z, placed + moved @ placed
@@ -179,6 +182,36 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     met = normals.T @ minv_n
     share = _inverse_of(met) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
     return z, placed, projector, share @ minv_n.T
+
+
+WIDE = 1e3
+"""Ratio of the fastest to the slowest rate of a structure's coordinates, beyond which the square of it times 1e-16, which
+stiffnesses that mix them lose, is no longer nothing beside 1e-10."""
+
+
+def _rates(system: LinearSystem) -> Floats:
+    """Rate (n,) [1/s] of each coordinate by itself."""
+    return np.sqrt(np.maximum(system.stiffness.real.diagonal(), 0.0) / system.mass.real.diagonal())
+
+
+def _spread(system: LinearSystem) -> float:
+    rates = _rates(system)
+    least = rates[rates > 0.0].min(initial=np.inf)
+    return float(rates.max(initial=0.0) / least)
+
+
+def _graded(system: LinearSystem, normals: Floats) -> tuple[Floats, Floats]:
+    """Null basis Z of independent rows and x per unit of their rest gaps, in which the softest coordinates that carry the
+    constraints follow the others: a stiff one is then in one column alone, and its stiffness in one entry."""
+    n, count = normals.shape
+    rates = _rates(system)
+    softest, _ = _leading(normals / np.maximum(rates, 1e-3 * rates[rates > 0.0].min())[:, None])
+    others = np.setdiff1d(np.arange(n), softest)
+    z, placed = np.zeros((n, n - count)), np.zeros((n, count))
+    z[others, np.arange(n - count)] = 1.0
+    z[softest] = -np.linalg.solve(normals[softest].T, normals[others].T)
+    placed[softest] = -np.linalg.inv(normals[softest].T)
+    return z, placed
 
 
 def _inverse_of(matrix: Floats) -> Floats:

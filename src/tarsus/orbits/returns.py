@@ -149,8 +149,7 @@ class ReturnMap:
     def derivative(self, state: Floats, multiple: int = 1) -> Floats:
         """dP/ds (2n, r) along the free directions, from the engine's own steps and events."""
         end, size = self.start + multiple * self.period, len(state)
-        self.rows.initial[0] = state
-        contacts, rows = self.contacts, self.rows
+        contacts, rows = self.contacts, self.rows.starting(state)
         made = record(self.plan, self.book, end, rows, self.accuracy, start=self.start, contacts=contacts)
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)

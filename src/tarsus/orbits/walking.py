@@ -58,7 +58,9 @@ class WalkMap(ReturnMap):
         """The map with the same feet on the ground, of a scene with values in place of some of its own."""
         plan, rows, period, horizon = varied(scene, values, shared)
         assert plan.legs is not None
-        tables: Any = shared.get(("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon))
+        tables: Any = shared.get(
+            ("legs", plan.legs.blocks.tobytes(), horizon), lambda: tables_of(plan, horizon)
+        )
         start = phase * period
         since = [start + (one - self.start) for one in self.contacts.since or ()]
         contacts = Contacts(self.contacts.held, since)
@@ -77,7 +79,9 @@ class WalkMap(ReturnMap):
             follow_contact(held, event)
         found = self.window(state, [start]).states
         anew = set(events["foot"][events["kind"] == EventKind.RELEASE].tolist())
-        return self.at_section(start, held, np.concatenate([found.x[:, 0], found.v[:, 0]]), anew, bool(self.aging))
+        return self.at_section(
+            start, held, np.concatenate([found.x[:, 0], found.v[:, 0]]), anew, bool(self.aging)
+        )
 
     def at_section(
         self, start: float, held: dict[int, float], place: Floats, anew: set[int], aging: bool
@@ -145,8 +149,7 @@ class WalkMap(ReturnMap):
         """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""
         n2, size = 2 * len(self.plan.system.mass), len(state)
         end = self.start + multiple * self.period
-        rows = self.rows
-        rows.initial[0] = state[:n2]
+        rows = self.rows.starting(state[:n2])
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(n2, size)
         for k, foot in enumerate(self.aging):

@@ -28,14 +28,22 @@ from tarsus.model.standing import equilibrium
 from tarsus.model.structure.base import Matrices
 from tarsus.plan.walker import Legs, lower_legs, without_native
 
+SHOWING = ("cli", "cluster", "report")
+"""Rooms that no result depends on: they ask for results and show them."""
+
+
+def told_sources() -> list[Path]:
+    """Files that results depend on: the engine, and every source of the package but those that show results."""
+    package = Path(__file__).parents[1]
+    told = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in SHOWING]
+    return sorted([*told, Path(_native.__file__)])
+
 
 @lru_cache(maxsize=1)
 def source_hash() -> str:
-    """Hash of the engine and of every source that it is told by: changed ones never meet what others have made."""
-    package = Path(__file__).parents[1]
-    told = [path for part in ("core", "model/laws", "plan") for path in (package / part).glob("*.py")]
+    """Hash of all that results depend on: what one version has made never goes on in another."""
     digest = hashlib.sha256()
-    for path in sorted([*told, Path(_native.__file__)]):
+    for path in told_sources():
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -89,6 +89,10 @@ class Rows:
         factor, offset, delay = self.changes[run, channel]
         return factor * evaluate(self.pool[self.channels[run, channel]], np.asarray(time) + delay) + offset
 
+    def starting(self, state: Floats) -> Rows:
+        """The one run of these rows from another initial state (2n,)."""
+        return replace(self, initial=np.array(state, dtype=float)[None])
+
     @property
     def periods(self) -> Floats:
         """Drive period of each run (nr,) [s]."""

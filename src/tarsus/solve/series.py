@@ -173,7 +173,7 @@ def ledger(run: Run) -> Ledger:
 def _unresolved(run: Run, first: Floats, last: Floats) -> float:
     """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
     swing, row = run.motion.swing, run.motion.acting.rows
-    if swing is None or not run.motion.acting.on("momentum"):
+    if swing is None or not swing.size or not run.motion.acting.on("momentum"):
         return 1.0
     normals = run.plan.system.normals
     ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)

@@ -46,9 +46,9 @@ LOST = 4
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4
-"""Step of a difference of data, of the number itself (of one unit where it is zero, of a gap the plan's length). What
-is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it remain, and 1e-12 of
-rounding."""
+"""Step of a difference of data, of the number itself (where it is zero of one unit, of a length that moves a foot by
+the plan's length). What is lowered is smooth in it, a polynomial as a rule: with the fourth-order stencil 1e-16 of it
+remain, and 1e-12 of rounding."""
 WIDTHS = tuple(10.0 ** -np.arange(2.0, 8.0))
 """Steps of a difference of a structure's arrays, of eighth order. That one is taken over which it agrees best with the
 one of lower order: what is linear in its numbers needs a wide one, damping that follows from modes that nearly cancel
@@ -80,13 +80,19 @@ class Stencil:
 
     @classmethod
     def of(
-        cls, scene: Scene, direction: Direction, part: float, gap: float = 1.0, *, drives: bool = True, order: int = 4
+        cls,
+        scene: Scene,
+        direction: Direction,
+        part: float,
+        plan: Plan | None = None,
+        *,
+        drives: bool = True,
+        order: int = 4,
     ) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
-        for its size (where it is zero of one unit, of a gap in the unit given)."""
+        for its size (where it is zero, of one unit, or of the length in a plan)."""
         base = {path: float(get_value(scene, path)) for path in direction}
-        units = {path: gap if path.endswith(".gap") else 1.0 for path in direction}
-        size = part * min((abs(base[path]) or units[path]) / abs(w) for path, w in direction.items())
+        size = part * min((abs(base[path]) or _unit(path, plan)) / abs(w) for path, w in direction.items())
         problem = None
         for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
@@ -121,6 +127,16 @@ class Stencil:
         return sum(
             (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
         )
+
+
+def _unit(path: str, plan: Plan | None) -> float:
+    """What a number that is zero varies by: a gap by the plan's length, a displacement so as to move a foot by that."""
+    if plan is not None and path.endswith(".gap"):
+        return plan.length
+    if plan is not None and path.startswith("initial.displacement."):
+        moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
+        return float(plan.length / (moves or 1.0))
+    return 1.0
 
 
 def _slope_weights(places: Floats) -> Floats:
@@ -207,7 +223,8 @@ class Entering:
         """The derivatives of a run's book by the structure along a direction, as the engine holds them."""
         if number not in self.made:
             change = self.structure[number]
-            self.made[number] = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
+            made = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
+            self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
 
     def some(self, numbers: Sequence[int]) -> Entering:
@@ -258,7 +275,9 @@ def entering(
     return Entering(tuple(found), row, data, structure, beside)
 
 
-def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) -> tuple[tuple[Plan, float], ...]:
+def _walkers(
+    scene: Scene, plan: Plan, direction: Direction, initial: Floats
+) -> tuple[tuple[Plan, float], ...]:
     """The plans of a walker beside its own along a direction that changes its structure, with their weights; where it
     begins standing, the derivative of its initial state (2n,) takes in that it stands otherwise."""
     stencil = Stencil.of(scene, direction, STEP)
@@ -272,7 +291,9 @@ def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) ->
         for one, system in zip(changed, systems, strict=True)
     ]
     return tuple(
-        (one, float(weight)) for one, weight in zip([plan, *plans], stencil.weights, strict=True) if weight != 0.0
+        (one, float(weight))
+        for one, weight in zip([plan, *plans], stencil.weights, strict=True)
+        if weight != 0.0
     )
 
 
@@ -314,7 +335,7 @@ def _stepped(
     scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float, *, drives: bool
 ) -> tuple[list[Stencil], Rows]:
     """The stencils along directions of data, and rows of a run and of those beside it, four for each direction."""
-    steps = [Stencil.of(scene, one, STEP, plan.length, drives=drives) for one in directions]
+    steps = [Stencil.of(scene, one, STEP, plan, drives=drives) for one in directions]
     base = {path: value for one in steps for path, value in one.base.items()}
     columns = {path: np.full(1 + 4 * len(steps), value) for path, value in base.items()}
     for k, one in enumerate(steps):
@@ -461,7 +482,9 @@ def tangents(
     begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
-        structural = [(given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES]
+        structural = [
+            (given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES
+        ]
         *found, flag = _native.tangents_modal(
             book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
             given.data.lanes(first), structural, recorded, when, steps,

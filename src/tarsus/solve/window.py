@@ -200,8 +200,7 @@ def simulate_window(
     when, first = np.atleast_1d(np.asarray(times, dtype=float)), np.asarray(state, dtype=float)
     _check(plan, first, t0, when, contacts)
     end = float(when[-1])
-    rows = rows_of(plan) if rows is None else rows
-    rows.initial[0] = first
+    rows = (rows_of(plan) if rows is None else rows).starting(first)
     acts = Acting(plan, rows)
     if plan.legs is not None:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)

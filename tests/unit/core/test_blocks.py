@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import tarsus as ts
 from tarsus.core.blocks import split_modes
 from tarsus.core.book import ModeBook, step_lengths
 from tarsus.core.modes import LinearSystem
@@ -20,7 +21,8 @@ def test_exponential_of_every_kind_of_block(damping, stiffness):
     one = np.ones((1, 1))
     nothing = np.zeros((1, 0))
     book = ModeBook(
-        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)), step_lengths(2.0)
+        LinearSystem(one, damping * one, stiffness * one, nothing, np.zeros(0), nothing, np.zeros(1)),
+        step_lengths(2.0),
     )
     q = book.require(0)
     mode = book.modes[q]
@@ -97,3 +99,34 @@ def test_two_slow_rates_beside_a_fast_dashpot_keep_a_block_of_their_own_size():
     apart = basis @ inverse - np.eye(8)
     apart[4:, :4] /= 1e3  # velocities per displacement: by a rate of the springs
     assert np.abs(apart[:, :4]).max() < 1e-13
+
+
+def test_a_slow_rate_beside_a_fast_one_keeps_its_digits():
+    """M = [[1, 1/2], [1/2, 1]], K = diag(1, 1e14): the smaller root of 3/4 s^2 - (K + 1) s + K = 0."""
+    stiff = 1e14
+    mass = np.array([[1.0, 0.5], [0.5, 1.0]])
+    blocks, _ = split_modes(mass, np.zeros((2, 2)), np.diag([1.0, stiff]))
+    slow = 2.0 * stiff / (1.0 + stiff + np.sqrt((1.0 + stiff) ** 2 - 3.0 * stiff))
+    rates = np.sort(np.linalg.det(blocks))
+    assert rates[0] == pytest.approx(slow, rel=1e-13)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.02])
+def test_a_held_structure_with_a_stiff_mode_keeps_its_account(ratio):
+    """Its stiffnesses mixed lost (fast / slow)^2 of their digits: the account of a pressed foot was open by 4e-7."""
+    structure = ts.Modal(
+        frequencies=(49.4e6, 136.0, 329.0, 2866.0), damping_ratios=(ratio,) * 4, modal_masses=(2e-6,) * 4,
+        shapes={"foot": (0.22, 0.47, 1.45, 3.02)},
+    )  # fmt: skip
+    scene = ts.Scene(
+        name="stiff",
+        robot=ts.Robot(
+            structure=structure, feet={"foot": ts.Foot(point="foot", gap=1e-6)},
+            drives={"press": ts.Drive(load=ts.PointLoad(weights={"foot": -1.0}), law=ts.LinearForce(gain=1e-4))},
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.0)),
+        signals={"press": ts.Sine(amplitude=1.0, offset=1.5, frequency=40.0)}, duration=0.02,
+    )  # fmt: skip
+    run = ts.simulate(scene)
+    assert run.at(np.array([0.01])).state.held.any()
+    assert run.ok and run.ledger.closure < 1e-11

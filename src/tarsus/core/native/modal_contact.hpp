@@ -32,14 +32,16 @@ inline double robot_pull(const Modal& m, const double* rows, const double* feeds
   return pull;
 }
 
-// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included.
+// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
+// other feet goes by their rates once it is stopped.
 inline double pull_if_held(const Modal& m, int foot, double t) {
+  const double stop = -m.rate_of(foot);
   double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
   if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
   for (int k : m.mode->free) {
     const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
     if (factor == 0.0 || k == foot) continue;
-    const double rate = m.rate_of(k);
+    const double rate = m.rate_of(k) + stop * m.mode->rate_by_jump(foot, k);
     if (m.laws.has(k, HAS_MOMENTUM)) pull += factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
     if (m.laws.has(k, HAS_FORCE)) pull += factor * m.laws.force(k, m.gaps[k], rate, m.foot_volts(k, t), t);
   }

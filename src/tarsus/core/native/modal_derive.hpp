@@ -198,7 +198,7 @@ inline std::unique_ptr<DerivedStep> derive_step(const ContactMode& mode, const D
   return out;
 }
 
-// The derivatives of a book by one number, made when a march first needs them; for one march at a time.
+// The derivatives of a book by one number, made when a march first needs them, outside of any lock; safe between threads.
 class DerivedBook {
  public:
   Book& book;
@@ -207,19 +207,22 @@ class DerivedBook {
   virtual ~DerivedBook() = default;
   DerivedBook(const DerivedBook&) = delete;
 
-  const DerivedMode& mode(const ContactMode& of) {
-    if (int(modes_.size()) <= of.number) modes_.resize(of.number + 1);
-    if (modes_[of.number] == nullptr) {
-      modes_[of.number] = make(of);
-      modes_[of.number]->steps.resize(book.classes());
-    }
-    return *modes_[of.number];
+  DerivedMode& mode(const ContactMode& of) {
+    const size_t q = of.number;
+    const auto place = [&]() -> std::unique_ptr<DerivedMode>& {
+      if (modes_.size() <= q) modes_.resize(q + 1);
+      return modes_[q];
+    };
+    return first_made<DerivedMode>(place, [&] {
+      std::unique_ptr<DerivedMode> made = make(of);
+      made->steps.resize(book.classes());
+      return made;
+    });
   }
   const DerivedStep& step(const ContactMode& of, int k) {
-    const DerivedMode& by = mode(of);
-    std::unique_ptr<DerivedStep>& found = modes_[of.number]->steps[k];
-    if (found == nullptr) found = new_step(of, by, k);
-    return *found;
+    DerivedMode& by = mode(of);
+    const auto place = [&]() -> std::unique_ptr<DerivedStep>& { return by.steps[k]; };
+    return first_made<DerivedStep>(place, [&] { return new_step(of, by, k); });
   }
 
  protected:
@@ -227,7 +230,21 @@ class DerivedBook {
   virtual std::unique_ptr<DerivedStep> new_step(const ContactMode& of, const DerivedMode& by, int k) = 0;
 
  private:
+  std::mutex mutex_;
   std::vector<std::unique_ptr<DerivedMode>> modes_;  // by number
+
+  // What is kept at a place; where two threads make the same, the first stays.
+  template <class Made, class Place, class Make>
+  Made& first_made(const Place& place, const Make& make) {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (place() != nullptr) return *place();
+    }
+    std::unique_ptr<Made> made = make();
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (place() == nullptr) place() = std::move(made);
+    return *place();
+  }
 };
 
 }  // namespace tarsus::modal

@@ -34,12 +34,9 @@ int modal_stride(int modes) {
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                       const Batch& batch) {
-  switch (book.sizes.stride) {
-    case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch);
-    case 4: return run_all<Shape<std::min(WIDEST, 4), 4 / std::min(WIDEST, 4)>>(book, nodes, signals, laws, settings, batch);
-    case 8: return run_all<Shape<WIDEST, 8 / WIDEST>>(book, nodes, signals, laws, settings, batch);
-    default: return run_all<Shape<WIDEST, 0>>(book, nodes, signals, laws, settings, batch);
-  }
+  return by_shape(book.sizes.stride, [&](auto shape) {
+    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch);
+  });
 }
 
 }  // namespace tarsus::modal

@@ -146,6 +146,14 @@ struct ContactMode {
   }
   ContactMode(const ContactMode&) = delete;
 
+  // Change of a free foot's gap rate per unit change of that of ``struck`` by an impulse there.
+  double rate_by_jump(int struck, int foot) const {
+    const double *row = outputs + size_t(sizes.feet + foot) * sizes.state(), *by = jump + size_t(struck) * sizes.state();
+    double sum = 0.0;
+    for (int k = 0; k < sizes.state(); k++) sum += row[k] * by[k];
+    return sum;
+  }
+
   // Whether feet are sums of others.
   bool shares() const { return leading.size() < free.size(); }
   ~ContactMode() {

@@ -81,10 +81,7 @@ class Instant {
   // Whether a foot that lands and one that has just bounced leave each other's velocity as it is.
   bool independent(int foot, int other) const {
     if (mode->is_held[other]) return false;
-    const double* row = mode->outputs + size_t(sizes.feet + foot) * sizes.state();
-    double there = 0.0;
-    for (int k = 0; k < sizes.state(); k++) there += row[k] * mode->jump[other * sizes.state() + k];
-    return std::fabs(there) <= 1e-12;
+    return std::fabs(mode->rate_by_jump(other, foot)) <= 1e-12;
   }
 
   // What an event of the log does; ``told``: whether it tells a strength (a foot torn off by an impact has none).
@@ -153,17 +150,28 @@ class Instant {
 
   Jet new_strength(int i) { return laws_.has(i, HAS_LATCH) ? laws_.value(STRENGTH, i, {Jet(0.0)}) : Jet(0.0); }
 
+  // As rate_by_jump of ContactMode.
+  Jet rate_by_jump(int foot, int other) const {
+    Jet sum(0.0);
+    for (int k = 0; k < sizes.state(); k++) {
+      const size_t row = size_t(sizes.feet + other) * sizes.state() + k, jump = size_t(foot) * sizes.state() + k;
+      sum = sum + entry(&ContactMode::outputs, row) * entry(&ContactMode::jump, jump);
+    }
+    return sum;
+  }
+
   // As pull_if_held of modal_contact.hpp.
   Jet pull_if_held(int foot, const std::vector<Jet>& y) {
     const int m = sizes.feet;
     const size_t feed = size_t(foot) * sizes.inputs();
     Jet pull = along(&ContactMode::held_rows, foot, y) + biased(&ContactMode::bias_held, m, foot);
+    const Jet stop = -rate_of(foot, y);
     for (int d = 0; d < sizes.drives; d++) pull = pull + product(&ContactMode::held_feed, feed + 2 * m + d, drives[d]);
     if (laws_.has(foot, HAS_FORCE)) pull = pull + laws_.force(foot, Jet(0.0), Jet(0.0), volts(foot), time);
     for (int k : mode->free) {
       const Jet factor = entry(&ContactMode::held_feed, feed + m + k);
       if (k == foot || (factor.value == 0.0 && derived_.empty())) continue;
-      const Jet rate = rate_of(k, y), gap = gap_of(k);
+      const Jet rate = rate_of(k, y) + stop * rate_by_jump(foot, k), gap = gap_of(k);
       if (laws_.has(k, HAS_MOMENTUM)) pull = pull + rate * laws_.momentum_slope(k, gap, settings_.probe) * factor;
       if (laws_.has(k, HAS_FORCE)) pull = pull + laws_.force(k, gap, rate, volts(k), time) * factor;
     }

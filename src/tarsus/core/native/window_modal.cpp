@@ -56,12 +56,9 @@ WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, con
 
 WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
                          const Batch& batch, const std::vector<Beginning>& starts) {
-  switch (book.sizes.stride) {
-    case 2: return run_all<Shape<2, 1>>(book, nodes, signals, laws, settings, batch, starts);
-    case 4: return run_all<Shape<4, 1>>(book, nodes, signals, laws, settings, batch, starts);
-    case 8: return run_all<Shape<WIDEST, 8 / WIDEST>>(book, nodes, signals, laws, settings, batch, starts);
-    default: return run_all<Shape<WIDEST, 0>>(book, nodes, signals, laws, settings, batch, starts);
-  }
+  return by_shape(book.sizes.stride, [&](auto shape) {
+    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch, starts);
+  });
 }
 
 }  // namespace tarsus::modal
