@@ -7,13 +7,37 @@ import os
 # machine they spend several times the work on it.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import pytest
 from hypothesis import settings
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.register_profile("search", max_examples=2000, deadline=None)
 settings.load_profile("repeatable")
 
-gc.set_threshold(100_000)  # as a command line does: to search thousands of tests for garbage takes a twentieth of them
+gc.set_threshold(
+    100_000
+)  # as a command line does: to search thousands of tests for garbage takes a twentieth of them
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--last-bit", type=int, metavar="SEED", help="move linear algebra by its last bit"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if (seed := config.getoption("--last-bit")) is not None:
+        from last_bit import install
+
+        install(seed)
+
+
+def pytest_report_header(config: pytest.Config) -> str:
+    """What the numbers of this run come from, for whoever has others."""
+    from kernels import line
+
+    seed = config.getoption("--last-bit")
+    return line() + ("" if seed is None else f"; the last bit of linear algebra is moved, seed {seed}")
 
 
 def pytest_collection_finish() -> None:

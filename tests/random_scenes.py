@@ -1,6 +1,7 @@
 """Scenes nobody chose: robots, drives and grounds drawn from a seed, within ranges that may go to the edges.
 
-`scene_of(seed)` draws from ``EDGE`` and `plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow.
+`scene_of(seed)` draws from ``EDGE``, `wide_scene(seed)` from ``WIDE``, the same with more forms, and
+`plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow.
 A seed makes the same scene on every machine. Sizes are drawn relative to a mass, a frequency and a length, so that what
 is drawn matters: a drive moves a foot to the ground, a film is felt.
 """
@@ -9,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,13 @@ class Ranges:
     abrupt: float  # shortest of a drive's stretches, relative to its period
     relative: bool = False
     long: float = 0.0  # chance of a run of 20 s
+    together: float = 0.0  # chance of feet in groups, each at one place
+    crowd: float = 0.0  # chance of many feet on one or two coordinates
+    bars: float = 0.0  # chance of a bar that nothing holds but its feet
+    beams: float = 0.0  # chance of a cantilever with a tip
+    bare: float = 0.0  # chance of no feet
+    decades: float = 0.0  # over how many the gaps of one robot are spread, in a third of the scenes
+    ends: float = 0.0  # chance of a restitution of 0, of 1, or next to it
 
 
 PLAIN = Ranges(
@@ -59,6 +67,11 @@ EDGE = Ranges(
     feet=FEET, legs=LEGS, modes=(1, 8), length=(1e-9, 1e-4),
     damping=(1e-6, 1e4), spread=100.0, film=(1e-4, 1e6), thickness=(1e-9, 1e-4), attraction=(1e-3, 10.0),
     adhesion=(1e-6, 1e3), friction=(1e-6, 1e3), cycles=(0.5, 5.0), odd=0.25, abrupt=1e-12, long=0.02,
+)  # fmt: skip
+
+WIDE = replace(
+    EDGE, feet=(1, 1, 2, 2, 2, 3, 3, 4, 4, 5, 6, 9), legs=(2, 2, 3, 4, 4, 6, 6, 6, 8, 12),
+    together=0.25, crowd=0.1, bars=0.15, beams=0.1, bare=0.05, decades=6.0, ends=0.4,
 )  # fmt: skip
 
 
@@ -105,6 +118,12 @@ def scene_of(seed: int) -> Scene:
     return _legged(dice, f"edge {seed}") if dice.chance(0.4) else _modal(dice, f"edge {seed}")
 
 
+def wide_scene(seed: int) -> Scene:
+    """The scene of a seed at the edges and of more forms: bars, beams, feet in groups, many or none."""
+    dice = Dice([seed, 21], WIDE)
+    return _legged(dice, f"wide {seed}") if dice.chance(0.33) else _modal(dice, f"wide {seed}")
+
+
 def plain_scene(seed: int, legged: bool) -> Scene:
     """The scene of a seed within what another simulator can follow."""
     dice = Dice([seed, int(legged)], PLAIN)
@@ -140,35 +159,24 @@ def _scale(dice: Dice) -> Scale:
 
 
 def _modal(dice: Dice, name: str) -> Scene:
-    """A structure by modes or by matrices, its feet at any places of it."""
+    """A structure by modes or by matrices, a bar or a beam, its feet at any places of it."""
     ranges, scale = dice.ranges, _scale(dice)
-    n = int(dice.rng.integers(ranges.modes[0], ranges.modes[1] + 1))
-    m = dice.one_of(ranges.feet)
-    rows = dice.rng.uniform(-1.0, 1.0, (m, n))
-    rows[:, 0] = dice.rng.uniform(0.5, 1.5, m)
-    if dice.odd():  # feet at one place
-        rows[:] = rows[dice.rng.integers(0, m, m)]
-    places = {f"p{i}": tuple(row.tolist()) for i, row in enumerate(rows)}
-    if dice.chance(0.5):
-        structure = _by_modes(dice, scale, n) | {
-            "shapes": places,
-            "upward": (rows[0] / (rows[0] @ rows[0])).tolist(),
-        }
-    else:
-        structure = _by_matrices(dice, scale, n) | {"weights": places}
+    structure, rows = _structure(dice, scale)
+    m, n = rows.shape
+    points = list(structure.get("shapes") or structure.get("weights") or ("tip", "center"))[:m]
     gaps = _gaps(dice, scale, m)
     drives = {}
     for d in range(int(dice.rng.integers(1, 3))):
-        point = dice.one_of(list(places))
+        point = dice.one_of(points)
         load = {"kind": "point", "weights": {point: dice.between(0.5, 1.5)}}
         if dice.chance(0.3):
             load = {"kind": "modal", "participation": dice.rng.uniform(-1.0, 1.0, n).tolist()}
         drives[f"d{d}"] = _drive(dice, scale, load)
     feet = {
         f"f{i}": {"point": point, "gap": gaps[i], "normal": -1 if dice.chance(0.3 * ranges.odd) else 1}
-        for i, point in enumerate(places)
+        for i, point in enumerate(points)
     }
-    ground = _ground(dice, scale)
+    ground = _ground(dice, scale, heavy=structure.get("stiffness") == [[0.0] * n] * n)
     if ground.get("electrostatic"):
         for foot in feet.values():
             foot["electrode"] = "d0"
@@ -181,9 +189,67 @@ def _modal(dice: Dice, name: str) -> Scene:
         "robot": {"structure": structure, "drives": drives, "feet": feet},
         "ground": ground, "signals": signals, "initial": initial,
     }  # fmt: skip
-    if dice.chance(0.2):
+    if dice.chance(0.2) and structure["kind"] != "beam":
         made["ground"]["impact"] = _impact_map(dice, structure, feet, rows)
+    if ranges.bare and dice.chance(ranges.bare):
+        feet.clear()
+        for slot in ("impact", "electrostatic", "leg_electrostatic"):
+            ground.pop(slot, None)
     return _valid(made)
+
+
+def _structure(dice: Dice, scale: Scale) -> tuple[dict[str, Any], np.ndarray]:
+    """A structure that does not walk, and the rows (m, n) of the places of its feet."""
+    ranges = dice.ranges
+    n = int(dice.rng.integers(ranges.modes[0], ranges.modes[1] + 1))
+    m = dice.one_of(ranges.feet)
+    if ranges.beams and dice.chance(ranges.beams):
+        return _beam(dice, scale), np.ones((min(m, 2), 3))
+    bar = bool(ranges.bars) and dice.chance(ranges.bars)
+    if bar:
+        n = dice.one_of((2, 2, 3))
+    elif ranges.crowd and dice.chance(ranges.crowd):
+        n, m = dice.one_of((1, 2)), dice.one_of((4, 6, 9, 12, 24, 64))
+    rows = dice.rng.uniform(-1.0, 1.0, (m, n))
+    rows[:, 0] = 1.0 if bar else dice.rng.uniform(0.5, 1.5, m)
+    if bar:
+        rows[:, 2:] = rows[:, 1:2] ** 2 - 1.0 / 3.0
+    if dice.odd():  # feet at one place
+        rows[:] = rows[dice.rng.integers(0, m, m)]
+    if ranges.together and dice.chance(ranges.together):
+        rows[m // 2 :] = rows[: m - m // 2]
+    places = {f"p{i}": tuple(row.tolist()) for i, row in enumerate(rows)}
+    if bar:
+        return _bar(dice, scale, n) | {"weights": places}, rows
+    if dice.chance(0.5):
+        return (
+            _by_modes(dice, scale, n)
+            | {"shapes": places, "upward": (rows[0] / (rows[0] @ rows[0])).tolist()},
+            rows,
+        )
+    return _by_matrices(dice, scale, n) | {"weights": places}, rows
+
+
+def _bar(dice: Dice, scale: Scale, n: int) -> dict[str, Any]:
+    """A bar in a plane: its height, its turn by the height of an end, and a bend of it; nothing else holds it up."""
+    mass = np.array([1.0, dice.between(0.1, 1.0), 0.2])[:n] * scale.mass
+    stiff = np.array([0.0, 0.0, scale.mass * scale.rate**2])[:n]
+    damper = 2.0 * scale.mass * scale.rate * dice.log(1e-4, 1.0)
+    return {
+        "kind": "lumped", "coordinates": ["height", "turn", "bend"][:n], "mass": np.diag(mass).tolist(),
+        "stiffness": np.diag(stiff).tolist(), "upward": [1.0, 0.0, 0.0][:n],
+        "damping": np.diag(np.full(n, 0.0 if dice.odd() else damper)).tolist(),
+    }  # fmt: skip
+
+
+def _beam(dice: Dice, scale: Scale) -> dict[str, Any]:
+    """A cantilever of three modes, as long and heavy as the mass and frequency ask for."""
+    side = (scale.mass / 2e3 / 20.0) ** (1.0 / 3.0)
+    return {
+        "kind": "beam", "frequencies": [scale.frequency, scale.frequency * dice.between(6.5, 9.0)],
+        "damping_ratios": [_ratio(dice) for _ in range(3)], "length": 20.0 * side, "tip_length": 2.0 * side,
+        "tip_width": side, "tip_thickness": 0.5 * side, "tip_density": 2e3,
+    }  # fmt: skip
 
 
 def _valid(made: dict[str, Any]) -> Scene:
@@ -234,6 +300,10 @@ def _gaps(dice: Dice, scale: Scale, m: int) -> list[float]:
     gaps = scale.length * dice.rng.uniform(0.3, 1.0, m)
     if dice.odd():
         gaps[:] = gaps[0]
+    if dice.ranges.decades and dice.chance(1.0 / 3.0):
+        gaps = scale.length * 10.0 ** -dice.rng.uniform(0.0, dice.ranges.decades, m)
+    if dice.ranges.together and dice.chance(dice.ranges.together):  # as those that stand at one place
+        gaps[m // 2 :] = gaps[: m - m // 2]
     for i in range(m):
         if dice.odd():
             gaps[i] = dice.one_of([0.0, gaps[0], gaps[0] * (1.0 + 1e-9), gaps[i] * 1e3])
@@ -294,8 +364,8 @@ def _signal(dice: Dice, scale: Scale) -> dict[str, Any]:
     )
 
 
-def _ground(dice: Dice, scale: Scale, legged: bool = False) -> dict[str, Any]:
-    """The laws of the ground, each there or not; sometimes a user's in place of a built-in one."""
+def _ground(dice: Dice, scale: Scale, legged: bool = False, heavy: bool = False) -> dict[str, Any]:
+    """The laws of the ground, each there or not; sometimes a user's in place of a built-in one. heavy: with gravity."""
     ranges = dice.ranges
     out: dict[str, Any] = {}
     own: dict[str, Any] = {}
@@ -315,7 +385,7 @@ def _ground(dice: Dice, scale: Scale, legged: bool = False) -> dict[str, Any]:
         0.9,
         "restitution",
         "own_rebound",
-        coefficient=dice.one_of([0.0, 1.0, 0.5]) if dice.odd() else dice.between(0.1, 0.9),
+        coefficient=_restitution(dice),
     )
     law(
         0.4,
@@ -340,7 +410,7 @@ def _ground(dice: Dice, scale: Scale, legged: bool = False) -> dict[str, Any]:
         own["drag"] = OWN["drag"](coefficient=damper * dice.log(1e-2, 1.0), height=scale.length)
     if dice.chance(0.2) and "electrostatic" in out:
         out["leg_electrostatic"] = {"coefficient": 0.3 * attraction, "offset": offset, "rest": scale.length}
-    if dice.chance(0.4) or legged:
+    if dice.chance(0.4) or legged or heavy:
         out["gravity"] = {
             "acceleration": 9.81 if ranges.long else scale.rate**2 * scale.length * dice.log(0.05, 0.5)
         }
@@ -352,6 +422,13 @@ def _ground(dice: Dice, scale: Scale, legged: bool = False) -> dict[str, Any]:
         bound = 0.0 if dice.odd() else dice.log(*ranges.friction)
         out["friction"] = {"kind": "adhesive" if adhesive else "coulomb", "coefficient": bound}
     return out | ({"own": own} if own else {})
+
+
+def _restitution(dice: Dice) -> float:
+    ends = dice.ranges.ends
+    if ends and dice.chance(ends):
+        return dice.one_of([0.0, 0.0, 1.0, 1.0, 1.0 - dice.log(1e-9, 1e-2), dice.log(1e-9, 1e-2)])
+    return dice.one_of([0.0, 1.0, 0.5]) if dice.odd() else dice.between(0.1, 0.9)
 
 
 def _impact_map(

@@ -183,7 +183,7 @@ def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats
     projector = solve(product(onto, z), onto) if z.shape[1] else np.zeros((0, n))
     minv_n = system.per_impulse[:, held]
     met = product(normals.T, minv_n)
-    share = _inverse_of(met) if len(held) > 1 else 1.0 / met
+    share = _inverse_of(met) if len(held) > 1 or not met.any() else 1.0 / met  # a point that does not move carries nothing
     return z, placed, projector, product(share, minv_n.T)
 
 
@@ -288,6 +288,12 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         outputs[m + i] = product(normal, velocity)
         bias.feed[:, i] = product(normal, particular)
         bias.feed[i, i] += 1.0
+        mobility[i] = product(outputs[m + i], beta[i])
+        if mobility[i].real > REDUNDANT * product(normal, system.per_impulse[:, i]).real:
+            continue
+        mobility[i] = 0.0  # held feet hold this one as well: nothing moves it, and it moves nothing
+        for part in (beta[i], inputs[i], inputs[m + i], outputs[i], outputs[m + i]):
+            part.real[:] = 0.0
     restoring = product(system.stiffness, position) + product(system.damping, velocity)
     for row, i in zip(rows, held_feet, strict=True):
         outputs[i] = -product(row, restoring)
@@ -306,9 +312,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         held[i] = -product(row, product(system.stiffness, position) + product(system.damping, stopped))
         held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
         bias.held_feed[:, i] = product(row, constant)
-        mobility[i] = product(outputs[m + i], beta[i])
-        if mobility[i].real <= REDUNDANT * (product(system.normals[:, i], system.per_impulse[:, i])).real:
-            mobility[i] = 0.0  # held feet hold this one as well
+        if mobility[i] == 0.0:
             continue
         jump[i] = beta[i] / mobility[i]
         reaction[i, held_feet] = -product(rows, system.normals[:, i])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -42,7 +41,7 @@ def test_equal_gaits_have_equal_digests_and_others_do_not():
     assert digests[0] == digests[1] != digests[2]
 
 
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler to try the header with")
+@pytest.mark.compiler
 def test_a_c_compiler_takes_it(tmp_path):
     (tmp_path / "gait.h").write_text(gait_header_text(ts.load_scene("hamr-like")))
     (tmp_path / "main.c").write_text(

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import base64
-import html
 import json
 import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from chromium import found_in
 from tarsus.report.charts import POINTS, Charts, stack, thinned
 from tarsus.report.html import page
 from tarsus.report.packing import unpacked
 from tarsus.report.style import BLUE, GREEN, INK
-
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 def spec(charts: Charts) -> dict[str, Any]:
@@ -135,9 +131,7 @@ addEventListener("load", look);
 """
 
 
-# Slow: starts Chromium, as all tests of what a page does there.
-@pytest.mark.slow
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+@pytest.mark.browser
 def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     charts, panels = stack([1.0, 1.0])
     x = np.linspace(0.0, 8.0, 400)
@@ -150,14 +144,7 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     )
     path = tmp_path / "charts.html"
     path.write_text(text, encoding="utf-8")
-    assert BROWSER is not None
-    order = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
-             "--virtual-time-budget=5000", "--dump-dom",
-             f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]  # fmt: skip
-    done = subprocess.run(order, capture_output=True, text=True, timeout=120)
-    result = re.search(r'data-found="([^"]*)"', done.stdout)
-    assert result, done.stderr[-2000:]
-    found = json.loads(html.unescape(result[1]))
+    found = found_in(path)
     assert found["faults"] == [] and found["requests"] == 0
     assert found["whole"] == found["again"] == [[0, 8], [0, 8]]
     assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]

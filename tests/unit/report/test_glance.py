@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import html
-import json
-import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from chromium import found_in
 from page_kinds import KINDS, make_page
 from tarsus.report.html import Column, page, table
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+pytestmark = pytest.mark.browser
 
 WIDTHS = (1400, 420)
 SCHEMES = {"dark": 0, "light": 1}
@@ -36,26 +31,19 @@ addEventListener("message", (event) => {{
 def glance(text: str, folder: Path, scheme: str) -> list[dict[str, Any]]:
     """What is wrong with a page on each width: faults, height, and whether it was dark."""
     script = f"<script>{SCRIPT.read_text(encoding='utf-8')}</script>"
-    assert text.count("<head>") == 1 and BROWSER is not None
+    assert text.count("<head>") == 1
     (folder / "page.html").write_text(text.replace("<head>", f"<head>{script}"), encoding="utf-8")
     frames = "".join(f'<iframe src="page.html" width="{wide}" height="900"></iframe>' for wide in WIDTHS)
     (folder / "frames.html").write_text(FRAMES.format(frames=frames), encoding="utf-8")
-    order = [
-        BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
-        "--window-size=1500,1000", f"--blink-settings=preferredColorScheme={SCHEMES[scheme]}",
-        "--virtual-time-budget=8000", "--dump-dom", f"--user-data-dir={folder / 'profile'}",
-        (folder / "frames.html").as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(order, capture_output=True, text=True, timeout=180)
-    result = re.search(r'data-found="([^"]*)"', done.stdout)
-    assert result, done.stderr[-2000:]
-    found = json.loads(html.unescape(result[1]))
+    found = found_in(
+        folder / "frames.html", "--window-size=1500,1000", f"--blink-settings=preferredColorScheme={SCHEMES[scheme]}",
+        time=8000,
+    )  # fmt: skip
     assert {one["width"] for one in found} == set(WIDTHS)
     assert all(one["dark"] == (scheme == "dark") and one["texts"] for one in found)
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_nothing_is_cut_overlaps_or_is_faint(kind: str, tmp_path: Path) -> None:
     text = make_page(kind, tmp_path).read_text(encoding="utf-8")
@@ -66,7 +54,6 @@ def test_nothing_is_cut_overlaps_or_is_faint(kind: str, tmp_path: Path) -> None:
                 assert found["height"] <= TALLEST
 
 
-@pytest.mark.slow  # starts Chromium, as the next one
 def test_faults_are_found(tmp_path: Path) -> None:
     """Each fault that is looked for, made on purpose."""
     body = (
@@ -86,10 +73,13 @@ def test_faults_are_found(tmp_path: Path) -> None:
         assert ("tiny" in said) == (found["width"] < 1000)
 
 
-@pytest.mark.slow
 def test_a_plain_page_has_no_fault(tmp_path: Path) -> None:
     rows = [["robot.structure.frequencies", "6.4 kHz", "a remark that is long enough to be broken " * 3]] * 40
-    shown = table([Column("path", number=False), Column("value"), Column("remark", number=False)], rows, tall=True)
+    shown = table(
+        [Column("path", number=False), Column("value"), Column("remark", number=False)], rows, tall=True
+    )
     body = f'<h1>Plain</h1><p class="lede">With a table.</p><h2>Table</h2>{shown}'
     for scheme in SCHEMES:
-        assert not [fault for found in glance(page("plain", body), tmp_path, scheme) for fault in found["faults"]]
+        assert not [
+            fault for found in glance(page("plain", body), tmp_path, scheme) for fault in found["faults"]
+        ]

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import html
-import json
-import re
-import shutil
-import subprocess
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
+from chromium import found_in
 from tarsus.report.html import amount, page
 from tarsus.report.player import walk_section
 from unit.sample_motion import make_motion
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-# Slow: each starts Chromium.
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(BROWSER is None, reason="no Chromium here")]
+pytestmark = pytest.mark.browser
 
 PROBE = """
 const found = {}, faults = [];
@@ -50,30 +44,13 @@ def watch(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, str], dict
     folder = tmp_path_factory.mktemp("walk")
 
     def go(legs: int, steps: str) -> dict[str, Any]:
-        assert BROWSER is not None
         probe = PROBE.replace("$$", "$").replace("$steps", steps)
         text = page("walk", walk_section(make_motion(legs))).replace(
             "</body>", f"<script>{probe}</script></body>"
         )
         path = folder / f"walk{legs}.html"
         path.write_text(text, encoding="utf-8")
-        order = [
-            BROWSER,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--host-resolver-rules=MAP * ~NOTFOUND",
-        ]
-        order += [
-            "--virtual-time-budget=5000",
-            "--dump-dom",
-            f"--user-data-dir={folder / 'profile'}",
-            path.as_uri(),
-        ]
-        done = subprocess.run(order, capture_output=True, text=True, timeout=120)
-        result = re.search(r'data-found="([^"]*)"', done.stdout)
-        assert result, done.stderr[-2000:]
-        return json.loads(html.unescape(result.group(1)))
+        return found_in(path)
 
     return go
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import html
 import json
 import re
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +11,11 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from chromium import found_in
 from tarsus.report.html import page
 from tarsus.report.packing import unpacked
 from tarsus.report.points import FRAMES, points_section
 from tarsus.report.series import series_of
-
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 def section(name: str) -> tuple[Any, str]:
@@ -81,19 +77,12 @@ addEventListener("load", () => setTimeout(() => {
 """
 
 
-@pytest.mark.slow  # starts Chromium
-@pytest.mark.skipif(BROWSER is None, reason="no Chromium here")
+@pytest.mark.browser
 def test_a_browser_plays_it(tmp_path: Path) -> None:
     path = tmp_path / "points.html"
     whole = page("points", section("cantilever")[1]).replace("</head>", f"<script>{PROBE}</script></head>")
     path.write_text(whole, encoding="utf-8")
-    assert BROWSER is not None
-    order = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000", "--dump-dom",
-             f"--user-data-dir={tmp_path / 'profile'}", path.as_uri()]  # fmt: skip
-    done = subprocess.run(order, capture_output=True, text=True, timeout=120)
-    result = re.search(r'data-found="([^"]*)"', done.stdout)
-    assert result, done.stderr[-2000:]
-    found = json.loads(html.unescape(result[1]))
+    found = found_in(path)
     assert found["faults"] == [] and found["still"] == "0.00 ms" and found["end"] == "40.00 ms"
     assert float(found["half"].split()[0]) == pytest.approx(20.0, abs=0.2)
     assert found["paused"] == found["half"] and found["label"] == "Play"

@@ -29,6 +29,12 @@ struct Hip {
     for (int n = 0; n < count; n++) out += by[n] * body[at[n]];
     return out;
   }
+  // Sizes of what adds up to it.
+  double parts(const double* body) const {
+    double out = 0.0;
+    for (int n = 0; n < count; n++) out += std::fabs(by[n] * body[at[n]]);
+    return out;
+  }
   TARSUS_INLINE Row motion(const Row* body) const {
     Row out = count > 0 ? body[at[0]] * by[0] : Row(0.0);
     for (int n = 1; n < count; n++) out += body[at[n]] * by[n];

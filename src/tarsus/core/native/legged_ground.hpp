@@ -27,6 +27,23 @@ inline double pull_on(const Legged& s, int i) {
   return pull;
 }
 
+// Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
+inline double no_pull(const Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + leg.gap) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
+  for (int n = leg.first; n < leg.last; n++) {
+    parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
+  }
+  if (s.feet[i].force) parts += std::fabs(s.laws.force(leg.foot, 0.0, 0.0, s.volts_now(leg.foot), s.clock.time));
+  return s.settings.force_zero + ROUNDING * parts;
+}
+
+// Rate [m/s] of a free foot that is none: of the scene's scale, or what rounding leaves of it beside its film's momentum.
+inline double no_rate(const Legged& s, int i, double momentum) {
+  const double parts = std::fabs(s.feet[i].w[UP]) + std::fabs(momentum) / s.body.legs[i].mass;
+  return s.settings.speed_zero + ROUNDING * parts;
+}
+
 // Momentum [N s] of the film under a foot at a gap, from that at its base on.
 inline double momentum_at(const Legged& s, int i, double gap) {
   return s.feet[i].film ? s.film(i, gap) : 0.0;
@@ -49,10 +66,12 @@ inline void begin_contact(Legged& s, int i) {
   foot.since = s.clock.time;
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  const double along = foot.w[ALONG];
   const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0) != 0.0;
-  foot.contact = rubs && along == 0.0 ? STUCK : SLIPPING;
-  foot.sense = !rubs || along == 0.0 ? 0.0 : along > 0.0 ? 1.0 : -1.0;
+  double& along = foot.w[ALONG];
+  const bool stands = rubs && std::fabs(along) <= s.settings.speed_zero;
+  if (stands) along = 0.0;
+  foot.contact = stands ? STUCK : SLIPPING;
+  foot.sense = !rubs || stands ? 0.0 : along > 0.0 ? 1.0 : -1.0;
 }
 
 // A foot is at the ground: bounce, capture, rest, or it lies there already.
@@ -62,13 +81,15 @@ inline void land(Legged& s, int i) {
   const int f = leg.foot;
   const double t = s.clock.time;
   Landing at = {};
-  at.speed = -(foot.w[UP] + momentum_at(s, i, foot.u[UP] + leg.gap) / leg.mass);
+  const double momentum = momentum_at(s, i, foot.u[UP] + leg.gap);
+  at.speed = -(foot.w[UP] + momentum / leg.mass);
   foot.u[UP] = -leg.gap;
   at.pull = pull_on(s, i);
   at.strength = s.laws.strength(f, 0.0);
   at.mobility = 1.0 / leg.mass;
-  if (at.speed <= s.settings.speed_zero) {
-    if (at.pull <= at.strength) {
+  at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
+  if (at.speed <= no_rate(s, i, momentum)) {
+    if (at.pull <= at.strength + at.none) {
       s.log.add(t, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, at.pull, at.strength);
       begin_contact(s, i);
     } else {

@@ -140,7 +140,7 @@ class LeggedTangent : public LeggedTold {
   // Whether an event at the start of a step comes with what happened just before it: a jump beyond rounding, or a foot that
   // lies there from the start.
   bool shares_moment(int i, Happening kind, double value) const {
-    if (kind == TOUCH) return clock.time == begun_ || -place_.of(place_.w, i, UP).value <= settings.speed_zero;
+    if (kind == TOUCH) return clock.time == begun_ || -place_.of(place_.w, i, UP).value <= no_rate(*this, i, 0.0);
     if (kind == STOP) return clock.time == begun_;
     return clock.time == begun_ || value < -JUMP * run_.scales[1];
   }

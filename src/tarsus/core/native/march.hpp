@@ -6,11 +6,16 @@
 
 namespace tarsus {
 
+// What rounding may leave of a sum, as a part of the sizes of what was added up: 45 units in the last place. What is at a foot
+// is a product of rows after a projection and a shift, of some tens of terms each, by arrays that a linear algebra library
+// has left as many units of. Whether that is zero is asked for in every contact mode and wherever an impact has taken speed.
+constexpr double ROUNDING = 1e-14;
+
 // What relative tolerances become for one plan, and what a run is asked for. Lengths [m], forces [N], times [s].
 struct Settings {
   double end, period;               // duration; period of the marks (infinite: none)
   double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
-  double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero
+  double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero by the scales of a scene
   double rest_height;               // lower flights are lost in the error of a step
   double least_progress;            // of time, that is some
   double probe;                     // gap over which a slope is taken by differences

@@ -48,6 +48,25 @@ inline double pull_if_held(const Modal& m, int foot, double t) {
   return pull;
 }
 
+// Pull [N] on a free foot at the ground that is none: of the scene's scale, or what rounding leaves of `pull_if_held`, whose
+// dampers and films multiply rates that are known to rounding.
+inline double no_pull(const Modal& m, int foot, double t) {
+  const double* feed = m.mode->held_feed + foot * m.sizes.inputs();
+  double parts = m.parts(m.mode->held_rows, foot) + std::fabs(m.bias->held[foot]);
+  for (int d = 0; d < m.sizes.drives; d++) {
+    if (feed[2 * m.sizes.feet + d] != 0.0) parts += std::fabs(feed[2 * m.sizes.feet + d] * m.player.value(d, t));
+  }
+  if (m.laws.has(foot, HAS_FORCE)) parts += std::fabs(m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t));
+  for (int k : m.mode->free) {
+    const double factor = std::fabs(feed[m.sizes.feet + k]);
+    if (factor == 0.0 || k == foot) continue;
+    const double speeds = std::max(m.feet[k].speeds, m.rate_parts(k));
+    if (m.laws.has(k, HAS_MOMENTUM)) parts += factor * speeds * std::fabs(m.laws.momentum_slope(k, m.gaps[k], m.settings.probe));
+    if (m.laws.has(k, HAS_FORCE)) parts += factor * std::fabs(m.laws.force(k, m.gaps[k], m.rate_of(k), m.foot_volts(k, t), t));
+  }
+  return m.settings.force_zero + ROUNDING * parts;
+}
+
 inline double new_strength(const Modal& m, int foot) {
   return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
 }
@@ -159,19 +178,22 @@ inline void count_low(Modal& m, int foot, double speed, double t) {
   f.low = low ? f.low + 1 : 0;
 }
 
-// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach faster than ``least``.
-TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
+// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach, or cannot: what others
+// hold as well has rows of zeros.
+TARSUS_APART inline bool impact(Modal& m, int foot) {
   const ContactMode& mode = *m.mode;
+  if (mode.mobility[foot] == 0.0) return false;
   const double t = m.clock.time;
   Apex& apex = m.feet[foot].apex;
+  m.note_parts();
   add_film_momenta(m);
   m.gaps[foot] = 0.0;
-  const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0);
-  if (speed <= least) {
+  const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0), zero = m.no_rate(foot);
+  if (speed <= zero) {
     remove_film_momenta(m);
     return false;
   }
-  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot]};
+  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
     m.log.add(t, torn, RELEASE, m.feet[torn].apex);
@@ -181,6 +203,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
     return true;
   }
   at.after = m.laws.rebound(foot, speed);
+  if (at.after == 0.0) at.none = no_pull(m, foot, t);
   at.strength = new_strength(m, foot);
   if (m.laws.has(foot, PULL_AS_PRINTED)) {
     at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
@@ -199,7 +222,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot, double least) {
   m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
   m.shift(mode.jump, foot, at.after - rate);
   remove_film_momenta(m);
-  turn_over(m, foot, at.after > 0.0 ? RISING : FROM_REST, t);
+  turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
   return true;
 }
 
@@ -209,6 +232,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
   m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
   m.feet[foot].left = t;
+  m.note_parts();
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   leave_mode(m, foot);
@@ -220,7 +244,7 @@ inline void reconsider_departures(Modal& m) {
   add_film_momenta(m);
   for (int i : m.mode->free) {
     if (m.feet[i].departure <= UNDER_WAY) continue;
-    const double rate = m.rate_of(i), zero = m.settings.speed_zero;
+    const double rate = m.rate_of(i), zero = m.no_rate(i);
     m.feet[i].departure = rate > zero ? RISING : rate < -zero ? UNDER_WAY : FROM_REST;
   }
   remove_film_momenta(m);
@@ -232,13 +256,14 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   add_film_momenta(m);
   int& departure = m.feet[foot].departure;
   departure = RISING;
-  if (m.rate_of(foot) <= m.settings.speed_zero) {
+  if (m.rate_of(foot) <= m.no_rate(foot)) {
     const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
     // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
     // lets no other go
     const bool let_go = m.just_let_go(foot);
+    const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
     if (pressed && let_go) m.feet[foot].low++;
-    if (pressed || pull <= strength + (let_go ? -m.settings.force_zero : m.settings.force_zero)) {
+    if (pressed || pull <= strength + (let_go ? -none : none)) {
       m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
       hold(m, foot, t);
       return true;
@@ -253,14 +278,15 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
 // Contacts that are due at this very moment: feet on the ground that approach, or rest there and are held. Returns whether
 // one has changed.
 TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
+  m.note_parts();
   if (m.sizes.feet > 1) reconsider_departures(m);
   for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
     for (int i : m.mode->free) {
       int& departure = m.feet[i].departure;
       if ((departure == DUE) != first) continue;
-      if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.settings.gap_zero)) continue;
+      if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.no_gap(i))) continue;
       departure = UNDER_WAY;
-      if (impact(m, i, m.settings.speed_zero) || rest_on_ground(m, i)) return true;
+      if (impact(m, i) || rest_on_ground(m, i)) return true;
     }
   }
   return false;

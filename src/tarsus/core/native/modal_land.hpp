@@ -239,19 +239,38 @@ struct Located {
   double s = 2.0;
 };
 
+inline Margin expanded(Modal& m, const StepClass& step, int foot, double t, int terms) {
+  const Margin margin(m, step, foot, t, terms);
+  expand_output(m, step, foot, margin.rows);
+  if (margin.held && m.laws.has(foot, HAS_FORCE)) {
+    powers_of(m.nodes, reinterpret_cast<const double*>(&m.volts[foot]), reinterpret_cast<double*>(&m.volt_powers[foot]));
+  }
+  return margin;
+}
+
+// Of feet that are at their events together the first in their order: those whose margin is zero, as far as it is known, when
+// that of the first one is.
+inline int first_in_order(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
+  constexpr double APART = 1e-6;  // of a step: farther apart no two are together
+  for (int i = 0; i < at.foot; i++) {
+    if (m.doubts[i].last == 0 || m.doubts[i].at - at.s > APART) continue;
+    if (std::fabs(expanded(m, step, i, t, terms)(0, at.s)) <= no_margin(m, i)) return i;
+  }
+  return at.foot;
+}
+
 inline Located locate(Modal& m, const StepClass& step, double t, double limit, int terms) {
   Located out;
+  int found = 0;
   for (int i = 0; i < m.sizes.feet; i++) {
     if (m.doubts[i].last == 0) continue;
-    const Margin margin(m, step, i, t, terms);
-    expand_output(m, step, i, margin.rows);
-    if (margin.held && m.laws.has(i, HAS_FORCE)) {
-      powers_of(m.nodes, reinterpret_cast<const double*>(&m.volts[i]), reinterpret_cast<double*>(&m.volt_powers[i]));
-    }
-    const double zero = margin.held ? m.settings.force_zero : m.settings.gap_zero;
-    const double s = margin.first_root(m.doubts[i], limit, zero, terms);
-    if (s < out.s && s <= limit) out = {i, s};
+    const double s = expanded(m, step, i, t, terms).first_root(m.doubts[i], limit, no_margin(m, i), terms);
+    m.doubts[i].at = s;
+    if (s > limit) continue;
+    found++;
+    if (s < out.s) out = {i, s};
   }
+  if (found > 1) out.foot = first_in_order(m, step, t, out, terms);
   return out;
 }
 

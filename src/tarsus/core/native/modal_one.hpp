@@ -181,7 +181,7 @@ inline Scan scan_bounded(Modal& m, double bound, double limit) {
   Scan out;
   m.doubts[0] = Doubt();
   const bool clear = m.feet[0].departure == UNDER_WAY && !any_not_below(Row(bound), m.margin[0]);
-  if (!clear && find_doubt(m, 0, margin, bound, limit, held ? m.settings.force_zero : m.settings.gap_zero, m.doubts[0])) {
+  if (!clear && find_doubt(m, 0, margin, bound, limit, m.doubts[0])) {
     out.doubt = true;
     out.interval = m.doubts[0].first;
     out.far = m.nodes.tau[m.doubts[0].last];

@@ -15,16 +15,24 @@ inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& v
   return holds;
 }
 
+// Below which a foot's margin is zero: by the scene's scales, or for all that rounding leaves of what adds up to it.
+inline double no_margin(const Modal& m, int foot) {
+  if (!m.mode->is_held[foot]) return m.no_gap(foot);
+  double parts = m.gap_parts(foot) + std::fabs(m.laws.strength(foot, m.clock.time - m.feet[foot].since));
+  for (int i : m.acting) parts += std::fabs(m.mode->feed[foot * m.sizes.inputs() + i] * m.value(i)[0]);
+  return m.settings.force_zero + ROUNDING * parts;
+}
+
 // Node intervals in which a foot may have its event before the scaled time ``limit``; bound: what its margin may do
 // between two nodes beyond their chord. Returns whether there is any.
-inline bool find_doubt(const Modal& m, int foot, const double* margin, double bound, double limit, double zero, Doubt& doubt) {
+inline bool find_doubt(const Modal& m, int foot, const double* margin, double bound, double limit, Doubt& doubt) {
   const double* tau = m.nodes.tau;
   const int departure = m.feet[foot].departure;
   doubt = Doubt();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
-    const bool crossing = margin[j] < -zero;
+    const bool crossing = margin[j] < 0.0 && margin[j] < -no_margin(m, foot);
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {
       // it starts at zero and rises: the chord must beat the steepest parabola of that bound
@@ -69,7 +77,7 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
     const double bound = chord_bound<S>(m, step, i, [speeds](int p) { return S::get(speeds + p * S::WIDTH); });
     const double* margin = reinterpret_cast<const double*>(&m.margin[i]);
     Doubt& doubt = m.doubts[i];
-    if (find_doubt(m, i, margin, bound, limit, held ? m.settings.force_zero : m.settings.gap_zero, doubt)) {
+    if (find_doubt(m, i, margin, bound, limit, doubt)) {
       out.doubt = true;
       out.interval = std::min(out.interval, doubt.first);
       out.far = std::max(out.far, m.nodes.tau[doubt.last]);

@@ -18,14 +18,16 @@ struct Foot {
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double left = -INF;  // [s] when its pull last outgrew one
   double rose = 0.0;   // [s] when it last came to the ground or left it
+  double speeds = 0.0, places = 0.0;  // [m/s], [m] the most that has added up to its rate and its gap at this moment
   int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
   Apex apex;
 };
 
-// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none.
+// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time.
 struct Doubt {
   int first = N, last = 0;
+  double at = 2.0;
 };
 
 struct Modal {
@@ -61,6 +63,7 @@ struct Modal {
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
+  double noted = -INF;             // [s] the moment of `Foot::speeds`
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
@@ -118,6 +121,33 @@ struct Modal {
   double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
   double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot]; }
   double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
+  // Sizes of what adds up to a row times the state.
+  double parts(const double* rows, int row) const {
+    const double *r = rows + row * sizes.state(), *w = state();
+    double even = 0.0, odd = 0.0;  // state() is even
+    for (int k = 0; k < sizes.state(); k += 2) {
+      even += std::fabs(r[k] * w[k]);
+      odd += std::fabs(r[k + 1] * w[k + 1]);
+    }
+    return even + odd;
+  }
+  double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
+  double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
+  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding.
+  void note_parts() {
+    if (clock.time - noted > settings.least_progress) {
+      noted = clock.time;
+      for (Foot& foot : feet) foot.speeds = foot.places = 0.0;
+    }
+    for (int i : mode->free) {
+      feet[i].speeds = std::max(feet[i].speeds, rate_parts(i));
+      feet[i].places = std::max(feet[i].places, gap_parts(i));
+    }
+  }
+  // Gap [m] and rate [m/s] of a free foot that are zero: by the scene's scales, or for all that rounding leaves of them.
+  double no_gap(int foot) const { return settings.gap_zero + ROUNDING * std::max(feet[foot].places, gap_parts(foot)); }
+  double no_rate(int foot) const { return settings.speed_zero + ROUNDING * std::max(feet[foot].speeds, rate_parts(foot)); }
+
   void shift(const double* rows, int row, double by) {
     const double* r = rows + row * sizes.state();
     double* w = state();

@@ -167,7 +167,7 @@ struct ModalSystem : Modal {
     if (taken.foot < 0) return taken.code;
     if (mode->is_held[taken.foot]) {
       release(*this, taken.foot);
-    } else if (!impact(*this, taken.foot, settings.speed_zero)) {
+    } else if (!impact(*this, taken.foot)) {
       rest_on_ground(*this, taken.foot, true);
     }
     check = sizes.feet > 1;

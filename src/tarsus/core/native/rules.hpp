@@ -7,9 +7,10 @@ namespace tarsus {
 
 // A foot at the ground that approaches it. speed [m/s] of approach; after [m/s] of departure; pull [N] of the structure on
 // the foot stopped there, smooth forces included; strength [N] of the new contact; printed [N]: pull by (2.13) as printed,
-// where that is the rule; mobility [1/kg] of the foot along its normal.
+// where that is the rule; mobility [1/kg] of the foot along its normal; none [N]: pull that is none, of one that departs with
+// no speed.
 struct Landing {
-  double speed, after, pull, strength, printed, mobility;
+  double speed, after, pull, strength, printed, mobility, none;
 
   double lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
   double kept() const { return 0.5 / mobility * after * after; }                    // [J] that departs, or adhesion takes
@@ -18,7 +19,8 @@ struct Landing {
 // BOUNCE, CAPTURE or REST; height [m] below which a flight is none.
 inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& at, double height) {
   // the ground presses, and what is left of the flights is a geometric series below the resolution
-  bool low = at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height;
+  const bool stopped = at.after == 0.0 && at.pull <= at.none;
+  bool low = stopped || (at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height);
   bool held;
   if (laws.has(foot, RESTITUTES_FIRST)) {
     held = at.pull <= at.strength && laws.excess(foot, at.after) <= 0.0;
@@ -28,7 +30,7 @@ inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& a
     held = laws.has(foot, HAS_LATCH) && at.pull <= at.strength;
     low = low && !laws.has(foot, HAS_LATCH);
   }
-  if (held || (low && at.after == 0.0)) return CAPTURE;
+  if (held || (low && stopped)) return CAPTURE;
   return low ? REST : BOUNCE;
 }
 

@@ -1,0 +1,80 @@
+"""The same answer on every processor: tests of the engine once more, on other machine code of OpenBLAS.
+
+Decisions of the engine must not hang on the last bit of an eigensolver. This process runs on one kernel; the tests
+named here run on the others, each in a process of its own. By hand, all tests of the engine on one kernel:
+
+    OPENBLAS_CORETYPE=Prescott pytest tests/analytic tests/conformance tests/invariants tests/unit/core
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kernels import KERNELS, in_use, missing
+
+TESTS = Path(__file__).parents[1]
+ENGINE = (
+    "unit/core/test_blocks.py",
+    "unit/core/test_modes.py",
+    "unit/core/test_overdamped.py",
+    "unit/core/test_redundant_feet.py",
+    "unit/orbits/test_gaits.py",
+    "conformance/test_native_modal.py",
+    "conformance/test_walkers.py",
+    "conformance/test_whole_walkers.py",
+    "analytic/test_oracles_sequences.py",
+    "analytic/test_oracles_modal.py",
+    "invariants/test_random_scenes.py",
+    "invariants/test_jitter.py",
+)
+"""Where contact modes, ties and zeros decide; 10 s of a processor."""
+
+
+def run_engine(environment: dict[str, str], *options: str) -> str:
+    """What the engine's tests print in a process with these variables set; a failing one fails here."""
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--tb=short", *options]
+    done = subprocess.run(
+        [*command, *(str(TESTS / file) for file in ENGINE)],
+        cwd=TESTS.parent, env=os.environ | environment, capture_output=True, text=True, timeout=540,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-6000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+OTHERS = [kernel for kernel in KERNELS if set(in_use().values()) != {kernel}]
+
+
+@pytest.mark.parametrize("kernel", OTHERS)
+def test_the_engine_on_other_kernels(kernel: str) -> None:
+    here = in_use()
+    if not here:
+        pytest.skip("numpy and scipy have no OpenBLAS here, so there are no kernels to choose from")
+    if lacking := missing(kernel):
+        pytest.skip(lacking)
+    probe = subprocess.run(
+        [sys.executable, str(TESTS / "kernels.py")], env=os.environ | {"OPENBLAS_CORETYPE": kernel},
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert re.findall(r"(\w+) in ", probe.stdout) == [kernel] * len(here), (probe.returncode, probe.stdout)
+    said = run_engine({"OPENBLAS_CORETYPE": kernel})
+    names = re.findall(r"(\w+) in ", next(line for line in said.splitlines() if "OpenBLAS: " in line))
+    assert names == [kernel] * len(here)
+
+
+def test_a_kernel_that_is_asked_for_is_told_from_the_one_in_use() -> None:
+    """Else a lane on another kernel could pass without one."""
+    if not in_use():
+        pytest.skip("numpy and scipy have no OpenBLAS here, so there are no kernels to choose from")
+    told = {}
+    for kernel in KERNELS:
+        if not missing(kernel):
+            environment = os.environ | {"OPENBLAS_CORETYPE": kernel}
+            command = [sys.executable, str(TESTS / "kernels.py")]
+            told[kernel] = subprocess.run(command, env=environment, capture_output=True, text=True).stdout
+    assert len(set(told.values())) == len(told) > 0
