@@ -1,7 +1,7 @@
 """Linear algebra as another processor does it: every result moved by a random unit in its last place.
 
-`install(seed)`, before tarsus is imported, moves what the functions of numpy.linalg and scipy.linalg return, element by
-element: zeros stay zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which
+`install(seed)`, before tarsus is imported, moves what the functions of numpy.linalg, scipy.linalg and tarsus.base.linear
+return (the last makes the same bits everywhere: the engine must not lean on that), element by element: zeros stay zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which
 are compiled with them replaced) are moved by the rounding of their sums, the sum of |terms| times 2e-16: what cancels
 leaves something else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked
 twice is answered twice alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
@@ -31,6 +31,9 @@ _STAY = (
     "get_lapack_funcs",
     "find_best_blas_type",
 )
+
+
+_LINEAR = ("solve", "inverse", "cholesky", "eigh", "svd", "eig", "pseudoinverse", "modes_of")
 
 
 def same_for(seed: int, *given: Any) -> np.random.Generator:
@@ -114,6 +117,14 @@ class _Loader(SourceFileLoader):
     def get_code(self, fullname: str) -> Any:
         tree = _Products().visit(ast.parse(self.get_data(self.path), self.path))
         return compile(ast.fix_missing_locations(tree), self.path, "exec", dont_inherit=True)
+
+    def exec_module(self, module: Any) -> None:
+        super().exec_module(module)
+        if module.__name__ == "tarsus.base.linear":
+            two = getattr(builtins, PRODUCT)
+            for name in _LINEAR:
+                setattr(module, name, _moving(getattr(module, name), two.keywords["seed"]))
+            module.product = lambda *factors: functools.reduce(two, factors)
 
 
 class _Products(ast.NodeTransformer):
