@@ -113,8 +113,8 @@ class PrandtlIshlinskii(VoltageLaw):
         engaged = _engaged(track, stretch, low, high, engage)
         s = s[stretch]
         law = np.tile(self.coefficients(), (len(stretch), 1))
-        law[:, 0] += np.where(engaged, -s * r, rest[stretch]) @ w
-        law[:, 1] += engaged @ w
+        law[:, 0] += (np.where(engaged, -s * r, rest[stretch]) * w).sum(axis=1)
+        law[:, 1] += (engaged * w).sum(axis=1)
         slack = 1e-13 * (abs(self.linear) + float(np.abs(w).sum()))
         kink = np.where(new, track.kink[stretch], True)
         kink[1:] |= np.abs(np.diff(law[:, 1])) > slack

@@ -151,13 +151,22 @@ def _fit(
     # on a sliver the high coefficients are rounding, which would grow where the engine continues the piece
     rest = np.cumsum(np.abs(chebyshev[:, ::-1]), axis=1)[:, ::-1]
     chebyshev[(high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size)] = 0.0
-    return chebyshev[:, :TERMS] @ _TO_MONOMIAL.T, source, low, high
+    return _combined(chebyshev[:, :TERMS], _TO_MONOMIAL), source, low, high
+
+
+def _combined(values: Floats, matrix: Floats) -> Floats:
+    """Each row (k,) of values (Q, k) through a matrix (r, k), added up in order: event times go by these numbers to
+    the last bit, and a library's product has another one on every processor."""
+    out = values[:, :1] * matrix[:, 0]
+    for j in range(1, matrix.shape[1]):
+        out += values[:, j : j + 1] * matrix[:, j]
+    return out
 
 
 def _chebyshev(values: Floats) -> Floats:
     """Chebyshev coefficients (Q, 16) of the values (Q, 16) at the nodes; the mean is kept out of the sums."""
     middle = values[:, _NODES // 2].copy()
-    coef = (values - middle[:, None]) @ _TO_CHEBYSHEV.T
+    coef = _combined(values - middle[:, None], _TO_CHEBYSHEV)
     coef[:, 0] += middle
     return coef
 
