@@ -61,8 +61,9 @@ def test_the_printed_map_diverges():
         signal=ts.Square(amplitude=10.0, frequency=30.0), impact=printed_map(passive=False), restitution=0.5
     )
     run = ts.simulate(scene, duration=0.5)
-    heights = [np.abs(run.states(np.linspace(0.0, end, 2001)).x).max() for end in (0.1, 0.2, 0.4)]
-    assert heights[1] > 10.0 * heights[0] and heights[2] > 1e3 * heights[1]
+    heights = [np.abs(run.states(np.linspace(0.0, end, 2001)).x).max() for end in (0.1, 0.3, 0.5)]
+    # how fast is chaos, which the last bit of its modes changes: 5e5 to 3e9 times within those 0.4 s
+    assert heights[1] > 10.0 * heights[0] and heights[2] > 1e4 * heights[0]
     assert run.ledger.impacts < 0.0, "impacts have made energy"
     longer = ts.simulate(scene, duration=2.0)
     assert longer.code.name == "DIVERGED" and "creates energy" in longer.code.value

@@ -14,7 +14,7 @@ from scene_files import with_gradients
 from tarsus.base.spec import get_value
 from tarsus.measure import PER_WINDOW, WHOLE_RUN
 from tarsus.solve import directional
-from tarsus.solve.directional import measure_slopes, row_slopes, step_along
+from tarsus.solve.directional import difference, measure_slopes, row_slopes, step_along
 
 
 def compared(scene: ts.Scene, duration: float | None, monkeypatch) -> int:
@@ -104,3 +104,11 @@ def test_near_a_kink_there_is_no_product():
     assert row_slopes(moved(run, tied), feet, "hardest_impact", together=False) is None
     assert row_slopes(moved(run, tied), feet, "impact_speed", together=False) is not None
     assert row_slopes(moved(run, at_the_height), feet, "contact_duration", together=False) is None
+
+
+def test_numbers_that_do_not_change_have_no_slope() -> None:
+    """Weights times five equal counts left 1e-17, over a step of 1e-3 a slope of -3e-14."""
+    counts = np.array([3.0, 7.0, 11.0, 0.1, 1e9])
+    slopes, kinked = difference(np.repeat(counts[:, None], 5, axis=1))
+    assert not slopes.any() and not kinked.any()
+    assert difference(np.arange(5.0) / 3.0)[0] == pytest.approx(1.0 / 3.0, rel=1e-15)

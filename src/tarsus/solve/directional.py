@@ -163,11 +163,14 @@ def directional_slopes(
 
 def difference(values: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     """From values (..., 5) at `STEPS`, the difference a step and whether there is a kink or a jump."""
-    ahead, behind = values[..., 2:] @ -_ONE_SIDE, values[..., 2::-1] @ _ONE_SIDE
+    moved = (
+        values - values[..., 2:3]
+    )  # of equal numbers no weights leave their rounding: counts have no slope
+    ahead, behind = moved[..., 2:] @ -_ONE_SIDE, moved[..., 2::-1] @ _ONE_SIDE
     largest = np.maximum(np.abs(ahead), np.abs(behind))
     rounding = 5e-13 * np.abs(values).max(axis=-1, initial=0.0)
     kinked = np.abs(ahead - behind) > KINK * largest + rounding
-    return values @ _WEIGHTS, kinked
+    return moved @ _WEIGHTS, kinked
 
 
 def _values(log: Log, feet: Sequence[str], rows: Floats, periods: Floats, along: Floats, name: str) -> Floats:

@@ -45,12 +45,13 @@ def test_its_return_differs_as_its_derivative_says(gait):
     sizes = np.abs(gait.derivative / scale[:, None]).max(axis=0) * (returns.free.T @ scale)
     for column in np.argsort(sizes)[-4:]:
         along = returns.free[:, column]
-        size = 1e-4 * float(along @ scale)
+        size = 1e-3 * float(along @ scale)
         ahead, behind = (returns(gait.state + sign * size * along).state for sign in (1.0, -1.0))
         slope = (ahead - behind) / (2.0 * size)
-        np.testing.assert_allclose(
-            gait.derivative[:, column] / scale, slope / scale, atol=1e-6 * np.abs(slope / scale).max()
-        )
+        # steps fall otherwise as the start moves, and where they do the map jumps by 3e-10 of the state: 1e-6 of what a
+        # difference over 1e-3 sees, the 1e-5 of one over 1e-4; what the map bends by is 2e-7 there
+        bound = 5e-6 * np.abs(slope / scale).max()
+        np.testing.assert_allclose(gait.derivative[:, column] / scale, slope / scale, atol=bound)
 
 
 def test_a_deviation_decays_by_the_largest_multiplier(gait):

@@ -38,10 +38,13 @@ inline double no_pull(const Legged& s, int i) {
   return s.settings.force_zero + ROUNDING * parts;
 }
 
-// Rate [m/s] of a free foot that is none: of the scene's scale, or what rounding leaves of it beside its film's momentum.
+// Rate [m/s] of a foot at the ground that is none: of the scene's scale, or what rounding leaves of it beside its film's
+// momentum, and of the gap in which that film takes speed.
 inline double no_rate(const Legged& s, int i, double momentum) {
-  const double parts = std::fabs(s.feet[i].w[UP]) + std::fabs(momentum) / s.body.legs[i].mass;
-  return s.settings.speed_zero + ROUNDING * parts;
+  const Leg& leg = s.body.legs[i];
+  double parts = std::fabs(momentum);
+  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * leg.gap;
+  return s.settings.speed_zero + ROUNDING * (std::fabs(s.feet[i].w[UP]) + parts / leg.mass);
 }
 
 // Momentum [N s] of the film under a foot at a gap, from that at its base on.

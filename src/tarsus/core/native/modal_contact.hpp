@@ -187,12 +187,12 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   Apex& apex = m.feet[foot].apex;
   m.note_parts();
   add_film_momenta(m);
-  m.gaps[foot] = 0.0;
   const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0), zero = m.no_rate(foot);
   if (speed <= zero) {
     remove_film_momenta(m);
     return false;
   }
+  m.gaps[foot] = 0.0;
   Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {

@@ -146,7 +146,17 @@ struct Modal {
   }
   // Gap [m] and rate [m/s] of a free foot that are zero: by the scene's scales, or for all that rounding leaves of them.
   double no_gap(int foot) const { return settings.gap_zero + ROUNDING * std::max(feet[foot].places, gap_parts(foot)); }
-  double no_rate(int foot) const { return settings.speed_zero + ROUNDING * std::max(feet[foot].speeds, rate_parts(foot)); }
+  double no_rate(int foot) const {
+    double parts = std::max(feet[foot].speeds, rate_parts(foot));
+    if (strong) {  // a film takes as much speed as it has momentum in what rounding leaves of its gap
+      for (int k : mode->free) {
+        if (!laws.has(k, HAS_MOMENTUM)) continue;
+        const double taken = mode->feed[(sizes.feet + foot) * sizes.inputs() + k] * laws.momentum_slope(k, std::max(gaps[k], 0.0), settings.probe);
+        parts += std::fabs(taken) * std::max(feet[k].places, gap_parts(k));
+      }
+    }
+    return settings.speed_zero + ROUNDING * parts;
+  }
 
   void shift(const double* rows, int row, double by) {
     const double* r = rows + row * sizes.state();
