@@ -18,7 +18,7 @@ from tarsus.solve.engine import execute
 from tarsus.solve.simulate import RECORDED
 from walking_scenes import sticky, trotter
 
-BOUNCE, CAPTURE, RELEASE, REST, AT_START = 1, 2, 3, 4, 5
+BOUNCE, CAPTURE, RELEASE, REST, AT_START, AVERAGED = 1, 2, 3, 4, 5, 9
 MASS, STIFFNESS, GAP = 2e-9, 1.5, 1e-6
 PULL = STIFFNESS * GAP
 RULES = {
@@ -268,6 +268,62 @@ def test_a_foot_pressed_by_a_constant_force_comes_to_rest(structure, rule, e, ad
     assert len(run.events) < 200
     assert run.at(np.array([9.9e-3])).state.held.all()
     assert not run.at(np.array([19.9e-3])).state.held.any()
+
+
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+def test_an_elastic_foot_that_is_pressed_is_in_averaged_contact_below_the_height_of_a_flight(structure):
+    """It lands at v under a = (F - k gap) / m and would rise v^2 / 2a: no flight where that counts as none. All of its
+    energy is then in the impacts, the ground carries the press, and it leaves when the force turns round."""
+    push = ts.Square(amplitude=4.0 * PULL, frequency=50.0, phase=np.pi)
+    pressed = hung(structure, ground(RULES["capture"], 1.0), damping=0.0, force=push, duration=0.0101)
+    found = ts.simulate(pressed, accuracy=ts.Accuracy(gap=1e-10, flight=1e-18)).events[:1]
+    height = 0.5 * MASS * found["speed_before"][0] ** 2 / -found["pull"][0]
+    run = ts.simulate(pressed, accuracy=ts.Accuracy(gap=1e-10, flight=1.001 * height))
+    assert run.ok and run.ledger.closure < 1e-10
+    assert run.events["kind"].tolist() == [AVERAGED, RELEASE]
+    assert run.events["energy"][0] == pytest.approx(0.5 * MASS * found["speed_before"][0] ** 2, rel=1e-12)
+    assert run.events["time"][1] == pytest.approx(0.01, rel=1e-9)
+    assert run.at(np.array([5e-3])).state.pull[0, 0] == pytest.approx(-3.0 * PULL, rel=1e-9)
+    assert "Foot 'foot' is in averaged contact (1 times" in run.remarks[0]
+    short = pressed.model_copy(update={"duration": 1e-3})
+    bouncing = ts.simulate(short, accuracy=ts.Accuracy(gap=1e-10, flight=0.999 * height)).events
+    assert len(bouncing) > 10 and set(bouncing["kind"].tolist()) == {BOUNCE}
+
+
+def test_bounces_that_shrink_slowly_end_in_averaged_contact_and_quick_ones_at_rest():
+    """By default below 1 pm, which is more than 1e-9 of this gap."""
+    for e, kind in ((0.9, REST), (0.9995, AVERAGED)):
+        push = ts.Constant(level=-1e4 * PULL)
+        scene = hung("lumped", ground(RULES["capture"], e), damping=0.0, force=push, duration=1e-3)
+        scene = ts.with_values(scene, {"robot.feet.foot.gap": 5e-10 if e > 0.99 else 1e-6})
+        run = ts.simulate(scene)
+        last = run.events[-1]
+        rebound = e * last["speed_before"]
+        assert last["kind"] == kind
+        assert (
+            0.5 * MASS * rebound**2 / -last["pull"] < 1e-12 < 0.5 * MASS * (rebound / e) ** 2 / -last["pull"]
+        )
+        assert run.ok
+
+
+@pytest.mark.parametrize("structure", ["lumped", "walker"])
+def test_derivatives_pass_through_averaged_contact(structure):
+    """Of the energy that is counted as lost, and of the moment: by central differences of runs."""
+    push = ts.Square(amplitude=4.0 * PULL, frequency=50.0, phase=np.pi)
+    scene = hung(structure, ground(RULES["capture"], 1.0), damping=0.0, force=push)
+    path = "robot.feet.foot.gap"
+    accuracy = ts.Accuracy(gap=1e-11, drive=1e-11, flight=2e-6)
+    step = 1e-3 * GAP
+
+    def first(gap):
+        return ts.simulate(ts.with_values(scene, {path: gap}), accuracy=accuracy).events[0]
+
+    run = ts.simulate(scene, accuracy=accuracy, gradients=[path])
+    assert run.events["kind"].tolist() == [AVERAGED] and not run.flags
+    low, high = first(GAP - step), first(GAP + step)
+    for field in ("time", "energy"):
+        wanted = (high[field] - low[field]) / (2.0 * step)
+        assert run.event_gradients[path][field][0] == pytest.approx(wanted, rel=1e-5)
 
 
 @pytest.mark.parametrize("rule", RULES)

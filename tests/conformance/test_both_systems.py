@@ -116,7 +116,16 @@ def between_events(run: ts.Run) -> tuple[np.ndarray, np.ndarray]:
     return (ends[:-1, None] + half[:, None] * (x + 1.0)).ravel(), (half[:, None] * weights).ravel()
 
 
-def test_the_work_of_a_law_is_its_force_along_the_way(run: ts.Run) -> None:
+def works(ground: str) -> bool:
+    """Whether a law on this ground does work on feet in the air."""
+    acting = scene("legged", ground).ground.acting_laws
+    return any(law.hook in ("momentum", "force") for law in acting.values())
+
+
+@pytest.mark.parametrize("ground", [ground for ground in GROUNDS if works(ground)])
+def test_the_work_of_a_law_is_its_force_along_the_way(system: str, ground: str) -> None:
+    run = run_of(system, ground)
+    assert run.ledger.laws
     times, weights = between_events(run)
     series = run.at(times)
     for name, work in run.ledger.laws.items():

@@ -103,7 +103,10 @@ def test_the_events_marks_and_energies_that_another_implementation_found(name: s
             record[f"{name.replace(' ', '_')}__{part}"] for part in ("events", "marks", "energy")
         )
     plan = lower_scene(make())
-    run = walk(plan, duration, accuracy=RECORDED, account=True, period=duration / 3.3)
+    # the record was made where feet came to rest below what the error of a step hides
+    low = 0.1 * RECORDED.gap * max(plan.length, *plan.system.rest_gap)
+    accuracy = dataclasses.replace(RECORDED, flight=low)
+    run = walk(plan, duration, accuracy=accuracy, account=True, period=duration / 3.3)
     assert len(events) > 1 and run.codes.tolist() == [0]
     np.testing.assert_array_equal(run.events[:, 1:3], events[:, 1:3])
     close(run.events[:, 0], events[:, 0], 1e-10)

@@ -20,7 +20,7 @@ from independent.bodies import robot_of
 from independent.ground import Laws, passive_angle
 
 AIR, STUCK, SLIPPING = range(3)
-BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, _, BEGIN_SLIP, BEGIN_STICK = range(1, 9)
+BOUNCE, CAPTURE, RELEASE, REST, CONTACT_AT_START, _, BEGIN_SLIP, BEGIN_STICK, AVERAGED_CONTACT = range(1, 10)
 TOLERANCE = 1e-12
 MOST_EVENTS = 2000
 # where a step is looked at for events; close to its start too, where a foot that has just left the ground may come back
@@ -36,7 +36,8 @@ class Found:
 
 
 def simulate(scene: Any, length: float) -> Found:
-    """Simulate a scene over its duration; length [m]: flights below 1e-11 of it are none (the rule of a rest)."""
+    """Simulate a scene over its duration; length [m]: flights below 1e-9 of it are none, nor below
+    1 pm (the rule of a rest)."""
     return Simulator(scene, length).run()
 
 
@@ -327,7 +328,7 @@ class Simulator:
         impulse, response = self.struck(normal, rows)
         mobility = float(normal @ response)
         pull = self.pull_if_held(i)
-        small = 1e-11 * self.length
+        small = max(1e-9 * self.length, 1e-12)
         if pull >= 0.0 or speed * speed >= -2.0 * pull * mobility * small:
             for k, (foot, _) in enumerate(which):
                 if impulse[k] < -1e-12:  # no adhesion carries an impulse: that foot is let go first
@@ -342,8 +343,9 @@ class Simulator:
             self.brake(i, speed + after)
             self.fresh[i] = True
             return None
-        ratio = min(after / speed, 0.999999)
-        over = self.time - 2.0 * after / (pull * mobility) / (1.0 - ratio) if kind == REST else self.time
+        over = (
+            self.time - 2.0 * after / (pull * mobility) / (1.0 - after / speed) if kind == REST else self.time
+        )
         self.note(i, kind, over)
         self.z[self.n :] = v + response / mobility * speed
         self.hold(i, self.brake(i, speed))
@@ -362,7 +364,9 @@ class Simulator:
             low = low and self.laws.adhesion is None
         if held or (low and after == 0.0):
             return CAPTURE
-        return REST if low else BOUNCE
+        if not low:
+            return BOUNCE
+        return REST if after <= (1.0 - 1.0 / 1024.0) * speed else AVERAGED_CONTACT
 
     def printed(self, i: int, after: float) -> float:
         """(2.13), in the displacements of the structure's points: what the others and the drives do to foot i, and its

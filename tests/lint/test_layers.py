@@ -93,6 +93,30 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
     assert [getattr(arrays, name) for name in codes] == list(range(len(codes)))
 
 
+def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
+    from tarsus.solve import adjoint, gradients, tangents
+
+    text = (PACKAGE / "tarsus" / "core" / "native" / "tangent.hpp").read_text(encoding="utf-8")
+    (body,) = re.findall(r"enum Doubtful \{(.*?)\}", text, re.DOTALL)
+    found = {name: int(number) for name, number in re.findall(r"(\w+) = (\d+)", body)}
+    said = {
+        "GRAZING": "grazes the ground",
+        "SIMULTANEOUS": "together with another foot",
+        "AT_THRESHOLD": "its threshold",
+        "LOST": "could not be followed",
+        "EDGE_AT_START": "very start",
+        "APART": "move apart",
+        "NEAR_MISS": "just above",
+    }
+    assert set(found) == set(said)
+    assert set(found.values()) == set(gradients._REASONS)
+    for name, number in found.items():
+        assert said[name] in gradients._REASONS[number]
+    assert {found["AT_THRESHOLD"], found["EDGE_AT_START"]} == gradients._ONE_SIDED
+    assert found["APART"] == gradients._ENERGY_ONLY
+    assert (found["LOST"], found["EDGE_AT_START"]) == (tangents.LOST, adjoint.EDGE_AT_START)
+
+
 def test_modules_are_found_by_their_former_names():
     import importlib
 

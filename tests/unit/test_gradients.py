@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -340,6 +343,25 @@ def test_a_grazing_touchdown_and_a_near_miss_have_no_derivative(part, sentence):
     assert not clear.flags
 
 
+@pytest.mark.parametrize(("part", "near"), [(1e-9, True), (1e-6, False)])
+def test_a_near_miss_of_free_motion_is_seen_in_steps_of_several_radians(part, near):
+    """A mass on a spring turns a part of its amplitude above the ground: no film or drive keeps its steps short."""
+    scene = ts.Scene(
+        name="free",
+        robot=ts.Robot(
+            structure=ts.Lumped(coordinates=("a",), mass=(1.0,), stiffness=(1.0,)),
+            feet={"a": ts.Foot(point="a", gap=1.0 + part)},
+        ),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5)),
+        initial=ts.Initial(displacement=(0.6,), velocity=(0.8,)), duration=30.0,
+    )  # fmt: skip
+    run = ts.simulate(scene, gradients=["robot.feet.a.gap"])
+    assert len(run.events) == 0
+    assert near == any(
+        "turns just above the ground" in said for said in run.flags.get("robot.feet.a.gap", ())
+    )
+
+
 def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
     mass, stiffness, damping, gap, e = 2e-9, 1.5, 2e-4, 1e-6, 0.5
     robot = ts.Robot(
@@ -374,6 +396,22 @@ def test_derivatives_of_random_scenes_as_differences(seed):
     found = look_at(seed)
     assert found["compared"] > 50
     assert not found["wrong"] and not found["signs"] and not found["flagged"]
+
+
+def test_threads_may_ask_one_run_for_derivatives_by_its_structure():
+    """Tables of derivatives are made when first met, here by all of them at once (which ended the process)."""
+    path, times = "robot.structure.mass.0.0", np.linspace(1e-3, 0.019, 20)
+    wanted = ts.simulate(scene_of("three_feet"), 0.02, gradients=[path]).state_gradients(times)[path].x
+    for _ in range(3):
+        run, begin = ts.simulate(scene_of("three_feet"), 0.02, gradients=[path]), Barrier(8)
+
+        def ask(run: ts.GradientRun = run, begin: Barrier = begin) -> np.ndarray:
+            begin.wait()
+            return run.state_gradients(times)[path].x
+
+        with ThreadPoolExecutor(8) as pool:
+            found = [one.result() for one in [pool.submit(ask) for _ in range(8)]]
+        assert all(np.array_equal(one, wanted) for one in found)
 
 
 def test_bad_requests_are_told():

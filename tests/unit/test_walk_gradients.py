@@ -264,3 +264,38 @@ def test_heights_of_the_body_are_derived_where_it_turned(name):
     slope = (8.0 * (value(1) - value(-1)) - (value(2) - value(-2))) / (12.0 * step * volts)
     found = ts.simulate(scene, 0.03, fine, gradients=[path]).gradient(name)
     assert not found.flags and found[path] == pytest.approx(slope, rel=1e-6)
+
+
+def swinging(gap: float, damping: float = 0.0, **ground) -> ts.Scene:
+    """A leg of a body too heavy to feel it swings from 0.5 m/s down, its spring's rest a gap above the ground."""
+    leg = WalkerLeg(mass=2e-9, stiffness_v=1.5, damping_v=damping, stiffness_l=1.5, damping_l=damping)
+    walker = Walker(body=WalkerBody(mass=1e4), legs={"foot": leg})
+    return ts.Scene(
+        name="swinging",
+        robot=Robot(structure=walker, drives={}, feet={"foot": Foot(point="foot", gap=gap)}),
+        ground=ts.Ground(restitution=ts.Restitution(coefficient=0.5), **ground),
+        initial=Initial(velocity=tuple(-0.5 * walker.row("foot"))),
+        duration=1e-3,
+    )
+
+
+@pytest.mark.parametrize(("part", "near"), [(1e-9, True), (1e-6, False)])
+def test_a_near_miss_of_a_walkers_foot_has_no_derivative(part, near):
+    path, reach = "robot.feet.foot.gap", 0.5 * math.sqrt(2e-9 / 1.5)
+    run = ts.simulate(swinging(reach * (1.0 + part)), gradients=[path])
+    assert len(run.events) == 0
+    assert near == any("turns just above the ground" in said for said in run.flags.get(path, ()))
+
+
+def test_a_walkers_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
+    path, gap, damping = "ground.restitution.coefficient", 1e-6, 2e-4
+
+    def landed(adhesion: float) -> ts.GradientRun:
+        held = ts.Adhesion(initial=adhesion, rate=0.0)
+        scene = swinging(gap, damping, adhesion=held, landing=ts.PullAsPrinted())
+        return ts.simulate(scene, 4e-6, gradients=[path])
+
+    # (2.13): -k g + c e v
+    printed = -1.5 * gap + damping * 0.5 * landed(0.0).events["speed_before"][0]
+    assert printed > 0.0 and not landed(0.999 * printed).flags
+    assert "within rounding of its threshold" in landed(printed * (1.0 + 1e-9)).flags[path][0]

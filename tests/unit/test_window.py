@@ -106,7 +106,7 @@ def test_a_window_leaves_the_callers_rows_as_they_are():
     plan = lower_scene(scene)
     rows = rows_of(plan)
     before = rows.initial.copy()
-    simulate_window(plan, 0.5 * before[0], 0.0, [0.1], rows=rows)
+    simulate_window(plan, before[0] + 1e-3, 0.0, [0.1], rows=rows)
     assert np.array_equal(rows.initial, before)
 
 

@@ -20,7 +20,7 @@ class EventKind(IntEnum):
     RELEASE = 3
     """Its pull outgrows what holds it."""
     REST = 4
-    """Its remaining flights are lower than a step can tell."""
+    """Its remaining flights are lower than any that matters, and accumulate."""
     CONTACT_AT_START = 5
     """Lies on the ground without an impact."""
     PERIOD_MARK = 6
@@ -29,12 +29,14 @@ class EventKind(IntEnum):
     """A held foot begins to slide."""
     STICK_BEGINS = 8
     """A sliding foot stops."""
+    AVERAGED_CONTACT = 9
+    """Pressed down, it bounces on lower than any flight that matters, with hardly any loss: a contact on average."""
 
 
-IMPACTS = (EventKind.BOUNCE, EventKind.CAPTURE, EventKind.REST)
+IMPACTS = (EventKind.BOUNCE, EventKind.CAPTURE, EventKind.REST, EventKind.AVERAGED_CONTACT)
 """Events that are impacts."""
 
-CONTACT_BEGINS = (EventKind.CAPTURE, EventKind.REST, EventKind.CONTACT_AT_START)
+CONTACT_BEGINS = (EventKind.CAPTURE, EventKind.REST, EventKind.CONTACT_AT_START, EventKind.AVERAGED_CONTACT)
 """Events with which a contact begins."""
 
 SLIDING = (EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS)
@@ -76,4 +78,4 @@ TRANSITIONS = (
     (SLIPPING, SLIPPING, "turns round", "sliding speed reaches 0 and |F_t| > mu (N + f_a)"),
 )  # fmt: skip
 """(from, to, event, condition) of every change of state that the engine makes, Fig. 4.6 and what it leaves out; a foot
-that bounces below what a step can hide is held as well (rest)."""
+whose flights are lower than any that matters is held as well (rest, averaged contact)."""

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import EventKind
+from tarsus.base.events import IMPACTS, EventKind
 from tarsus.measure.segments import Floats, Rows, firsts, largest, last_at, owners
 
 RESOLUTION = 1e-7
@@ -261,7 +261,7 @@ class EventHistories:
 
     @cached_property
     def _impact(self) -> NDArray[np.bool_]:
-        return (self._kind == BOUNCE) | (self._kind == CAPTURE) | (self._kind == REST)
+        return np.isin(self._kind, IMPACTS)
 
     @cached_property
     def flights(self) -> Flights:

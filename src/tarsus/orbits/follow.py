@@ -167,7 +167,7 @@ def sequence(orbit: Orbit) -> tuple[tuple[int, int], ...]:
     out: list[tuple[int, int]] = []
     for event in orbit.events:
         foot, kind = int(event["foot"]), int(event["kind"])
-        if kind == EventKind.REST:
+        if kind in (EventKind.REST, EventKind.AVERAGED_CONTACT):
             while any(one == (foot, EventKind.BOUNCE) for one in out):
                 last = max(i for i, one in enumerate(out) if one[0] == foot)
                 if out[last][1] != EventKind.BOUNCE:

@@ -27,7 +27,7 @@ from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import Course, drive_course, felt, gait_courses, pool_of
 from tarsus.plan.lowering import Plan, initial_column, law_column, pack, scales
 
-__all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots"]
+__all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots", "unit_of"]
 
 Floats = NDArray[np.float64]
 
@@ -139,6 +139,14 @@ def slot(scene: Scene, path: str) -> Place | None:
     if keys[:2] == ["robot", "drives"] and len(keys) > 3 and keys[2] in drives and keys[3] != "load":
         return Place(Kind.DRIVE, drives.index(keys[2]))
     return None
+
+
+def unit_of(path: str, plan: Plan | None) -> float:
+    """What a number that is zero varies by: a gap by the plan's length, a displacement so as to move a foot by that."""
+    if plan is not None and path.startswith("initial.displacement."):
+        moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
+        return float(plan.length / (moves or 1.0))
+    return plan.length if plan is not None and path.endswith(".gap") else 1.0
 
 
 def check_bounds(scene: Scene, path: str, values: Floats) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core import arrays as a
 from tarsus.core.book import NODES, ModeBook, step_lengths
@@ -22,6 +23,11 @@ BUILT: dict[str, str] = _native.built
 """How the engine was made: compiler, target (native or a processor), rows (vector instructions), checks at run time."""
 
 
+FLIGHT, LEAST_FLIGHT = 1e-9, 1e-12
+"""Height below which flights are none, of the widest gap and [m]. An atom is a hundred times as high as 1 pm, and no
+foot or ground is flatter; what such flights hold of energy is the press times that height."""
+
+
 @dataclass(frozen=True)
 class Accuracy:
     """How exactly a run is computed. The defaults put impact times within about 1e-9 of the exact ones.
@@ -29,11 +35,23 @@ class Accuracy:
     gap: local error of a foot's gap per step, relative to the plan's length scale.
     drive: local error of a drive force per step, relative to its range.
     steps: bound on the number of steps, so that a run always ends.
+    flight: height [m] below which flights of a foot that is pressed down are none: it is in contact. By default 1e-9 of
+    the widest rest gap, and 1 pm at least.
+
+    Raises
+    ------
+    InputError
+        For a height that is none.
     """
 
     gap: float = 1e-8
     drive: float = 1e-9
     steps: int = 50_000_000
+    flight: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.flight is not None and not (math.isfinite(self.flight) and self.flight >= 0.0):
+            raise InputError(f"flight: expected a height of 0 m or more, got {self.flight!r}")
 
 
 class SharedBook:
@@ -188,7 +206,8 @@ def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Se
     out.gap_zero = 1e-14
     out.force_zero = 1e-13
     out.speed_zero = 1e-13 * plan.rate
-    out.rest_height = 0.1 * accuracy.gap  # lower flights are lost in the error of a step
+    given = accuracy.flight is not None
+    out.rest_height, out.least_flight = (0.0, accuracy.flight) if given else (FLIGHT, LEAST_FLIGHT)
     out.least_progress = 1e-10 / plan.rate
     out.probe = 1e-7
     out.most_steps, out.first_class = accuracy.steps, 0

@@ -130,8 +130,23 @@ class Run:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Sentences on what the run left that its model assumes: for each turn of a walker's body, seen at the marks,
-        beyond small angles."""
+        """Sentences on what the run left that its model assumes: feet in averaged contact, and for each turn of a
+        walker's body, seen at the marks, beyond small angles."""
+        return (*self._averaged(), *self._turned())
+
+    def _averaged(self) -> tuple[str, ...]:
+        """What is counted as contact though the foot bounces on, foot by foot."""
+        found = self.events[self.events["kind"] == EventKind.AVERAGED_CONTACT]
+        parts = {name: found[found["foot"] == i] for i, name in enumerate(self.foot_names)}
+        return tuple(
+            f"Foot '{name}' is in averaged contact ({len(own)} times, first at {own['time'][0]:.6g} s): pressed "
+            "down, it bounces on with hardly any loss, but lower than any flight that matters (Accuracy.flight). The "
+            "energy of these flights is counted as lost in the impacts."
+            for name, own in parts.items()
+            if len(own)
+        )
+
+    def _turned(self) -> tuple[str, ...]:
         if self.marks is None:
             return ()
         angles = np.abs(self.marks["body"]).max(axis=0)

@@ -23,7 +23,7 @@ from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
 from tarsus.plan.sloped import SlopedDrive, sloped_drives
-from tarsus.plan.slots import Rows, check_bounds, rows_for, slot
+from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
 from tarsus.solve.window import Contacts, Recorded
@@ -80,19 +80,13 @@ class Stencil:
 
     @classmethod
     def of(
-        cls,
-        scene: Scene,
-        direction: Direction,
-        part: float,
-        plan: Plan | None = None,
-        *,
-        drives: bool = True,
+        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, drives: bool = True,
         order: int = 4,
-    ) -> Stencil:
+    ) -> Stencil:  # fmt: skip
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero, of one unit, or of the length in a plan)."""
         base = {path: float(get_value(scene, path)) for path in direction}
-        size = part * min((abs(base[path]) or _unit(path, plan)) / abs(w) for path, w in direction.items())
+        size = part * min((abs(base[path]) or unit_of(path, plan)) / abs(w) for path, w in direction.items())
         problem = None
         for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
@@ -127,16 +121,6 @@ class Stencil:
         return sum(
             (w * (one - own) for w, one in zip(self.weights[1:], beside, strict=True)), np.zeros_like(own)
         )
-
-
-def _unit(path: str, plan: Plan | None) -> float:
-    """What a number that is zero varies by: a gap by the plan's length, a displacement so as to move a foot by that."""
-    if plan is not None and path.endswith(".gap"):
-        return plan.length
-    if plan is not None and path.startswith("initial.displacement."):
-        moves = np.abs(plan.system.normals[int(path.rpartition(".")[2])]).max(initial=0.0)
-        return float(plan.length / (moves or 1.0))
-    return 1.0
 
 
 def _slope_weights(places: Floats) -> Floats:
@@ -224,7 +208,7 @@ class Entering:
         if number not in self.made:
             change = self.structure[number]
             made = _native.DerivedBook(book.book.native, partial(derived_mode, book.system, change))
-            self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
+            return self.made.setdefault(number, made)  # of threads that make it at once the first one's stays
         return self.made[number]
 
     def some(self, numbers: Sequence[int]) -> Entering:
@@ -275,9 +259,7 @@ def entering(
     return Entering(tuple(found), row, data, structure, beside)
 
 
-def _walkers(
-    scene: Scene, plan: Plan, direction: Direction, initial: Floats
-) -> tuple[tuple[Plan, float], ...]:
+def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) -> tuple[tuple[Plan, float], ...]:
     """The plans of a walker beside its own along a direction that changes its structure, with their weights; where it
     begins standing, the derivative of its initial state (2n,) takes in that it stands otherwise."""
     stencil = Stencil.of(scene, direction, STEP)
@@ -291,9 +273,7 @@ def _walkers(
         for one, system in zip(changed, systems, strict=True)
     ]
     return tuple(
-        (one, float(weight))
-        for one, weight in zip([plan, *plans], stencil.weights, strict=True)
-        if weight != 0.0
+        (one, float(weight)) for one, weight in zip([plan, *plans], stencil.weights, strict=True) if weight != 0.0
     )
 
 
@@ -482,9 +462,7 @@ def tangents(
     begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
-        structural = [
-            (given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES
-        ]
+        structural = [(given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES]
         *found, flag = _native.tangents_modal(
             book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
             given.data.lanes(first), structural, recorded, when, steps,

@@ -87,7 +87,7 @@ class StepAdjoint : public Lens {
   std::vector<std::unique_ptr<BackTables>> backs_;  // by contact mode and step
   const BackTables* tables_back_ = nullptr;         // of the step
   // Terms of a series, of which each must be so much smaller than the one before: else elimination costs less.
-  static constexpr int SERIES = 16;
+  static constexpr int BACK_SERIES = 16;
   static constexpr double FALLING = 0.1;
   std::vector<double> series_, term_, next_term_;
   std::vector<Row> series_forces_;
@@ -264,7 +264,7 @@ class StepAdjoint : public Lens {
     series_ = term_ = right_by_;
     series_forces_.assign(solved_.size(), Row(0.0));
     double last = INF, least = 0.0;
-    for (int count = 0; count < SERIES; count++) {
+    for (int count = 0; count < BACK_SERIES; count++) {
       next_term_.assign(term_.size(), 0.0);
       for (size_t n = 0; n < solved_.size(); n++) {
         const Row by = outputs_back(solved_[n].input, term_);

@@ -97,6 +97,7 @@ void bind_plan(nb::module_& m) {
       .def_rw("force_zero", &Settings::force_zero)
       .def_rw("speed_zero", &Settings::speed_zero)
       .def_rw("rest_height", &Settings::rest_height)
+      .def_rw("least_flight", &Settings::least_flight)
       .def_rw("least_progress", &Settings::least_progress)
       .def_rw("probe", &Settings::probe)
       .def_rw("most_steps", &Settings::most_steps)

@@ -56,7 +56,7 @@ struct Together {
 // Share of a step's tolerance that its repetition may leave. On 30 random walkers, against a run a thousand times as exact, events
 // are off by 3e-11 rad in the median (5e-12 with 1e-3, the worst alike) and accounts open by 1e-13, at worst 7e-11.
 constexpr double SETTLED = 1e-2;
-constexpr int AHEAD = 5;  // powers of time in which a motion is guessed to go on into the next step
+constexpr int GUESSED = 5;  // powers of time in which a motion is guessed to go on into the next step
 
 // Work [J] done on the robot by its drives and weight, and by dampers, films, smooth forces and friction.
 struct Energies {

@@ -171,7 +171,7 @@ class Acting {
     const Jet after = laws_.value(REBOUND, f, {speed});
     const Jet lost = (speed * speed - after * after) * mass * 0.5, kept = after * after * mass * 0.5;
     out.before = speed;
-    out.doubtful = in_doubt(f, after, out);
+    out.doubtful = in_doubt(f, after, out, printed_pull(at, i, after));
     if (kind == BOUNCE) {
       out.after = after;
       w = after - film;
@@ -180,8 +180,8 @@ class Acting {
     }
     if (kind == CAPTURE && laws_.has(f, HAS_LATCH)) out.adhesion = kept;
     out.energy = lost + kept + rub(at, i, speed, out);
-    if (kind == REST && after.value > 0.0) {  // as rest_time
-      out.when = at.time - after * mass * 2.0 / out.pull / (1.0 - minimum(after / speed, Jet(0.999999)));
+    if (kind == REST) {  // as rest_time
+      out.when = at.time - after * mass * 2.0 / out.pull / (1.0 - after / speed);
     }
     return out;
   }
@@ -253,12 +253,20 @@ class Acting {
     return (before * before - along * along) * mass(i) * 0.5;
   }
 
-  bool in_doubt(int f, const Jet& after, const Struck& at) const {
+  // The pull by (2.13) as printed, as in ``land``.
+  double printed_pull(const JetPlace& at, int i, const Jet& after) const {
+    const Leg& leg = s_.body.legs[i];
+    return structure(at, i, UP, -gap(i)).value - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * after.value;
+  }
+
+  bool in_doubt(int f, const Jet& after, const Struck& at, double printed) const {
     if (laws_.has(f, RESTITUTES_FIRST)) {
       const double excess = laws_.value(EXCESS, f, {after}).value;
       if (std::fabs(excess) < CLOSE * std::fabs(after.value)) return true;
       if (excess > 0.0) return false;
-    } else if (!laws_.has(f, HAS_LATCH) || laws_.has(f, PULL_AS_PRINTED)) {
+    } else if (laws_.has(f, PULL_AS_PRINTED)) {
+      return is_close(Jet(printed), Jet(std::max(at.strength.value, 0.0)));
+    } else if (!laws_.has(f, HAS_LATCH)) {
       return false;
     }
     return is_close(at.pull, at.strength);

@@ -349,12 +349,8 @@ class LeggedLanes : public LeggedMarch {
     for (size_t c = 0; c < left.size(); c++) {
       drives_.fill(int(c), clock.time, h, &values_[N * c], &slopes_[N * c]);
       const Cursor was = left[c], now = drives_.player.cursor[c];
-      if (was.piece == now.piece && was.turns == now.turns) continue;
-      const Jet kink = drives_.beginning(int(c), now);
-      const Signals& signals = drives_.signals;
-      const double rounding = 2e-12 * (signals.end[was.piece] - signals.start[was.piece]) + 1e-14 * clock.time;
-      const Row by = slope_of(kink);
-      if (std::fabs(kink.value - clock.time) > rounding) continue;
+      if (!drives_.passed(was, now, clock.time)) continue;
+      const Row by = slope_of(drives_.beginning(int(c), now));
       for (int lane = 0; lane < count_ && shared_at_ == clock.time; lane++) {
         if (std::fabs(shared_[lane] - by[lane]) > 1e-9 * std::fabs(by[lane])) flag(APART, lane);
       }

@@ -56,13 +56,13 @@ inline void held_strength(Legged& s, int i, double h) {
 inline void going_on(const Legged& s, double h, Row* matrix) {
   Row powers[N];
   for (int c = 0; c < N; c++) powers[c] = load(s.nodes.monomial[c]);
-  for (int n = 0; n < AHEAD; n++) {
+  for (int n = 0; n < GUESSED; n++) {
     for (int c = N - 2; c >= n; c--) powers[c] += powers[c + 1] * s.origin;
   }
   const Row time = s.nodes.times() * (h / s.length);
   for (int j = 0; j < N; j++) {
-    matrix[j] = Row(powers[AHEAD - 1][j]);
-    for (int c = AHEAD - 2; c >= 0; c--) matrix[j] = matrix[j] * time + powers[c][j];
+    matrix[j] = Row(powers[GUESSED - 1][j]);
+    for (int c = GUESSED - 2; c >= 0; c--) matrix[j] = matrix[j] * time + powers[c][j];
   }
 }
 

@@ -26,6 +26,9 @@ class LeggedTangent : public LeggedTold {
     begin_time_ = clock.time;
     rebase_lanes();
     linearise(h);
+    for (int i : body.leg) {
+      if (nearly_lands(i, h, fraction)) flag(NEAR_MISS, -1);
+    }
     follow_beside(k, h);
     if (!solve_lanes(*this, lanes_, k, h, linear_)) lose();
     for (size_t n = notes.sampled; fraction > 0.0 && n < notes.times.size() && notes.times[n] <= reached; n++) {
@@ -145,6 +148,22 @@ class LeggedTangent : public LeggedTold {
     return clock.time == begun_ || value < -JUMP * run_.scales[1];
   }
   static constexpr double JUMP = 1e-9;  // part of the scale of forces; functions that pass zero overshoot it by less
+
+  // Whether a flight turns in the step so close above the ground that an error of its gap could hide a touchdown; as ``touches``.
+  bool nearly_lands(int i, double h, double fraction) const {
+    const LegRows& r = rows[i];
+    const double room = GRAZE * settings.gap;
+    if (feet[i].contact != AIR || r.gap[0] <= room) return false;
+    for (int j = 1; j < N && nodes.tau[j - 1] < fraction; j++) {
+      if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
+      const double width = (nodes.tau[j] - nodes.tau[j - 1]) * h;
+      const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
+      if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop + room) continue;
+      const Lowest least = lowest_between(*this, j, [&](double at) { return gap_at(*this, i, h, at); });
+      if (least.at < fraction && least.gap < room) return true;
+    }
+    return false;
+  }
 
   // A touchdown that would dip below the ground by less than GRAZE errors of a gap; a force or speed that hardly passes zero.
   bool grazes(int i, Happening kind, double rate) const {

@@ -16,7 +16,7 @@ struct Settings {
   double end, period;               // duration; period of the marks (infinite: none)
   double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
   double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero by the scales of a scene
-  double rest_height;               // lower flights are lost in the error of a step
+  double rest_height, least_flight; // lower flights are none: of the widest gap, and in any case [m]
   double least_progress;            // of time, that is some
   double probe;                     // gap over which a slope is taken by differences
   int64_t most_steps, first_class;
@@ -30,6 +30,7 @@ struct Settings {
     for (int i = 0; i < feet; i++) out.widest = std::max(out.widest, std::fabs(run.sources[i]));
     for (double* size : {&out.gap, &out.probe}) *size *= run.scales[0];
     for (double* size : {&out.gap_zero, &out.speed_zero, &out.rest_height}) *size *= out.widest;
+    out.rest_height = std::max(out.rest_height, least_flight);
     out.force_zero *= run.scales[1];
     out.period = run.scales[2];
     return out;

@@ -161,7 +161,7 @@ inline double follow_impact(Modal& m, int foot, const Landing& at) {
 }
 
 // A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
-// smaller impacts from foot to foot: below the rest height all of them stay down.
+// smaller impacts from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
 inline int torn_off(const Modal& m, int foot, const Landing& at) {
   if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
   for (int k : m.mode->held) {
@@ -174,7 +174,8 @@ inline int torn_off(const Modal& m, int foot, const Landing& at) {
 // forces pull the struck one off again for as long as they take to relax; then it is back, up to millions of times.
 inline void count_low(Modal& m, int foot, double speed, double t) {
   Foot& f = m.feet[foot];
-  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < m.settings.rest_height;
+  const double hidden = 0.1 * m.units.gap * m.settings.widest;
+  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < hidden;
   f.low = low ? f.low + 1 : 0;
 }
 

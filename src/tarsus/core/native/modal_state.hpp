@@ -30,6 +30,30 @@ struct Doubt {
   double at = 2.0;
 };
 
+// What was refused where a run tried longer steps than its last: what an error of h^9 promises is not there where a film bends
+// within a step, or where a foot hovers so that no long step can tell whether it lands. Each time that it is refused again, twice
+// as many steps pass before it is tried.
+struct Refused {
+  static constexpr int MOST = 31;
+  int k = -1, wait = 0, left = 0, since = 0;  // the shortest class refused; steps to wait, and left of them; steps since then
+
+  void refuse(int by) {
+    const bool again = k >= 0 && since <= 2 * wait + 2;
+    wait = again ? std::min(2 * wait + 1, MOST) : 0;
+    k = again ? std::max(k, by) : by;
+    left = wait;
+    since = 0;
+  }
+  // The class to try where ``wanted`` is asked for, after a step of class ``last``.
+  int next(int wanted, int last) {
+    since++;
+    if (last <= k) *this = {};
+    if (wanted > k || left == 0) return wanted;
+    left--;
+    return k + 1;
+  }
+};
+
 struct Modal {
   Book& book;
   const Sizes sizes;
@@ -50,6 +74,7 @@ struct Modal {
   int step_class = 0;
   int last_launch = 0;     // class that the film let pass at the last start
   bool launching = false;  // the first step in a contact mode
+  Refused refused;
   bool check = true;       // contacts may be due at this very moment
   bool strong = false;     // films' momenta count from where a step begins: see rebase
   bool entering = true;    // ``next`` is to be entered with the state ``physical``

@@ -131,6 +131,7 @@ inline bool fit(const Modal& m, const Ahead& ahead, Trial& trial) {
 inline bool rejects(Modal& m, double error, Trial& trial) {
   if (0.0 <= error && error <= 1.0) return false;
   m.clock.rejected++;
+  m.refused.refuse(trial.k);
   trial.k += classes_down(m, error);
   trial.wanted = std::max(trial.wanted, trial.k);
   return true;
@@ -142,7 +143,8 @@ TARSUS_INLINE void end_step(Modal& m, const Trial& trial, double error, double h
     m.launching = false;
     if (error > 0.0) m.last_launch = error < 1e-3 ? trial.k - 1 : trial.k;
   }
-  m.step_class = next_class(m, trial.k, trial.wanted, error, h, event);
+  if (event) m.refused = {};
+  m.step_class = m.refused.next(next_class(m, trial.k, trial.wanted, error, h, event), trial.k);
 }
 
 inline void raise_apexes(Modal& m, const StepClass& step, double fraction) {
@@ -192,10 +194,13 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
   const int terms = far > 0.0 ? landing_terms(*m.mode, lengths, k, std::min(far, limit)) : 0;
   if (far > 0.0 && terms == 0) {
     m.clock.rejected++;
+    m.refused.refuse(trial.k);
     trial.k = shorter_class(lengths, k, std::max(seen.interval < N ? m.nodes.tau[seen.interval - 1] : 0.0, 0.125));
     return false;
   }
   if (seen.coarse && m.mode->terms[k] == 0) {
+    m.clock.rejected++;
+    m.refused.refuse(trial.k);
     trial.k++;
     return false;
   }

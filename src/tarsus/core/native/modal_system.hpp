@@ -117,6 +117,7 @@ struct ModalSystem : Modal {
     enter_mode(*this);
     step_class = launch_class(*this);
     launching = true;
+    refused = {};
     if (sizes.feet > 1) check = true;
   }
 

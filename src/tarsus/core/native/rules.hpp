@@ -16,9 +16,13 @@ struct Landing {
   double kept() const { return 0.5 / mobility * after * after; }                    // [J] that departs, or adhesion takes
 };
 
-// BOUNCE, CAPTURE or REST; height [m] below which a flight is none.
+// Share of its speed that an impact leaves, above which flights take more than a thousand of their own to come to rest: what
+// presses them may change meanwhile, so that no series tells when. A power of two, which no coefficient is by chance.
+constexpr double HARDLY_LESS = 1.0 - 1.0 / 1024.0;
+
+// BOUNCE, CAPTURE, REST or AVERAGED_CONTACT; height [m] below which a flight is none.
 inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& at, double height) {
-  // the ground presses, and what is left of the flights is a geometric series below the resolution
+  // it is pressed down, and all flights that are left are lower than that
   const bool stopped = at.after == 0.0 && at.pull <= at.none;
   bool low = stopped || (at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height);
   bool held;
@@ -31,13 +35,13 @@ inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& a
     low = low && !laws.has(foot, HAS_LATCH);
   }
   if (held || (low && stopped)) return CAPTURE;
-  return low ? REST : BOUNCE;
+  if (!low) return BOUNCE;
+  return at.after <= HARDLY_LESS * at.speed ? REST : AVERAGED_CONTACT;
 }
 
 // Time [s] at which a foot that comes to rest has made its flights, a geometric series under its pull.
 inline double rest_time(double t, const Landing& at) {
-  const double ratio = at.speed > 0.0 ? std::min(at.after / at.speed, 0.999999) : 0.0;
-  return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - ratio);
+  return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
 }
 
 // Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the

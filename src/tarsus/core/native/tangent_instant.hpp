@@ -214,9 +214,8 @@ class Instant {
     }
     if (kind == CAPTURE && laws_.has(foot, HAS_LATCH)) out.adhesion = kept;
     out.energy = lost + kept;
-    if (kind == REST && after.value > 0.0) {  // as rest_time
-      const Jet ratio = minimum(after / speed, Jet(0.999999));
-      out.when = time - after * 2.0 / (out.pull * mobility) / (1.0 - ratio);
+    if (kind == REST) {  // as rest_time
+      out.when = time - after * 2.0 / (out.pull * mobility) / (1.0 - after / speed);
     }
     since[foot] = time;
     change(foot, foot);

@@ -187,7 +187,7 @@ class ModalTangent : protected StepTangents {
     const Event& e = record_->events[event];
     const int foot = int(e.foot);
     const EventKind kind = EventKind(int(e.kind));
-    const bool lands = kind == BOUNCE || kind == CAPTURE || kind == REST;
+    const bool lands = kind == BOUNCE || kind == CAPTURE || kind == REST || kind == AVERAGED_CONTACT;
     const Row off = lands && foot != first_foot_ ? coincidence(foot) : Row(0.0);
     Row apart = Row(0.0);
     if (any_less(Row(0.0), magnitude(off))) {

@@ -95,6 +95,7 @@ class StepTangents {
   mutable Shown<double> by_structure_;
   mutable Shown<Row> shown_;  // see shown_at
   mutable std::vector<Row> inside_;
+  std::vector<double> flown_;  // the state somewhere within the step
   std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones
   const ContactMode* acting_in_ = nullptr;
   bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
@@ -397,23 +398,35 @@ class StepTangents {
   }
 
   // Whether a foot turns in this step so close above the ground that an error of its gap could hide a touchdown. Nodes are so
-  // dense that one of them sees a parabola's lowest tenth.
+  // dense that one of them sees a parabola's lowest tenth. The polynomial through them tells where it turns only roughly: over
+  // several radians of a mode it is off by 2e-4 of the way, and what it puts lower than ROUGH of that is asked of the flow.
   bool nearly_lands(const Recorded& step, int i) {
+    constexpr double ROUGH = 1e-2;
     const double room = GRAZE * settings_.gap, most = highest(gaps_[i]);
     if (gaps_[i][0] <= room || !any_less(gaps_[i], Row(0.1 * most))) return false;
     alignas(64) double gap[N];
     store(gap, gaps_[i]);
     const int low = int(std::min_element(gap, gap + N) - gap);
     double s = nodes_.tau[low], value = gap[low];
-    for (int n = 0; n < 4; n++) {  // Newton's method for where it turns
+    double bend = 0.0;
+    const auto on = [&](double slope) {  // Newton's method for where it turns
+      s -= slope / bend;
+      return 0.0 < s && s < step.fraction;
+    };
+    for (int n = 0; n < 4; n++) {
       const Weights at(nodes_, s);
-      const double bend = weighted(at.bend, gap);
+      bend = weighted(at.bend, gap);
       value = weighted(at.value, gap);
-      if (!(bend > 0.0)) return false;
-      s -= weighted(at.slope, gap) / bend;
-      if (!(0.0 < s && s < step.fraction)) return false;
+      if (!(bend > 0.0) || !on(weighted(at.slope, gap))) return false;
     }
-    return value >= 0.0 && value < room;
+    if (value >= std::max(room, ROUGH * most)) return false;
+    for (int n = 0; n < 4; n++) {
+      within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
+      show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
+      value = by_structure_.gap[i];
+      if (!on(by_structure_.rate[i] * step.length)) return false;
+    }
+    return value < room;
   }
 
   void note_apex(const Recorded& step, int i, double s) {
