@@ -5,7 +5,7 @@ processor that lacks the instructions falls back in silence or dies, so what is 
 
     OPENBLAS_CORETYPE=Prescott python tests/kernels.py
 
-says what that gives here.
+says what that gives here, and with ``--here`` the script names the kernels that this processor can run.
 """
 
 from __future__ import annotations
@@ -76,8 +76,10 @@ if __name__ == "__main__":
     import numpy as np
     import scipy.linalg
 
+    if sys.argv[1:] == ["--here"]:
+        print(*(kernel for kernel in KERNELS if in_use() and not missing(kernel)), sep="\n")
+        sys.exit(0)
     square = np.random.default_rng(0).normal(size=(64, 64))
     np.linalg.eig(square @ square)  # a kernel that the processor cannot run dies here
     scipy.linalg.schur(square)
     print(line())
-    sys.exit(0)

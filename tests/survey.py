@@ -1,22 +1,30 @@
 """Thousands of random scenes: does each run end in time, in numbers, above the ground, with its account closed?
 
-    python tests/survey.py FILE --count 10000 --workers 2
+    python tests/survey.py FILE --scenes wide --count 5000 --workers 2
 
-writes a line a scene to FILE, goes on where it was stopped, and says what was found. A worker that a scene kills or
+writes a line a scene beside FILE, goes on where it was stopped, and says what was found. A worker that a scene kills or
 that it holds for longer than `LIMIT` is started again behind that scene.
+
+    python tests/survey.py FILE --scenes wide --count 300 --kernels
+
+does so on every kernel of OpenBLAS that this processor has, and names the scenes whose code, verdict of the ledger or
+sequence of events differ, with their exponent of divergence where they are chaotic (`divergence`).
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
+import warnings
+import zlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,20 +33,35 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 
 import tarsus as ts
-from random_scenes import scene_of
+from divergence import GROWN, pair, sequence
+from kernels import KERNELS, in_use, missing
+from random_scenes import scene_of, wide_scene
 from tarsus.model.scene import Scene
 from tarsus.solve.codes import CLOSED
 
 LIMIT = 20
 """[s] of the processor's time that a run may take; a worker is stopped at three times that."""
+PERIODS = 1e4
+"""A run of so many drive periods may take longer."""
+OPEN = 0.003
+"""Share of the runs that may end with an open account and say so."""
 DEPTH = 1e-9
 """Deepest a foot may be seen below the ground, relative to the length that the run's tolerances refer to: ten times the
 error of a gap that a step may leave (1e-10)."""
 SAMPLES = 301
+Found = dict[int, dict[str, Any]]
 
 
 def look_at(scene: Scene) -> dict[str, Any]:
-    """What became of a scene: code, the processor's time [s], closure, depth below the ground, whether it is finite."""
+    """What became of a scene: code, the processor's time [s], closure, depth below the ground, whether it is finite,
+    a number that stands for its sequence of events, and what numpy warned of."""
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always")
+        out = _seen(scene)
+    return out | {"warnings": sorted({f"{one.category.__name__}: {one.message}" for one in warned})}
+
+
+def _seen(scene: Scene) -> dict[str, Any]:
     start = time.process_time()
     run = ts.simulate(scene)
     code = run.code.name
@@ -46,6 +69,8 @@ def look_at(scene: Scene) -> dict[str, Any]:
     out: dict[str, Any] = {"code": code, "wall": round(wall, 3), "steps": int(run.log.finish[0, 1])}
     out["events"], out["reached"] = len(run.events), run.end_time / scene.duration
     out["closure"] = float(run.ledger.closure)
+    out["periods"] = float(run.duration / run.period)
+    out["sequence"] = zlib.crc32(repr(sequence(run.events, run.duration)).encode())
     state = run.at(np.linspace(0.0, run.end_time, SAMPLES)).state
     out["depth"] = float(-state.gap.min(initial=0.0) / run.plan.length)
     numbers = (state.x, state.v, state.gap, state.pull)
@@ -60,8 +85,11 @@ def faults(found: dict[str, Any]) -> list[str]:
         error = found.get("error", "the process died or did not end")
         return [] if error.startswith("InputError") else [error]
     said = []
-    if found["wall"] > LIMIT:
+    if found["wall"] > LIMIT and not found.get("periods", 0.0) > PERIODS:
         said.append("slow")
+    if found["code"] == "STALLED":
+        said.append("stalled")
+    said += found.get("warnings", [])
     if found["code"] == "DONE":
         if not found["finite"]:
             said.append("not finite")
@@ -90,20 +118,24 @@ def work(look: Callable[[int], dict[str, Any]], file: Path, first: int, count: i
             print(json.dumps({"seed": seed, **found}), file=out, flush=True)
 
 
-def read(file: Path) -> dict[int, dict[str, Any]]:
+def read(file: Path) -> Found:
     """What a file says of each seed; one that was begun and not ended says nothing but its number."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     return {found["seed"]: found for found in map(json.loads, lines)}
 
 
-def survey(script: str, file: Path, count: int, workers: int) -> dict[int, dict[str, Any]]:
-    """Let a script look at the seeds below ``count`` in processes of their own and collect what became of them."""
+def survey(script: str, file: Path, count: int, workers: int, *, words: Sequence[str] = ()) -> Found:
+    """Let a script look at the seeds below ``count`` in processes of their own and collect what became of them.
+
+    words: further ones for the script.
+    """
     parts = [file.with_suffix(f".{w}.jsonl") for w in range(workers)]
-    command = [sys.executable, script, "--part"]
-    begun = {
-        w: subprocess.Popen([*command, str(parts[w]), str(w), str(count), str(workers)])
-        for w in range(workers)
-    }
+
+    def begin(w: int) -> subprocess.Popen[bytes]:
+        numbers = [str(parts[w]), str(w), str(count), str(workers)]
+        return subprocess.Popen([sys.executable, script, "--part", *numbers, *words])
+
+    begun = {w: begin(w) for w in range(workers)}
     while begun:
         time.sleep(0.5)
         for w, process in list(begun.items()):
@@ -111,28 +143,32 @@ def survey(script: str, file: Path, count: int, workers: int) -> dict[int, dict[
                 continue
             del begun[w]
             if process.returncode != 0:  # stopped by a scene: go on behind it
-                begun[w] = subprocess.Popen([*command, str(parts[w]), str(w), str(count), str(workers)])
+                begun[w] = begin(w)
     found = {seed: one for part in parts for seed, one in read(part).items()}
     return dict(sorted(found.items()))
 
 
-def surveyed(
-    script: str, about: str | None, look: Callable[[int], dict[str, Any]]
-) -> dict[int, dict[str, Any]]:
-    """What a script's arguments ask for, by seed; a script that is a part of a survey ends here."""
+def part_of_a_survey(look: Callable[[int], dict[str, Any]]) -> None:
+    """A script that was started as a part of a survey does it and ends here."""
     if sys.argv[1:2] == ["--part"]:
         work(look, Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))
         sys.exit(0)
-    parser = argparse.ArgumentParser(description=about)
+
+
+def arguments(about: str | None) -> argparse.ArgumentParser:
+    """What every survey may be asked for."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", type=Path)
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args()
-    return survey(script, asked.file, asked.count, asked.workers)
+    return parser
 
 
-def main() -> int:
-    found = surveyed(__file__, __doc__, lambda seed: look_at(scene_of(seed)))
+SCENES = {"edge": scene_of, "wide": wide_scene}
+
+
+def tell(found: Found) -> bool:
+    """Print what was found; whether all of it is as it should be."""
     said = Counter(text.split(":")[0] for one in found.values() for text in faults(one) or ["right"])
     for text, times in said.most_common():
         seeds = [seed for seed, one in found.items() if text in [s.split(":")[0] for s in faults(one)]]
@@ -141,7 +177,53 @@ def main() -> int:
     print(", ".join(f"{times} {code}" for code, times in codes.most_common()))
     walls = sorted(one["wall"] for one in found.values() if "wall" in one)
     print(f"{len(found)} scenes, {sum(walls):.0f} s of runs, the longest {walls[-1]:.1f} s")
-    return 0 if set(said) == {"right"} else 1
+    return set(said) == {"right"} and codes["LEDGER_OPEN"] <= OPEN * len(found)
+
+
+def compare(found: dict[str, Found], scene: Callable[[int], Scene]) -> bool:
+    """Print the scenes that differ between kernels; whether all of them are chaotic."""
+    chaotic = unexplained = 0
+    for seed in sorted(set.intersection(*(set(of) for of in found.values()))):
+        told = {kernel: of[seed] for kernel, of in found.items()}
+        if any(set(one) == {"seed"} for one in told.values()):
+            continue  # stopped for its time; `tell` says so
+        facts = {kernel: _verdict(one) for kernel, one in told.items()}
+        if len(set(facts.values())) == 1:
+            continue
+        two = max((pair(scene(seed), size, seed) for size in (1e-15, 1e-13)), key=lambda two: two.grown)
+        chaotic, unexplained = chaotic + two.chaotic, unexplained + (not two.chaotic)
+        print(f"{seed} {'chaotic' if two.chaotic else 'DIFFERS'}: {facts}; moved by 1e-13: {two}")
+    print(
+        f"{chaotic} chaotic scenes differ between kernels, {unexplained} others (from {GROWN:g} on runs have parted)"
+    )
+    return not unexplained
+
+
+def _verdict(one: dict[str, Any]) -> tuple[Any, ...]:
+    return one.get("code"), one.get("error"), one.get("sequence"), one.get("closure", 0.0) <= CLOSED
+
+
+def main() -> int:
+    kind = sys.argv[6] if sys.argv[1:2] == ["--part"] else ""
+    part_of_a_survey(lambda seed: look_at(SCENES[kind](seed)))
+    parser = arguments(__doc__)
+    parser.add_argument("--scenes", choices=SCENES, default="edge")
+    parser.add_argument("--kernels", action="store_true", help="on every kernel, and compare")
+    asked = parser.parse_args()
+    go = functools.partial(survey, __file__, count=asked.count, workers=asked.workers, words=[asked.scenes])
+    if not asked.kernels:
+        return 0 if tell(go(asked.file)) else 1
+    found = {}
+    for kernel in (kernel for kernel in KERNELS if not missing(kernel)):
+        os.environ["OPENBLAS_CORETYPE"] = kernel
+        here = subprocess.run(
+            [sys.executable, Path(__file__).with_name("kernels.py")], capture_output=True, text=True
+        )
+        assert here.stdout.count(f"{kernel} in ") == len(in_use()) > 0, here.stdout
+        print(f"== {kernel}")
+        found[kernel] = go(asked.file.with_name(f"{asked.file.name}-{kernel}"))
+        tell(found[kernel])
+    return 0 if compare(found, SCENES[asked.scenes]) else 1
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 import tarsus as ts
 from random_scenes import plain_scene
-from survey import surveyed
+from survey import arguments, part_of_a_survey, survey
 from tarsus.base.spec import float_paths, get_value
 from tarsus.plan.slots import slots
 
@@ -173,7 +173,9 @@ def look_at(seed: int) -> dict[str, Any]:
 
 
 def main() -> int:
-    found = surveyed(__file__, __doc__, look_at)
+    part_of_a_survey(look_at)
+    given = arguments(__doc__).parse_args()
+    found = survey(__file__, given.file, given.count, given.workers)
     ran = {seed: one for seed, one in found.items() if "compared" in one}
     wrong = {seed: one for seed, one in ran.items() if one["wrong"]}
     for seed, one in list(wrong.items())[:20]:
