@@ -15,7 +15,7 @@ from tarsus.report.render import rendered
 
 __all__ = [
     "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pretty_unit",
-    "set_power", "table", "tag", "warning",
+    "sentences", "set_power", "table", "tag", "warning",
 ]  # fmt: skip
 
 
@@ -95,6 +95,12 @@ def figure(plate: Plate, index: int) -> Markup:
 def warning(sentence: str | None) -> str:
     """A sentence the reader must not miss; nothing for None."""
     return "" if sentence is None else f'<p class="verdict failed">{escape(sentence)}</p>\n'
+
+
+def sentences(told: Iterable[str]) -> str:
+    """A list of sentences; nothing for none."""
+    lines = "".join(f"<li>{escape(one)}</li>" for one in told)
+    return f"<ul>{lines}</ul>\n" if lines else ""
 
 
 _MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")
