@@ -19,7 +19,7 @@ def open(
     browser: bool = True,
     json: Json = False,
 ) -> int:
-    """Open the page of a folder in the browser; that of a run or sweep is made again from its files, without simulating.
+    """Open the page of a folder in the browser; that of a run or sweep is made again from its files, nothing simulated.
 
     Parameters
     ----------
