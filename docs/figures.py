@@ -446,14 +446,11 @@ def mixture_differences() -> list[str]:
 
     told = []
     for name in ("cantilever", "hexapod"):
-        mine, theirs = (
-            {part: one for part, one in errors.items() if one is not None}
-            for errors in (result(name)["summary"], packaged_errors(name) or {})
-        )
-        if mine != theirs:
+        mine, theirs = result(name)["summary"], packaged_errors(name) or {}
+        if any(theirs.get(part) != one for part, one in mine.items()):
             told.append(
-                f"the packaged mixture of {name} is not that of docs/results/{name}.json: package the folder of "
-                f"`{COMMANDS[name][0]}` (`python -m tarsus_reproduce.mixtures`) and take it"
+                f"the packaged mixture of {name} is not of the calibration of docs/results/{name}.json: package "
+                f"the folder of one `{COMMANDS[name][0]}` (`python -m tarsus_reproduce.mixtures`), and take the same"
             )
     return told
 

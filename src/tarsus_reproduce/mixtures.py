@@ -42,6 +42,7 @@ __all__ = [
     "packaged_errors",
     "packaged_members",
     "packaged_misses",
+    "packaged_told",
 ]
 
 MOST = 24
@@ -75,8 +76,15 @@ def packaged_errors(device: str) -> dict[str, Any] | None:
     """Errors of a packaged mixture by its calibration, over the rows it was fitted to ("training") and over each as it
     was predicted without it ("left_out", None where no row was): by measure of the study `mean_relative_error`,
     `mean_absolute_error` in `unit`, `held` (share of values in their 80 % intervals) and `brier` (score of existence);
-    and `held` of all. None without a mixture."""
-    return (_packaged(device) or {}).get("errors")
+    and `held` of all; and what was chosen on the way (`told`, see `packaged_told`). None without a mixture."""
+    errors = (_packaged(device) or {}).get("errors")
+    return None if errors is None else {**errors, "told": packaged_told(device)}
+
+
+def packaged_told(device: str) -> tuple[str, ...]:
+    """What was chosen on the way to a packaged mixture, a sentence each: options with their weights, readings of the
+    table that are not in it, constraints with their reasons. Empty without a mixture."""
+    return tuple((_packaged(device) or {}).get("told", ()))
 
 
 def _packaged(device: str) -> dict[str, Any] | None:
@@ -129,8 +137,27 @@ def mixture_file(folder: str | Path) -> dict[str, Any]:
         "errors": _rounded(
             json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))["summary"]
         ),
+        "told": told_of(mixture, json.loads((Path(folder) / CALIBRATION_FILE).read_text(encoding="utf-8"))),
         "branches": branches,
     }
+
+
+def told_of(mixture: Mixture, calibration: Mapping[str, Any]) -> list[str]:
+    """Sentences of what a calibration chose and was told, from its table of numbers."""
+    study, told = mixture.lowered.study, []
+    for name, one in calibration["choices"].items():
+        weights = ", ".join(f"{option} {weight:.2f}" for option, weight in one["weights"].items())
+        told.append(f"{name}, by weight: {weights}. {one['meaning']}".strip())
+    for weight, one in zip(mixture.weights, mixture.ensembles, strict=True):
+        other = column_names(study, one.branch.options)
+        if other:
+            read = ", ".join(f"'{column}' as {measure}" for column, measure in other.items())
+            told.append(
+                "Not in this mixture, which reads the table plainly: "
+                f"{one.branch.name}, weight {weight:.2f}, which reads {read}."
+            )
+    told += [f"Known besides the table: {one['name']}. {one['reason']}" for one in calibration["constraints"]]
+    return told
 
 
 def _discrepancy(mixture: Mixture) -> dict[str, dict[str, float]]:

@@ -18,7 +18,7 @@ from tarsus.model.scene import Scene
 from tarsus.study.relative import relative_error
 from tarsus.study.seeds import Statistics, foot_statistics
 from tarsus_reproduce.impacts import MapRow, ModeRow, map_rows, mode_rows
-from tarsus_reproduce.mixtures import packaged_members, packaged_misses
+from tarsus_reproduce.mixtures import packaged_members, packaged_misses, packaged_told
 from tarsus_reproduce.predictions import Member, Prediction, Samples, members_of, predict, role_of
 from tarsus_reproduce.scenarios import Heights, Scenario, packaged_scenarios, read_scenarios
 
@@ -86,7 +86,7 @@ class Row:
 
 @dataclass(frozen=True)
 class RobotReproduction:
-    """All scenarios of a robot, and what its impact maps do."""
+    """All scenarios of a robot, and what its impact maps do; told: what the packaged mixture's calibration chose."""
 
     robot: str
     device: str
@@ -95,6 +95,7 @@ class RobotReproduction:
     modes: tuple[ModeRow, ...]
     maps: tuple[MapRow, ...]
     column: HeightColumn
+    told: tuple[str, ...] = ()
 
     @property
     def problems(self) -> list[str]:
@@ -208,8 +209,9 @@ def reproduce_robot(
     name = device if isinstance(device, str) else _named(robot, members, device is None)
     scene = members[0].scene
     return RobotReproduction(
-        robot, name, scene, tuple(done), mode_rows(scene, robot), map_rows(scene, robot), column
-    )
+        robot, name, scene, tuple(done), mode_rows(scene, robot), map_rows(scene, robot), column,
+        packaged_told(robot) if device is None else (),
+    )  # fmt: skip
 
 
 def _named(robot: str, members: Sequence[Member], packaged: bool) -> str:

@@ -101,7 +101,8 @@ def test_what_a_user_meets_first_says_what_it_returns(name):
 
 
 @pytest.mark.parametrize(
-    "name", ["load_scene", "simulate", "simulate_batch", "sweep", "calibrate.calibrating.calibrate", "fit.least_squares"]
+    "name",
+    ["load_scene", "simulate", "simulate_batch", "sweep", "calibrate.calibrating.calibrate", "fit.least_squares"],
 )
 def test_examples_of_the_reference_run(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

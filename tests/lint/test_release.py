@@ -47,6 +47,19 @@ def test_ci_tries_every_python_and_system():
             assert f'"{found[1]}"' in ci, one
 
 
+def test_wheels_run_on_any_machine_of_their_kind():
+    """A wheel's tag names no processor: unless another is asked for, its machine code is for all of them."""
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    (target,) = (
+        one["cmake"]["define"]["TARSUS_TARGET"]
+        for one in tools["scikit-build"]["overrides"]
+        if one["if"] == {"state": "wheel"}
+    )
+    lists = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
+    assert f'TARSUS_TARGET STREQUAL "{target}"' in lists and target == "baseline"
+    assert 'set(TARSUS_TARGET "native" CACHE STRING' in lists  # in place it is for this machine
+
+
 @pytest.fixture
 def history():
     spec = importlib.util.spec_from_file_location("history", ROOT / "benchmarks" / "history.py")

@@ -203,7 +203,7 @@ HEAD = "from tarsus.model.laws import SmoothLaw\nfrom tarsus.base.spec import qu
             r"law\.py: A\.force, line 5: None is not a number",
         ),
         (
-            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9\n",
+            HEAD + "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        return gap * 1e308 * 1e9",
             r"law A must return a finite number, got inf",
         ),
         (
@@ -240,7 +240,7 @@ def test_a_file_that_never_ends_is_stopped(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_a_law_that_never_ends_is_refused_before_it_is_tried(tmp_path: Path) -> None:
-    text = "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            gap += 1\n"
+    text = "class A(SmoothLaw):\n    def force(gap, gap_rate, volts, time):\n        while True:\n            gap += 1"
     with pytest.raises(InputError, match="'while' is not allowed"):
         load_laws(law_file(tmp_path, HEAD + text))
 

@@ -108,6 +108,30 @@ def test_refused(name: str, options: dict[str, object], said: str) -> None:
     assert any(said in line for line in caught.value.problems), caught.value.problems
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("cantilever", {"volt": 8}, ["volt: unknown name; did you mean 'volts'?"]),
+        (
+            "cantilever",
+            {"wave": "sinus", "hz": -4, "volt": 1},
+            ["volt: unknown name; did you mean 'volts'?", "signals.pzt.kind: there is no wave 'sinus'",
+             "signals.pzt.frequency: expected a frequency (Hz) above 0, got -4"],
+        ),
+        (
+            "millipede",
+            {"wave": "sine", "hz": -3},
+            ["the drives follow a gait", "gait.frequency: expected a frequency (Hz) above 0"],
+        ),
+    ],
+)  # fmt: skip
+def test_all_faults_are_named(name: str, options: dict[str, object], said: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
+        load_scene(name, **options)  # type: ignore[arg-type]
+    assert len(caught.value.problems) == len(said)
+    assert all(line.startswith(one) for line, one in zip(caught.value.problems, said, strict=True))
+
+
 def test_a_file_by_path(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     write_scene(load_scene("cantilever"), file)

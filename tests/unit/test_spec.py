@@ -212,3 +212,12 @@ def test_with_values_is_little_work() -> None:
     it = whole()
     changes = {"layer.coefficient": 1e-21, "signals.pzt.amplitude": 6.0, "ratios.0": 0.2}
     assert calls(lambda: with_values(it, changes)) < 600
+
+
+@pytest.mark.parametrize(
+    "values", [{"thickness": 5e-324}, {"thickness": 1e-61}, {"thickness": 1e61}, {"coefficient": 1e61}]
+)
+def test_sizes_whose_products_are_no_numbers_are_refused(values):
+    with pytest.raises(InputError, match=r"with a size from 1e-60 to 1e\+60 in SI, got"):
+        Layer(**{"coefficient": 1e-20, "thickness": 1e-5} | values)
+    assert Layer(coefficient=1e-300, thickness=1e-60).coefficient == 1e-300, "as good as nothing, which it may be"

@@ -186,15 +186,15 @@ def quantity_units(cls: type[BaseModel]) -> dict[str, str]:
     return {name: spec.unit for name, spec in _quantities(cls).items()}
 
 
-MOST = 1e60
-"""Largest size of a quantity [SI]: products of five, as masses are of lengths and densities, are numbers still. So are
-those of its inverse, the least size of what must be above 0. Nature's own constants lie within 1e-35 and 1e35."""
+LEAST, MOST = 1e-60, 1e60
+"""Least size of a quantity that must be above 0, and largest of any [SI]: products of five are numbers still, as masses
+are of lengths and densities. Nature's own constants lie within 1e-35 and 1e35."""
 
 
 def _inside(value: float, bounds: Mapping[str, float]) -> bool:
     return (
         abs(value) <= MOST
-        and (bounds.get("gt") != 0.0 or value >= 1.0 / MOST)
+        and (bounds.get("gt") != 0.0 or value >= LEAST)
         and value > bounds.get("gt", -math.inf)
         and value >= bounds.get("ge", -math.inf)
         and value < bounds.get("lt", math.inf)
@@ -226,8 +226,8 @@ def _to_si(value: Any, spec: _Quantity, path: str, faults: list[tuple[str, str]]
         return value
     if not _inside(number, spec.bounds):
         wanted = f"expected {describe_unit(spec.unit)}{bounds_text(spec.bounds)}"
-        extreme = math.isfinite(number) and (abs(number) > MOST or 0.0 < number < 1.0 / MOST)
-        size = f" with a size from {1.0 / MOST:g} to {MOST:g} in SI" if extreme else ""
+        extreme = math.isfinite(number) and (abs(number) > MOST or 0.0 < number < LEAST)
+        size = f" with a size from {LEAST:g} to {MOST:g} in SI" if extreme else ""
         faults.append((path, f"{wanted}{size}, got {value if isinstance(value, str) else repr(number)}{about}"))
     return number
 

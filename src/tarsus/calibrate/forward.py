@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import with_values
-from tarsus.base.workers import Workers, spread
+from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.description import Sampling
 from tarsus.calibrate.motion import motion_of
 from tarsus.calibrate.readings import MOTION, readings, table_readings
@@ -35,8 +35,8 @@ hundredth of that."""
 
 
 TOGETHER = 8
-"""Sets that are simulated together: what is done once for many runs costs little then, and of a population of 24 three
-threads have as much to do. A number of its own, for a result must not depend on the number of threads."""
+"""Sets that a thread simulates together, for what is done once for many runs costs little then; workers of an executor,
+which may be many, share them evenly."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,8 @@ class Forward:
         NaN where a window has no such reading, infinite where the run did not reach its end. Single precision: so are
         they kept, and a result must not depend on whether it was read back.
         """
-        parts = [sets[i : i + TOGETHER] for i in range(0, len(sets), TOGETHER)]
+        size = -(-len(sets) // workers(self.threads)) if is_executor(self.threads) else TOGETHER
+        parts = [sets[i : i + size] for i in range(0, len(sets), size)]
         found = spread(partial(self._some, branch, tuple(rows)), parts, self.threads)
         return np.concatenate(list(found)).astype(np.float32)
 

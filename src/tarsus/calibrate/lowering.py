@@ -343,7 +343,13 @@ def _unknowns(study: Study, scene: Scene, faults: Faults) -> Unknowns:
         priors.append(given)
     log = np.array([one.scale == "log" for one in study.unknowns.values()])
     return Unknowns(
-        tuple(study.unknowns), tuple(units), np.array(lows), np.array(highs), log, tuple(priors), tuple(sizes)
+        tuple(study.unknowns),
+        tuple(units),
+        np.array(lows),
+        np.array(highs),
+        log,
+        tuple(priors),
+        sizes=tuple(sizes),
     )
 
 

@@ -159,8 +159,8 @@ class GaitFront:
 
 def gait(
     scene: SceneLike, free: Mapping[str, Any] | Iterable[str],
-    objective: str | Sequence[str | WalkObjective] = "speed,energy", over: Any = None, risk: str | Risk | None = None, *,
-    folder: str | Path | None = None, resume: bool = False, progress: Progress | None = None, **options: Any,
+    objective: str | Sequence[str | WalkObjective] = "speed,energy", over: Any = None, risk: str | Risk | None = None,
+    *, folder: str | Path | None = None, resume: bool = False, progress: Progress | None = None, **options: Any,
 ) -> GaitFront:  # fmt: skip
     """Design gaits: the front of what no other gait beats in all objectives at once.
 

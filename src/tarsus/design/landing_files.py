@@ -128,10 +128,11 @@ def header_text(design: LandingDesign) -> str:
         if np.isnan(design.worst)
         else f", at most {design.worst:.4g} m/s on the grounds it was designed for"
     )
+    about = f"{in_comment(request.scene.name)}, foot {request.foot}, drive {request.drive}"
     return "\n".join(
         [
             "/* Soft landing, made by `tarsus design landing`; do not edit.",
-            f" * {in_comment(request.scene.name)}, foot {request.foot}, drive {request.drive}: {design.speed:.4g} m/s{worst}.",
+            f" * {about}: {design.speed:.4g} m/s{worst}.",
             " * Switch to landing_millivolts[i] at landing_ticks[i] after the landing edge, every period. */",
             "#ifndef TARSUS_LANDING_H", "#define TARSUS_LANDING_H", "", "#include <stdint.h>", "",
             f"#define LANDING_COUNT {count}u",

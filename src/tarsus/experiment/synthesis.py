@@ -7,7 +7,6 @@ electrode is recorded close to the ground as well (section 3.4.3)."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -137,25 +136,23 @@ def perturbed(scene: Scene, spread: float, seed: int, fixed: tuple[str, ...] = (
     paths = [path for path in identified_paths(scene) if path not in fixed]
     before = float_paths(scene)
     random = np.random.default_rng([seed, 5])
-    refused: Counter[str] = Counter()
+    refused: list[str] = []
     for _ in range(_TRIES):
         factors = 1.0 + spread * random.uniform(-1.0, 1.0, len(paths))
         values = {path: before[path].value * float(f) for path, f in zip(paths, factors, strict=True)}
-        values = {
-            path: min(v, 0.95) if path.endswith("restitution.coefficient") else v
-            for path, v in values.items()
-        }
+        if (e := "ground.restitution.coefficient") in values:
+            values[e] = min(values[e], 0.95)
         try:
             drawn = with_values(scene, values)
             with_values(drawn, {"initial.displacement": rest_state(drawn)})
+            if _rests_clear(drawn):
+                return drawn
         except InputError as error:
-            refused.update(error.problems)
-            continue
-        if _rests_clear(drawn):
-            return drawn
-        refused["it does not rest clear of the ground after poling"] += 1
-    said = "; ".join(f"{reason} ({count} of {_TRIES} draws)" for reason, count in refused.most_common(3))
-    raise InputError(f"no device within {spread:g} of '{scene.name}' can be used: {said}")
+            refused += error.problems
+    why = f": {len(refused)} of {_TRIES} draws are refused, the first since {refused[0]}" if refused else ""
+    raise InputError(
+        f"no device within {spread:g} of '{scene.name}' rests clear of the ground after poling{why}"
+    )
 
 
 def identified_paths(scene: Scene) -> list[str]:
@@ -164,21 +161,18 @@ def identified_paths(scene: Scene) -> list[str]:
     The participation of the first coordinate stays: it is the unit of the drive's force.
     """
     kept: list[str] = []
+    laws = ("restitution", "film", "adhesion", "electrostatic")
     wanted = (
         "robot.structure.frequencies.",
         "robot.structure.damping_ratios.",
-        "ground.restitution.",
-        "ground.film.",
+        *(f"ground.{n}." for n in laws),
     )
-    wanted += ("ground.adhesion.", "ground.electrostatic.")
     for path in float_paths(scene):
         parts = path.split(".")
         drive = parts[:2] == ["robot", "drives"] and len(parts) > 4
         if drive and parts[3:5] == ["load", "participation"] and parts[5] != "0":
             kept.append(path)
-        if drive and parts[3] == "law" and parts[4] != "thresholds":
-            kept.append(path)
-        if path.startswith(wanted):
+        if path.startswith(wanted) or (drive and parts[3] == "law" and parts[4] != "thresholds"):
             kept.append(path)
     return kept
 

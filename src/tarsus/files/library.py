@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from collections.abc import Mapping
 from functools import lru_cache
@@ -114,9 +115,25 @@ def changed(
     **values: Any,
 ) -> Scene:
     """A scene with some values changed; arguments and errors as for `load_scene`."""
-    signals, others = _signal_changes(scene, values, volts=volts, hz=hz, wave=wave)
+    misspelt = {path: near for path in values if (near := _meant(path))}
+    problems = [f"{path}: unknown name; did you mean '{near}'?" for path, near in misspelt.items()]
+    known = {path: value for path, value in values.items() if path not in misspelt}
+    signals, others = _signal_changes(scene, known, problems, volts=volts, hz=hz, wave=wave)
     changes = {**signals, **others}
-    return override(scene, changes) if changes else scene
+    try:
+        found = override(scene, changes) if changes else scene
+    except InputError as error:
+        problems += error.problems
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _meant(name: str) -> str | None:
+    """Which of the short names a name is close to that is neither one nor a field of scenes."""
+    if "." in name or name in Scene.model_fields:
+        return None
+    return next(iter(difflib.get_close_matches(name.lower(), ("volts", "hz", "wave"), n=1, cutoff=0.65)), None)
 
 
 _KEPT = ("amplitude", "frequency", "phase", "offset")
@@ -127,18 +144,17 @@ _OF_GAIT = {"amplitude": "high", "frequency": "frequency"}
 
 
 def _signal_changes(
-    scene: Scene, values: Mapping[str, Any], *, volts: Any, hz: Any, wave: str | None
+    scene: Scene, values: Mapping[str, Any], problems: list[str], *, volts: Any, hz: Any, wave: str | None
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Signals that change as a whole (sugar, or a new kind), what changes of the gait, and the values left."""
+    """Signals that change as a whole (sugar, or a new kind), what changes of the gait, and the values left; faults go
+    to ``problems``, and what else is asked for is kept, so that its faults are found as well."""
     sugar = {key: value for key, value in (("amplitude", volts), ("frequency", hz)) if value is not None}
     if (sugar or wave is not None) and not scene.signals and scene.gait is None:
-        raise InputError("the scene has no signal to change; give signals in its file")
+        problems.append("the scene has no signal to change; give signals in its file")
+        return {}, dict(values)
     if wave is not None and not scene.signals:
-        raise InputError(
-            f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}"
-        )
+        problems.append(f"the drives follow a gait, which is made of square waves: it cannot take wave={wave}")
     others = dict(values)
-    problems: list[str] = []
     changes: dict[str, Any] = {}
     if scene.gait is not None:
         changes = {f"gait.{_OF_GAIT[key]}": value for key, value in sugar.items()}
@@ -155,6 +171,7 @@ def _signal_changes(
         if kind is not None and kind != kind_of(cls):
             if kind not in kinds:
                 problems.append(f"{prefix}kind: there is no wave '{kind}'{nearest(str(kind), kinds)}")
+                changes[f"signals.{name}"] = {**kept, "kind": kind_of(cls), **_fitting(sugar, cls)}
                 continue
             cls = kinds[kind]
             kept = {key: kept[key] for key in _KEPT if key in kept and key in cls.model_fields}
@@ -163,7 +180,9 @@ def _signal_changes(
             for key in sugar
             if key not in cls.model_fields
         ]
-        changes[f"signals.{name}"] = {**kept, "kind": kind_of(cls), **sugar, **own}
-    if problems:
-        raise InputError(problems)
+        changes[f"signals.{name}"] = {**kept, "kind": kind_of(cls), **_fitting(sugar, cls), **own}
     return changes, others
+
+
+def _fitting(sugar: Mapping[str, Any], cls: type[BaseModel]) -> dict[str, Any]:
+    return {key: value for key, value in sugar.items() if key in cls.model_fields}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ class Unknowns:
     high: Floats
     log: NDArray[np.bool_]
     priors: tuple[Prior | None, ...]
-    sizes: tuple[float | None, ...] = ()
+    sizes: tuple[float | None, ...] = field(default=(), kw_only=True)
 
     def __post_init__(self) -> None:
         if not self.sizes:

@@ -28,8 +28,8 @@ class _Verb(ModuleType):
     """A package that can be called."""
 
     def __call__(self, campaign: Any, seed: int = 1, progress: Any = None) -> Any:
-        """Identify a device from ``campaign.toml`` or its folder: an `Identification`, as `tarsus.identify.chain.identify`
-        gives it. Raises InputError with every problem of the campaign."""
+        """Identify a device from ``campaign.toml`` or its folder: an `Identification`, as
+        `tarsus.identify.chain.identify` gives it. Raises InputError with every problem of the campaign."""
         from tarsus.identify.campaign import read_campaign
         from tarsus.identify.chain import identify
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -29,7 +28,7 @@ from tarsus.identify.pairs import InAir, Pair, compare_in_air, map_from_pairs, t
 from tarsus.identify.resonance import Resonances, identify_resonances, static_response
 from tarsus.identify.restitution import BounceStudy, identify_restitution
 from tarsus.identify.shown import Shown
-from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Used
+from tarsus.identify.step import LeftOut, NotDone, Residual, Shift, StepResult, Trouble, Used
 from tarsus.identify.traces import Trace
 from tarsus.model.drive.waveforms import SweptSine
 
@@ -199,31 +198,23 @@ class Chain:
     def attempt(self, name: str, step: Callable[[], StepResult]) -> None:
         """Run a step; what stops it is kept as its reasons."""
         self._tell(name)
-        trouble: Counter[str] = Counter()
+        trouble = Trouble()
         try:
-            with np.errstate(
-                divide="call", over="call", invalid="call", call=lambda kind, _: trouble.update([kind])
-            ):
+            with trouble.heard():
                 found = step()
             reasons = found.unsound()
         except InputError as error:
             reasons = error.problems
         except np.linalg.LinAlgError as error:
             reasons = [f"its equations have no solution with these data ({error})"]
-        met = ", ".join(f"{kind} ({count} times)" for kind, count in trouble.items())
         if reasons:
-            reasons = [*reasons, *([f"its arithmetic met on the way: {met}"] if met else [])]
             self._forget(name)
-            self.not_done.append(NotDone(name, tuple(reasons)))
+            self.not_done.append(NotDone(name, (*reasons, *trouble.sentences())))
             return
         purpose = next(purpose for other, purpose, _ in self.planned() if other == name)
         count = Used("files", len(found.files), sum(len(one.files) for _, one in self.opened.sets(purpose)))
         self.steps[name] = replace(found, used=(*found.used, count))
-        if met:
-            self.evidence.remarks.append(
-                f"{name}: its arithmetic met on the way: {met}; the numbers it ended in are finite and lie inside of "
-                "their intervals"
-            )
+        self.evidence.remarks += [f"{name}: {said}" for said in trouble.sentences()]
         self.known = self.known.after(found)
         rough = max(found.residuals if name in _BY_NOISE else (), key=_over_noise, default=None)
         if rough is not None and _over_noise(rough) > _ROUGH:
@@ -242,11 +233,8 @@ class Chain:
         sets = [one for _, one in self.opened.sets(Purpose.MODAL)]
         if not records:
             raise InputError(self._nothing_for(Purpose.MODAL, "sweeps in the air"))
-        ends = [
-            sorted((one.signal.start_frequency, one.signal.stop_frequency))
-            for one in sets
-            if isinstance(one.signal, SweptSine)
-        ]
+        signals = [one.signal for one in sets if isinstance(one.signal, SweptSine)]
+        ends = [sorted((one.start_frequency, one.stop_frequency)) for one in signals]
         if not ends:
             raise InputError(
                 "the sets of sweeps state no swept sine as their signal, which tells the band to identify"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +22,7 @@ __all__ = [
     "Residual",
     "Shift",
     "StepResult",
+    "Trouble",
     "Used",
     "joined_samples",
     "left_out_of",
@@ -216,6 +219,26 @@ def joined_samples(steps: Mapping[str, StepResult]) -> tuple[tuple[str, ...], Fl
     paths = tuple(path for step in steps.values() for path in step.paths)
     drawn = [step.samples for step in steps.values() if step.paths]
     return paths, np.concatenate(drawn, axis=1) if drawn else np.zeros((0, 0))
+
+
+class Trouble:
+    """What numpy's arithmetic met in a step: overflow, division by zero, numbers that are none; each kind counted."""
+
+    def __init__(self) -> None:
+        self.met: Counter[str] = Counter()
+
+    @contextmanager
+    def heard(self) -> Iterator[None]:
+        """Count it for the length of the block, instead of a warning; what underflows to zero is none."""
+        with np.errstate(
+            divide="call", over="call", invalid="call", call=lambda kind, _: self.met.update([kind])
+        ):
+            yield
+
+    def sentences(self) -> list[str]:
+        """One sentence, or none where there was none."""
+        kinds = ", ".join(f"{kind} ({count} times)" for kind, count in self.met.items())
+        return [f"its arithmetic met on the way: {kinds}"] if kinds else []
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from importlib.machinery import EXTENSION_SUFFIXES
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,11 @@ SHOWING = ("cli", "cluster", "report")
 
 
 def told_sources() -> list[Path]:
-    """Files that results depend on: the engine, and every source of the package but those that show results."""
+    """Files that results depend on: the engine, and all code of the package but what shows results."""
     package = Path(__file__).parents[1]
-    told = [path for path in package.rglob("*.py") if path.relative_to(package).parts[0] not in SHOWING]
-    return sorted([*told, Path(_native.__file__)])
+    code = [path for path in package.rglob("*") if path.name.endswith((".py", *EXTENSION_SUFFIXES))]
+    told = {path for path in code if path.relative_to(package).parts[0] not in SHOWING}
+    return sorted(told | {Path(_native.__file__)})
 
 
 @lru_cache(maxsize=1)

@@ -15,7 +15,7 @@ from tarsus.report.render import rendered
 
 __all__ = [
     "MISSING", "Cell", "Column", "Markup", "amount", "code", "escape", "figure", "number", "page", "pretty_unit",
-    "set_power", "table", "tag", "warning",
+    "sentences", "set_power", "table", "tag", "warning",
 ]  # fmt: skip
 
 
@@ -46,7 +46,8 @@ def table(
     with `<td` is a whole cell; strings are escaped.
     """
     kind = "many" if len(columns) > 9 else "wrap" if wrap else ""
-    cards = not tall and len(columns) >= CARDS
+    letters = sum(len(column.title) for column in columns)
+    cards = not tall and (len(columns) >= CARDS or letters > LETTERS)
     titles = _titles(columns, over) if cards else [""] * len(columns)
     cells = ([_cell(*one) for one in zip(row, columns, titles, strict=True)] for row in rows)
     label = next((column.title for column in columns if column.title), "table")
@@ -56,9 +57,9 @@ def table(
     )
 
 
-CARDS = 4
-"""Columns from which on a narrow screen shows rows as cards below each other, where a wide one has a table: the last
-of so many are beyond its edge."""
+CARDS, LETTERS = 4, 40
+"""Columns from which on, and letters of all titles beyond which, a narrow screen shows rows as cards below each other where
+a wide one has a table: the last columns would be beyond its edge."""
 
 
 def _titles(columns: Sequence[Column], over: Sequence[tuple[str, int]]) -> list[str]:
@@ -95,6 +96,12 @@ def figure(plate: Plate, index: int) -> Markup:
 def warning(sentence: str | None) -> str:
     """A sentence the reader must not miss; nothing for None."""
     return "" if sentence is None else f'<p class="verdict failed">{escape(sentence)}</p>\n'
+
+
+def sentences(told: Iterable[str]) -> str:
+    """A list of sentences; nothing for none."""
+    lines = "".join(f"<li>{escape(one)}</li>" for one in told)
+    return f"<ul>{lines}</ul>\n" if lines else ""
 
 
 _MICRO = re.compile(r"(?<=\d )u(?=(?:m|N|s|g|V|J|W)\b)")

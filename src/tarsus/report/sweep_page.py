@@ -191,8 +191,16 @@ def _stretches(known: np.ndarray) -> list[slice]:
 
 
 def _scale(unit: str, values: np.ndarray) -> Scale:
-    """A prefix for a unit that bears one; pure numbers stay as they are."""
-    return Scale(1.0, "") if unit in ("1", "") else scale_of(unit, values)
+    """A prefix for a unit that bears one, a power of ten where no prefix reaches: a script draws no axis of 1e-22. Pure
+    numbers stay as they are."""
+    if unit in ("1", ""):
+        return Scale(1.0, "")
+    scale = scale_of(unit, values)
+    largest = float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
+    if scale.step != 1.0 or not 0.0 < largest < 1e-15:
+        return scale
+    power = 3 * int(np.floor(np.log10(largest) / 3.0))
+    return Scale(10.0**power, f"10^{power} {unit}")
 
 
 def _in(scale: Scale) -> str:

@@ -54,7 +54,7 @@ def gradient(
     Returns
     -------
     Gradient
-        The number [its unit] and its derivative by each path [its unit over that of the path].
+        The derivative by each path [unit of the number over that of the path], with flags where there is none.
 
     Raises
     ------

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tarsus.base.errors import InputError
+from tarsus.base.events import EventKind
 from tarsus.base.spec import with_values
 from tarsus.base.units import parse_quantity
 from tarsus.files.ledger import Ledger

@@ -256,7 +256,9 @@ class Leader:
         own = f"{self.group} {self.total:.2f} ± {self.error:.2f}"
         if not self.rivals:
             return f"scatter of {self.group} matters most for {measure}: {self.total:.2f} ± {self.error:.2f}"
-        more = f"about {self.draws} draws would tell these two" if self.draws else "more draws would hardly tell"
+        more = (
+            f"about {self.draws} draws would tell these two" if self.draws else "more draws would hardly tell"
+        )
         rival, *rest = self.rivals
         others = f" and {len(rest)} more" if rest else ""
         return (

@@ -55,7 +55,7 @@ def _print(reproduction: CantileverReproduction, summary: dict[str, Any]) -> Non
     )
     if reproduction.calibration is not None:
         print(
-            "\nThe mixture by its calibration (left out: each row as predicted by a mixture refitted without it)"
+            "\nThe mixture by its calibration (left out: each row as predicted by a search that never had it)"
         )
         console.table(
             ("against the measurement", "calibrated on", "left out"), _left_out(reproduction.calibration)

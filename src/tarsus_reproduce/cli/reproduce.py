@@ -43,8 +43,8 @@ def reproduce(
     all
         every experiment into a folder of its own below the output folder, with an index.
     device
-        the device that is simulated, with the points of the packaged one; the packaged one of the experiment's name when left out, for the millipede all
-        packaged variants.
+        the device that is simulated, with the points of the packaged one; the packaged one of the experiment's name
+        when left out, for the millipede all packaged variants.
     rows
         a file of further rows in the format of the packaged table; they are predicted, never fitted.
     seeds
@@ -97,8 +97,8 @@ def _lacking(experiment: str, device: str) -> list[str]:
     if not missing:
         return []
     return [
-        f"--device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: it is "
-        "no device of this experiment"
+        f"--device: '{device}' has no point {', '.join(map(repr, missing))}, which `reproduce {experiment}` looks at: "
+        "it is no device of this experiment"
     ]
 
 

@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from tarsus.files.store import package_version, write_text
 from tarsus.report.figures import Plate
-from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, table
+from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, sentences, table
 from tarsus.report.sheet import Sheet, plate
 from tarsus.report.style import BLUE, INK, ORANGE, RULE
 
@@ -115,11 +115,12 @@ def _calibration_section(calibration: Mapping[str, Any] | None) -> str:
         body.append(cells)
     note = (
         "<p>The mixture's medians against the measurement over the rows it was fitted to, and over each row as it was "
-        "predicted by a mixture refitted without it: mean absolute relative error, values in the 80 % interval, "
+        "predicted by a search that never had it: mean absolute relative error, values in the 80 % interval, "
         "and the Brier score of existence (a coin has 0.25).</p>\n"
     )
     shown = table(columns, body, over=[("", 1), *((title, len(keys)) for title, _ in parts)])
-    return f"<h2>Calibrated on and left out</h2>\n{shown}{note}"
+    told = sentences(calibration.get("told", ()))
+    return f"<h2>Calibrated on and left out</h2>\n{shown}{note}{told}"
 
 
 def rows_section(rows: Sequence[Mapping[str, Any]], numbers: Iterator[int]) -> str:

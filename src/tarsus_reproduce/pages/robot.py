@@ -11,7 +11,19 @@ import numpy as np
 
 from tarsus.files.store import package_version, write_text
 from tarsus.report.circular import TURNS, dials
-from tarsus.report.html import MISSING, Cell, Column, Markup, escape, figure, number, page, table, warning
+from tarsus.report.html import (
+    MISSING,
+    Cell,
+    Column,
+    Markup,
+    escape,
+    figure,
+    number,
+    page,
+    sentences,
+    table,
+    warning,
+)
 from tarsus.report.series import Series, Trace, joined, last_turns, point_trace
 from tarsus.report.style import scale_of
 from tarsus.study.impacts import creation_warning
@@ -107,7 +119,9 @@ def _head(reproduction: RobotReproduction, runs: RobotRuns) -> str:
         f'<div><dt>{escape(title)}</dt><dd>{escape(value)}</dd><dd class="about">{escape(small)}</dd></div>'
         for title, value, small in cells
     )
-    return "".join(lines) + (f'<dl class="key">{shown}</dl>\n' if cells else "")
+    return (
+        "".join(lines) + (f'<dl class="key">{shown}</dl>\n' if cells else "") + sentences(reproduction.told)
+    )
 
 
 def _heights(reproduction: RobotReproduction, numbers: Iterator[int]) -> str:

@@ -17,7 +17,7 @@ from tarsus.identify.assessment import assessed
 from tarsus.identify.campaign import read_campaign
 from tarsus.identify.result import identified_device, summary_of, write_identification
 from tarsus.model.scene import Source
-from unit.html_page import plain_cells
+from unit.html_page import Page, plain_cells
 
 GOALS = {
     "robot.structure.frequencies.0": 5e-4,
@@ -183,6 +183,29 @@ def test_the_report_shows_every_step():
         assert re.search(f"<h2[^>]*>{word}", page)
     assert re.search("<h2[^>]*>Zero position", page) and page.count("<svg") >= 8
     assert "http" not in page.split("</style>")[1].replace("http://www.w3.org", "")
+
+
+def test_what_a_step_left_out_is_all_that_it_did_not_use():
+    """Of what a step counts first, used and left out are what it found: nothing is unaccounted for."""
+    counted = {name: identified().steps[name] for name in ("hysteresis", "film", "restitution")}
+    for name, step in counted.items():
+        assert step.used[0].found - step.used[0].used == step.unused, name
+    assert sum(step.unused for step in counted.values()) > 0
+    told = Page(report()).text
+    assert "real part (" in report() and "imaginary part (" in report()
+    assert "Left out: " in told and "(samples just after contacts were made or broken" in told
+
+
+def test_reasons_that_differ_in_a_number_are_told_once_with_how_many_they_are():
+    from tarsus.identify.step import LeftOut
+    from tarsus.report.identify_page import _by_reason
+
+    left = [LeftOut("a", "tip", f"the impact at {at} s has only {n} samples") for at, n in ((0.1, 2), (1e-5, 3))]
+    left.append(LeftOut("all", "tip", "178 of 378 bounces, evenly from all: 200 are enough", 178))
+    assert _by_reason(left) == [
+        (178, "178 of 378 bounces, evenly from all: 200 are enough"),
+        (2, "the impact at … s has only … samples"),
+    ]
 
 
 def test_what_the_report_calls_determined_is_narrow():

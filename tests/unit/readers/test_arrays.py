@@ -14,7 +14,7 @@ from scipy.io import netcdf_file, savemat
 
 import tarsus as ts
 from tarsus.records.measurement import Quantity
-from tarsus.records.readers import read_measurement, read_response
+from tarsus.records.readers import raw, read_measurement, read_response
 
 TIME = 0.25 + 1e-3 * np.arange(200)
 RANDOM = np.random.default_rng(2)
@@ -227,3 +227,30 @@ def test_truncated_files_are_told(tmp_path):
         path.write_bytes(path.read_bytes()[:-700])
         with pytest.raises(ts.InputError, match=f"{name} is (damaged or )?truncated"):
             read_measurement(path, channels={"tip": "m/s"})
+
+
+@pytest.mark.parametrize("kind", ["mat", "struct", "plain", "hdf", "mat73"])
+def test_files_that_unpack_to_too_much_are_refused_before_that(tmp_path, monkeypatch, kind):
+    monkeypatch.setattr(raw, "MOST_VALUES", 1000)
+    file = tmp_path / f"big.{'h5' if kind == 'hdf' else 'mat'}"
+    zeros = np.zeros(1200)
+    if kind in ("mat", "struct", "plain"):
+        content = {"s": {"tip": zeros, "fs": 1e3}} if kind == "struct" else {"tip": zeros, "fs": 1e3}
+        savemat(file, content, do_compression=kind != "plain")
+    elif kind == "hdf":
+        with h5py.File(file, "w") as opened:
+            opened.create_dataset("tip", shape=(10**11,), dtype="f8", compression="gzip")
+    else:
+        matlab_7_3(file, {"tip": zeros})
+    monkeypatch.setattr("scipy.io.loadmat", None)  # nothing is unpacked
+    with pytest.raises(ts.InputError, match=rf"^{file.name} holds .* values, and at most 1e\+03 are read"):
+        read_measurement(file)
+
+
+def test_a_file_larger_than_memory_takes_is_refused_unread(tmp_path):
+    file = tmp_path / "sparse.mat"
+    with file.open("wb") as opened:
+        opened.write(b"MATLAB 5.0 MAT-file".ljust(126) + b"IM")
+        opened.truncate(8 << 30)
+    with pytest.raises(ts.InputError, match=r"^sparse\.mat is larger than the 2 GiB that are read"):
+        read_measurement(file)

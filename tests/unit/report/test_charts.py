@@ -13,9 +13,9 @@ import pytest
 
 from chromium import found_in
 from tarsus.report.charts import POINTS, Charts, stack, thinned
-from tarsus.report.html import page
+from tarsus.report.html import Column, Markup, page, table
 from tarsus.report.packing import unpacked
-from tarsus.report.style import BLUE, GREEN, INK
+from tarsus.report.style import BLUE, GREEN, INK, level_limits
 
 
 def spec(charts: Charts) -> dict[str, Any]:
@@ -150,3 +150,34 @@ def test_a_browser_draws_zooms_and_darkens(tmp_path: Path) -> None:
     assert found["near"] == [[2, 6], [2, 6]] and found["on"] == [[4, 8], [4, 8]]
     assert found["light"] and found["dark"] and found["theme"] == "dark" and found["hidden"]
     assert found["down"]
+
+
+def test_what_is_one_to_rounding_is_a_level_line():
+    level = 0.667 + 1e-13 * np.arange(20.0)
+    low, high = level_limits(level) or (0.0, 0.0)
+    assert low < 0.64 and high > 0.69
+    assert level_limits(level, level + 1e-6) is None and level_limits(np.zeros(3)) is None
+    charts, (panel,) = stack([1.0])
+    panel.plot(np.arange(20.0), level, color=BLUE)
+    assert panel.spec([])["limits"] == pytest.approx((low, high))
+    panel.set_ylim(bottom=0.0)
+    assert panel.spec([])["limits"][0] == 0.0
+
+
+def test_a_figure_of_matplotlib_draws_rounding_level_too():
+    from matplotlib.figure import Figure
+
+    from tarsus.report.plot import _level
+
+    axes = Figure().add_subplot()
+    axes.plot(np.arange(20.0), 0.667 + 1e-13 * np.arange(20.0))
+    _level(axes, 0.667 + 1e-13 * np.arange(20.0))
+    assert axes.get_ylim()[1] - axes.get_ylim()[0] > 0.05
+
+
+def test_rows_of_wide_tables_are_cards_on_narrow_screens():
+    four = [Column(title, unit) for title, unit in (("a", "m"), ("b", ""), ("c", ""), ("d", "V"))]
+    text = table(four, [["1", Markup('<td class="n off">2</td>'), "3", "4"]], over=(("both", 2), ("", 2)))
+    assert 'class="table cards"' in text and '<td class=n data-of="both: a (m)">1</td>' in text
+    assert '<td data-of="both: b" class="n off">2</td>' in text and 'data-of="d (V)"' in text
+    assert "data-of" not in table(four[:3], [["1", "2", "3"]]) and "cards" not in table(four, [], tall=True)

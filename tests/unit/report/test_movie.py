@@ -1,5 +1,8 @@
 """Walks as moving pictures."""
 
+import errno
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -28,6 +31,19 @@ def test_what_cannot_be_shown_is_said(tmp_path):
     with pytest.raises(ts.InputError) as refused:
         write_movie(ts.simulate("cantilever", "2 ms"), tmp_path / "walk.mp4", width=10)
     assert len(refused.value.problems) == 3 and not list(tmp_path.iterdir())
+
+
+def test_a_movie_is_whole_or_not_there(tmp_path, monkeypatch):
+    walk = ts.simulate("millipede-printed", "12 ms")
+
+    def full(picture, place, **options):
+        Path(place).write_bytes(b"GIF89a, a half of it")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Image.Image, "save", full)
+    with pytest.raises(ts.InputError, match=r"cannot write .*walk\.gif: no space left on device$"):
+        write_movie(walk, tmp_path / "walk.gif", width=100, periods=1)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.report.sweep_page import sweep_html, write_sweep_report
+from tarsus.report.sweep_page import _median_run, _scale, _stretches, sweep_html, write_sweep_report
 from tarsus.study.axes import Grid, Linspace, Logspace
 from tarsus.study.collecting import collected_variables
 from tarsus.study.sweep import Sweep
@@ -71,3 +71,17 @@ def test_of_very_many_runs_some_are_shown(tmp_path: Path, monkeypatch: pytest.Mo
     sweep, file = made(tmp_path, ["DONE"] * 12)
     text = Page(sweep_html(sweep, file)).text
     assert "This page is made of one run in 3; all are in sweep.nc." in text and "bounces 4 5" in text
+
+
+def test_a_line_joins_runs_and_breaks_where_there_is_none() -> None:
+    assert _median_run(np.array([0.0, 0.0, 10.0, 10.0])) == 0.0, "a mean of 5 is no run"
+    assert np.isnan(_median_run(np.zeros(0)))
+    known = np.array([True, True, False, True, False, True, True, True])
+    assert _stretches(known) == [slice(0, 2), slice(5, 8)]
+
+
+def test_values_that_no_prefix_reaches_are_drawn_in_a_power_of_ten() -> None:
+    """uPlot draws nothing on a logarithmic axis of 1e-22."""
+    scale = _scale("N m^2 s", np.array([1e-22, 9e-21]))
+    assert (scale.step, scale.label) == (pytest.approx(1e-21), "10^-21 N m^2 s")
+    assert _scale("m", np.array([7e-5])).label == "um".replace("u", "µ") and _scale("1", np.array([1e-22])).label == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -156,3 +157,15 @@ def test_figures_of_any_number_of_legs(legs: int) -> None:
         assert "nan" not in plate.picture.lower().replace("nano", "")
     for leg in motion.legs:
         assert f'"{leg}"]' in falls.picture
+
+
+def test_blows_at_landings_do_not_press_the_other_forces_to_a_line() -> None:
+    """Of ten feet that push with 1 uN, one has a blow of 100 uN for one sample: rows stay as high as the push."""
+    motion = make_motion(10, periods=4)
+    state, normal = np.full_like(motion.state, STUCK), np.full_like(motion.normal, 1e-6)
+    normal[3, motion.normal.shape[1] // 2] = 1e-4
+    pushed = replace(motion, state=state, normal=normal, friction=0.0 * normal)
+    plate = ground_forces(pushed, (0.0, float(motion.time[-1])))
+    assert "from one line to the next is 1.6 µN" in plate.caption and "the largest is 100 µN" in plate.caption
+    calm = ground_forces(replace(pushed, normal=np.full_like(normal, 1e-6)), (0.0, float(motion.time[-1])))
+    assert "cut" not in calm.caption
