@@ -14,15 +14,12 @@ settings.register_profile("repeatable", derandomize=True, deadline=None, max_exa
 settings.register_profile("search", max_examples=2000, deadline=None)
 settings.load_profile("repeatable")
 
-gc.set_threshold(
-    100_000
-)  # as a command line does: to search thousands of tests for garbage takes a twentieth of them
+# As a command line does: to search thousands of tests for garbage takes a twentieth of them.
+gc.set_threshold(100_000)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption(
-        "--last-bit", type=int, metavar="SEED", help="move linear algebra by its last bit"
-    )
+    parser.addoption("--last-bit", type=int, metavar="SEED", help="move linear algebra by its last bit")
 
 
 def pytest_configure(config: pytest.Config) -> None:

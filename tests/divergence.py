@@ -32,15 +32,19 @@ TIMES = 400
 
 
 def moved(scene: ts.Scene, size: float, seed: int) -> ts.Scene:
-    """The scene with its structure, gaps and gains moved by up to ``size``, relative; symmetric matrices stay so."""
+    """The scene with its structure, gaps and gains moved by up to ``size``, relative.
+
+    Symmetric matrices stay so, and equal gaps equal: of two feet at one place the higher one would never touch the ground.
+    """
     changes: dict[str, Any] = {}
     for path in float_paths(scene):
         if not MOVED.match(path):
             continue
         matrix = re.fullmatch(r"(robot\.structure\.(?:mass|stiffness|damping))\.(\d+)\.(\d+)", path)
         key = f"{matrix[1]}.{sorted((int(matrix[2]), int(matrix[3])))}" if matrix else path
-        share = np.random.default_rng([seed, *key.encode()]).uniform(-1.0, 1.0)
         value = get_value(scene, path)
+        key = f"gap of {value!r}" if path.endswith(".gap") else key
+        share = np.random.default_rng([seed, *key.encode()]).uniform(-1.0, 1.0)
         if value:
             changes[path] = value * (1.0 + size * share)
     return ts.with_values(scene, changes)

@@ -1,10 +1,11 @@
 """Linear algebra as another processor does it: every result moved by a random unit in its last place.
 
-`install(seed)`, before tarsus is imported, moves what the functions of numpy.linalg, scipy.linalg and tarsus.base.linear
-return (the last makes the same bits everywhere: the engine must not lean on that), element by element: zeros stay zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which
-are compiled with them replaced) are moved by the rounding of their sums, the sum of |terms| times 2e-16: what cancels
-leaves something else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked
-twice is answered twice alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
+`install(seed)`, before tarsus is imported, moves what functions of numpy.linalg, scipy.linalg and tarsus.base.linear
+return, element by element (the last makes the same bits everywhere: the engine must not lean on that): zeros stay
+zeros, as structure leaves them zero on every machine. Products (``@`` in sources of tarsus, which are compiled with
+them replaced) are moved by the rounding of their sums, the sum of |terms| times 2e-16: what cancels leaves something
+else on another machine. A sum of one term is rounded alike everywhere and stays. What is asked twice is answered twice
+alike, as by a processor. As an option of the tests: ``pytest --last-bit 1 tests/unit/core``.
 """
 
 from __future__ import annotations

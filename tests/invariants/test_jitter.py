@@ -6,13 +6,11 @@ must have grown apart before: chaos is found out from the two runs (`divergence`
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import tarsus as ts
-from divergence import GROWN, Pair, moved, sequence
+from divergence import Pair, moved
 from random_scenes import wide_scene
-from tarsus.solve.codes import ResultCode
 
 SIZES = (1e-15, 1e-13)
 SEEDS = tuple(range(60))
@@ -44,9 +42,9 @@ def forms(scene: ts.Scene) -> set[str]:
 
 NEEDED = {
     "modal", "lumped", "beam", "walker", "2 legs", "4 legs", "6 legs", "rigid", "feet at one place", "no feet",
-    "more feet than coordinates", "film", "adhesion", "friction", "electrostatic", "gravity", "own law", "e = 0", "e = 1",
-    "by restitute_first", "by pull_as_printed", "linear", "prandtl_ishlinskii", "amplifier", "constant", "sine", "square",
-    "ramped_square", "ramp", "on_off", "poling", "swept_sine", "sampled",
+    "more feet than coordinates", "film", "adhesion", "friction", "electrostatic", "gravity", "own law", "e = 0",
+    "e = 1", "by restitute_first", "by pull_as_printed", "linear", "prandtl_ishlinskii", "amplifier", "constant",
+    "sine", "square", "ramped_square", "ramp", "on_off", "poling", "swept_sine", "sampled",
 }  # fmt: skip
 
 

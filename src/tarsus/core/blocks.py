@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.linear import cholesky, condition_of, eig, eigh, inverse, length, product, solve, svd
+from tarsus.base.linear import EPS, cholesky, condition_of, eig, eigh, inverse, length, product, solve, svd
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ def _slow_again(
     mass, damping, stiffness = pencil
     if not slow.any() or stiffness.diagonal().min() <= 0.0:
         return square, rates, shapes
-    unit = _own_units(0.0, mass, stiffness)
+    unit = 1.0 / np.sqrt(stiffness.diagonal())
     try:
         root = inverse(cholesky(unit[:, None] * stiffness * unit))
     except np.linalg.LinAlgError:  # motions without a stiffness
@@ -199,9 +199,12 @@ def _known_apart(rates: Floats, shapes: Floats, pencil: tuple[Floats, ...]) -> b
     return bool((np.abs(left).max(axis=0) < 1e-6 * size).all())
 
 
-def _own_units(value: complex, mass: Floats, stiffness: Floats) -> Floats:
-    """Units (n,) of the coordinates in which the terms of s^2 M + s C + K are of one size."""
-    return 1.0 / np.sqrt(np.abs(stiffness.diagonal()) + abs(value) ** 2 * mass.diagonal())
+def _own_units(value: complex, mass: Floats, stiffness: Floats, w: float) -> Floats:
+    """Units (n,) of the coordinates in which the terms of s^2 M + s C + K are of one size; of one that has none, where
+    a motion at rest has no stiffness, by the rate w."""
+    inert = mass.diagonal()
+    size = np.abs(stiffness.diagonal()) + abs(value) ** 2 * inert
+    return 1.0 / np.sqrt(np.where(size > 0.0, size, w * w * inert))
 
 
 def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[complex, NDArray[np.complex128]]:
@@ -210,7 +213,7 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
     There nothing fast hides a slow rate: s^2 M + s C + K has terms of the size of K, and of each coordinate those of its
     own K by the unit in which it is counted.
     """
-    unit = _own_units(value, pencil[0], pencil[2])
+    unit = _own_units(value, pencil[0], pencil[2], w)
     mass, damping, stiffness = (unit[:, None] * part * unit for part in pencil)
     for _ in range(4):
         matrix = value * value * mass + value * damping + stiffness
@@ -230,7 +233,7 @@ def _refined(value: complex, pencil: tuple[Floats, ...], w: float) -> tuple[comp
 def _least_moved(matrix: NDArray[np.complex128]) -> NDArray[np.complex128]:
     """A vector (n,) of length one that a matrix all but takes to zero: three steps of inverse iteration."""
     vector = 1.0 + np.arange(len(matrix)) % 3 + 0.0j
-    pivot = 1e-16 * np.abs(matrix).max()  # where the matrix is singular to the last bit, one beside it
+    pivot = 4.0 * EPS * np.abs(matrix).max()  # where the matrix is singular to the last bit, one beside it in every digit
     for _ in range(3):
         try:
             vector = solve(matrix, vector)

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 import tarsus as ts
-from tarsus.core.blocks import split_modes
+from tarsus.core.blocks import _least_moved, split_modes
 from tarsus.core.book import ModeBook, step_lengths
 from tarsus.core.modes import LinearSystem
 
@@ -130,3 +130,18 @@ def test_a_held_structure_with_a_stiff_mode_keeps_its_account(ratio):
     run = ts.simulate(scene)
     assert run.events["kind"].tolist() == [2]  # once captured it stays
     assert run.ok and run.ledger.closure < 1e-11
+
+
+def test_a_matrix_that_is_singular_to_the_last_bit_has_the_vector_it_takes_to_zero():
+    """Of a free chain whose rigid motion is slow, not at rest: what was added to find it was less than its last bit."""
+    found = _least_moved(np.array([[1.0, -1.0], [-1.0, 1.0]], dtype=complex))
+    np.testing.assert_allclose(found * np.conj(found[0]) * 2.0, [1.0, 1.0], atol=1e-15)
+
+
+def test_a_coordinate_without_stiffness_that_rubs_has_a_motion_at_rest():
+    """Its rate is zero and so are all terms of its row: counted in units of their size it was not a number."""
+    mass = np.array([[1.63e-6, -2.4e-7], [-2.4e-7, 1.71e-6]])
+    blocks, basis = split_modes(mass, np.diag([1.86e-2, 1.86e-2]), np.diag([0.0, 685.0]))
+    assert np.isfinite(basis).all()
+    rates = np.concatenate([np.linalg.eigvals(block) for block in blocks])
+    assert np.abs(rates).min() == 0.0 and (rates.real <= 0.0).all()
