@@ -277,8 +277,11 @@ struct Modal {
     if (!settings.record) return;
     for (int i : mode->free) {
       if (!laws.has(i, HAS_MOMENTUM)) continue;
-      const Row powers = powers_of(nodes, value(i));
-      feet[i].momentum = fraction == 1.0 ? values[i][N - 1] : horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
+      feet[i].momentum = values[i][N - 1];
+      if (fraction != 1.0) {  // of what it changes by, which leaves it the least rounding
+        const Row change = values[i] - values[i][0], powers = powers_of(nodes, reinterpret_cast<const double*>(&change));
+        feet[i].momentum = values[i][0] + horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
+      }
       feet[i].jumped = film(i, gap_of(i));
     }
     jumped = work_of_jumps([this](int i) { return feet[i].momentum; }, [this](int i) { return feet[i].jumped; });
