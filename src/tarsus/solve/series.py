@@ -23,13 +23,6 @@ Floats = NDArray[np.float64]
 
 NOTHING = 1e-24
 """Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
-SETTLED = 2e-3
-"""Way of a foot in a resistive law, as part of the plan's length, below which its account closes less exactly. Gaps at
-the nodes of a single run's steps settle to 0.05 * 1e-10 of the length (modal_newton.hpp), and its momentum, and so its
-work, is as uncertain as that is to the way: 1e-8, what counts as closed, at 5e-4. Steps add to four times that at most
-(1.6e-3 is the worst of 46 random films)."""
-LEAST = 1e-12
-"""Way of a foot, as part of the plan's length, below which it is rounding."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -163,19 +156,8 @@ def ledger(run: Run) -> Ledger:
     residual = gained - spent - change_k - change_e
     sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
     length, force, _ = row.scales[0]
-    largest = max(_unresolved(run, first, last) * max(map(abs, sizes)), NOTHING * force * length)
+    largest = max(*map(abs, sizes), NOTHING * force * length)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / largest,
     )  # fmt: skip
-
-
-def _unresolved(run: Run, first: Floats, last: Floats) -> float:
-    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
-    swing, row = run.motion.swing, run.motion.acting.rows
-    if swing is None or not swing.size or not run.motion.acting.on("momentum"):
-        return 1.0
-    normals = run.plan.system.normals
-    ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)
-    way = float(max(swing.max(), ends.max()))
-    return max(1.0, SETTLED / max(way / row.scales[0, 0], LEAST))
