@@ -329,10 +329,11 @@ def scales(
     length = np.where(length > SMALLEST, length, 0.0).max(axis=1, initial=0.0)
     length = np.where(length > 0.0, length, 1e-6)
     nearest = np.where(sources[:, :m] > SMALLEST, sources[:, :m], np.inf).min(axis=1, initial=np.inf)
-    if n:
-        forces.append(length[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
+    near = np.clip(nearest, NEAREST * length, length)
+    if n:  # by what moves a foot as far as that: a thick film, or a foot far away, makes no force
+        forces.append(near[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
     force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
-    return np.clip(nearest, NEAREST * length, length), np.where(force > 0.0, force, 1e-9)
+    return near, np.where(force > 0.0, force, 1e-9)
 
 
 def _rate(system: LinearSystem) -> float:

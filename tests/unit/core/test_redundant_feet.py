@@ -115,3 +115,22 @@ def test_a_foot_at_a_point_that_does_not_move_hears_of_nothing() -> None:
     with np.errstate(all="raise"):
         run = ts.simulate(still)
     assert run.ok and set(run.events["foot"][run.events["kind"] != EventKind.PERIOD_MARK]) == {0}
+
+
+@pytest.mark.parametrize("part", [-2e-16, 0.0, 2e-16])
+def test_of_feet_that_land_together_the_first_is_first(part: float) -> None:
+    """Which of two feet on one coordinate bounced was the last bit of its row."""
+    structure = {
+        "kind": "lumped", "coordinates": ["z"], "mass": [1e-6], "stiffness": [1.0], "damping": [0.0],
+        "weights": {"p0": [1.0], "p1": [1.0 + part]}, "upward": [1.0],
+    }  # fmt: skip
+    scene = {
+        "name": "two on one", "duration": 0.02, "initial": {"displacement": [2e-6]},
+        "robot": {
+            "structure": structure, "feet": {f"f{i}": {"point": f"p{i}", "gap": 1e-6} for i in range(2)},
+        },
+        "ground": {"restitution": {"coefficient": 0.9}},
+    }  # fmt: skip
+    run = ts.simulate(validate(Scene, scene))
+    bounces = run.events[run.events["kind"] == EventKind.BOUNCE]
+    assert len(bounces) > 3 and not bounces["foot"].any()

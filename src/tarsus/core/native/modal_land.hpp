@@ -239,7 +239,7 @@ struct Located {
   double s = 2.0;
 };
 
-inline Margin expanded(Modal& m, const StepClass& step, int foot, double t, int terms) {
+TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int foot, double t, int terms) {
   const Margin margin(m, step, foot, t, terms);
   expand_output(m, step, foot, margin.rows);
   if (margin.held && m.laws.has(foot, HAS_FORCE)) {
@@ -254,7 +254,7 @@ inline int first_in_order(Modal& m, const StepClass& step, double t, const Locat
   constexpr double APART = 1e-6;  // of a step: farther apart no two are together
   for (int i = 0; i < at.foot; i++) {
     if (m.doubts[i].last == 0 || m.doubts[i].at - at.s > APART) continue;
-    if (std::fabs(expanded(m, step, i, t, terms)(0, at.s)) <= no_margin(m, i)) return i;
+    if (std::fabs(expanded(m, step, i, t, terms)(0, at.s)) <= m.doubts[i].zero) return i;
   }
   return at.foot;
 }
@@ -263,9 +263,10 @@ inline Located locate(Modal& m, const StepClass& step, double t, double limit, i
   Located out;
   int found = 0;
   for (int i = 0; i < m.sizes.feet; i++) {
-    if (m.doubts[i].last == 0) continue;
-    const double s = expanded(m, step, i, t, terms).first_root(m.doubts[i], limit, no_margin(m, i), terms);
-    m.doubts[i].at = s;
+    Doubt& doubt = m.doubts[i];
+    if (doubt.last == 0) continue;
+    if (doubt.zero == 0.0) doubt.zero = no_margin(m, i);
+    const double s = doubt.at = expanded(m, step, i, t, terms).first_root(doubt, limit, doubt.zero, terms);
     if (s > limit) continue;
     found++;
     if (s < out.s) out = {i, s};

@@ -32,7 +32,8 @@ inline bool find_doubt(const Modal& m, int foot, const double* margin, double bo
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
-    const bool crossing = margin[j] < 0.0 && margin[j] < -no_margin(m, foot);
+    if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_margin(m, foot);
+    const bool crossing = margin[j] < -doubt.zero;
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {
       // it starts at zero and rises: the chord must beat the steepest parabola of that bound
