@@ -24,11 +24,10 @@ struct Foot {
   Apex apex;
 };
 
-// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time; zero:
-// `no_margin` of the foot once it was asked for.
+// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time.
 struct Doubt {
   int first = N, last = 0;
-  double at = 2.0, zero = 0.0;
+  double at = 2.0;
 };
 
 // What was refused where a run tried longer steps than its last: what an error of h^9 promises is not there where a film bends
@@ -126,12 +125,6 @@ struct Modal {
 
   // Whether a foot's pull has outgrown what held it at this very moment.
   bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
-  bool any_just_let_go() const {
-    for (int k = 0; k < sizes.feet; k++) {
-      if (just_let_go(k)) return true;
-    }
-    return false;
-  }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
   TARSUS_INLINE double* state() { return state_; }
@@ -165,10 +158,8 @@ struct Modal {
   }
   double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
   double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
-  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding. A foot
-  // alone is not looked at again before it has moved on.
+  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding.
   void note_parts() {
-    if (sizes.feet == 1) return;
     if (clock.time - noted > settings.least_progress) {
       noted = clock.time;
       for (Foot& foot : feet) foot.speeds = foot.places = 0.0;
