@@ -19,8 +19,7 @@ def open(
     browser: bool = True,
     json: Json = False,
 ) -> int:
-    """Open the page of a folder in the browser; that of a run is made again from its files, and that of a
-    sweep where there is none, without simulating.
+    """Open the page of a folder in the browser; that of a run or sweep is made again from its files, nothing simulated.
 
     Parameters
     ----------

@@ -121,6 +121,6 @@ def _opened(file: Path) -> Any:
             f"there is no '{file}': name a folder that `simulate` or `sweep` wrote, or a .nc file"
         )
     try:
-        return xarray.open_dataset(file, engine="h5netcdf")
+        return xarray.open_dataset(file, engine="h5netcdf", phony_dims="access")  # dimensions of plain HDF5
     except (OSError, ValueError) as error:
         raise InputError(f"'{file}' is no NetCDF file of tarsus: {str(error).splitlines()[0]}") from error

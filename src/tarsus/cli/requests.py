@@ -67,10 +67,10 @@ def scene_for(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> S
 
 
 def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Scene:
-    from tarsus.files.library import load_scene
+    from tarsus.files.library import changed, load_scene
 
     if not law_files:
-        return load_scene(name, **values)
+        return changed(load_scene(name), **values)
     from tarsus.base.spec import validate
     from tarsus.model.scene import override
 
@@ -85,7 +85,7 @@ def _changed(name: str, values: dict[str, Any], law_files: Sequence[Path]) -> Sc
             own[law_name][field] = value
         else:
             rest[path] = value
-    scene = load_scene(name, laws=laws, **rest)
+    scene = changed(load_scene(name, laws=laws), **rest)
     made = {
         f"{_LAWS}{law_name}": validate(laws[law_name], given, prefix=f"{_LAWS}{law_name}")
         for law_name, given in own.items()

@@ -52,6 +52,7 @@ def as_scene(scene: SceneLike) -> Scene:
 
 def load_scene(
     name: str | os.PathLike[str],
+    /,
     *,
     volts: float | str | None = None,
     hz: float | str | None = None,
@@ -108,6 +109,7 @@ def load_scene(
 
 def changed(
     scene: Scene,
+    /,
     *,
     volts: float | str | None = None,
     hz: float | str | None = None,

@@ -98,7 +98,7 @@ class Campaign(Description):
     other_gap: MaybeAmount = quantity(
         "m", "a second gap at the neutral position, to see how the result depends on it", default=None, gt=0
     )
-    defaults: Defaults = Field(default_factory=Defaults, description="what the sets do not say themselves")
+    defaults: Defaults | None = Field(default=None, description="what the sets do not say themselves")
     records: Named[RecordSet] = Field(description="sets of records by name")
 
     @model_validator(mode="before")
@@ -263,7 +263,8 @@ def _read(opened: Opened, name: str, file: str, others: Sequence[Reading]) -> Re
     one = opened.campaign.records[name]
     choices: dict[str, Any] = {key: getattr(one, key) for key in Choices.model_fields}
     try:
-        record = _measured(opened.folder / file, choices, set(opened.campaign.defaults.channels))
+        common = opened.campaign.defaults
+        record = _measured(opened.folder / file, choices, set(common.channels) if common else set())
     except InputError as error:
         return Reading(name, file, None, tuple(_of_drive(said, one) for said in error.problems))
     for other in others:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,6 +40,10 @@ FINE = 2
 
 COLOURS = 32
 """In the file: few, because the picture has few, and its size goes with them."""
+
+
+WIDEST = 4096
+"""Largest width [pixels]: of a large screen. The frames are in memory together."""
 
 
 @dataclass(frozen=True)
@@ -80,8 +85,8 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
         problems.append(f"{run.scene.name}: only walkers can be shown walking")
     if target.suffix.lower() != ".gif":
         problems.append(f"{target}: expected a name ending in .gif")
-    if width < 100 or periods < 1:
-        problems.append(f"expected a width of 100 pixels or more and a period, got {width} and {periods}")
+    if not (100 <= width <= WIDEST and periods >= 1):
+        problems.append(f"expected a width of 100 to {WIDEST} pixels and a period, got {width} and {periods}")
     if problems:
         raise InputError(problems)
     motion = _shown(motion_of(run), periods)
@@ -97,11 +102,12 @@ def write_movie(run: RunLike, path: str | Path, *, width: int = 720, periods: in
 def _shown(motion: Motion, periods: int) -> Motion:
     """The last whole periods, in frames evenly spread; without a period all of it."""
     end = float(motion.time[-1])
-    span = end - float(motion.time[0])
+    span, count = end - float(motion.time[0]), 1
     if motion.period is not None:
-        span = min(span, periods * motion.period)
+        count = min(periods, math.ceil(span / motion.period))
+        span = min(span, count * motion.period)
     part = motion.taken(motion.time >= end - span * (1.0 + 1e-9))
-    return part.thinned(FRAMES * (periods if motion.period is not None else 1))
+    return part.thinned(FRAMES * count)
 
 
 def _side_by_side(frames: list[Image.Image]) -> Image.Image:
