@@ -155,8 +155,8 @@ def test_contact_modes_are_listed_once_whoever_asks():
 
 
 def test_an_impulse_displaces_no_foot_at_once():
-    """Displacements and velocities were eliminated together in SI: an impulse of 1 N s displaced feet by 1e-10 m, and under
-    a thin film a foot at rest moved."""
+    """Displacements and velocities were eliminated together in SI: an impulse of 1 N s displaced feet by 1e-10 m, and
+    under a thin film a foot at rest moved."""
     system = lower_scene(moved(wide_scene(2), 1e-15, 2)).system
     mode = contact_mode(system, 0)
     at_once, slowest = np.abs(mode.outputs[: len(mode.mobility)] @ mode.beta.T), 5e4
