@@ -24,10 +24,11 @@ struct Foot {
   Apex apex;
 };
 
-// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time.
+// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time; zero:
+// `no_margin` of the foot once it was asked for.
 struct Doubt {
   int first = N, last = 0;
-  double at = 2.0;
+  double at = 2.0, zero = 0.0;
 };
 
 // What was refused where a run tried longer steps than its last: what an error of h^9 promises is not there where a film bends
@@ -158,8 +159,10 @@ struct Modal {
   }
   double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
   double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
-  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding.
+  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding. A foot
+  // alone is not looked at again before it has moved on.
   void note_parts() {
+    if (sizes.feet == 1) return;
     if (clock.time - noted > settings.least_progress) {
       noted = clock.time;
       for (Foot& foot : feet) foot.speeds = foot.places = 0.0;
