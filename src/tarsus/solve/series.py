@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-NOTHING = 1e-24
-"""Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
+NOTHING = 1e-20
+"""Part of the plan's force times length below which energies are rounding: motion of 1e-10 of the length, which is what
+a step may err by."""
 SETTLED = 2e-3
 """Way of a foot in a resistive law, as part of the plan's length, below which its account closes less exactly. Gaps at
 the nodes of a single run's steps settle to 0.05 * 1e-10 of the length (modal_newton.hpp), and its momentum, and so its

@@ -259,11 +259,11 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   departure = RISING;
   if (m.rate_of(foot) <= m.no_rate(foot)) {
     const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
-    // a pull of rounding, as at the moment at which it changes its sign, holds no foot where one has just been let go (of
-    // two at one place the other's pull is the same), and lets none go otherwise
-    const bool let_go = m.any_just_let_go();
+    // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
+    // lets no other go
+    const bool let_go = m.just_let_go(foot);
     const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
-    if (pressed && m.just_let_go(foot)) m.feet[foot].low++;
+    if (pressed && let_go) m.feet[foot].low++;
     if (pressed || pull <= strength + (let_go ? -none : none)) {
       m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
       hold(m, foot, t);

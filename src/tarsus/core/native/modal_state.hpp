@@ -126,12 +126,6 @@ struct Modal {
 
   // Whether a foot's pull has outgrown what held it at this very moment.
   bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
-  bool any_just_let_go() const {
-    for (int k = 0; k < sizes.feet; k++) {
-      if (just_let_go(k)) return true;
-    }
-    return false;
-  }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
   TARSUS_INLINE double* state() { return state_; }
