@@ -9,8 +9,8 @@ from collections import namedtuple
  E_INTEGRAL) = range(12)  # fmt: skip
 EVENT_WIDTH = 12
 # columns of a trace row before the state and the nodal inputs
-T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS = range(5)
-TRACE_HEAD = 5
+T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS, T_JUMPS = range(6)
+TRACE_HEAD = 6
 
 # Return codes of the engine, as in native/kinds.hpp.
 DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE = range(5)

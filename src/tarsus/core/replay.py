@@ -17,7 +17,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
-from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME
+from tarsus.core.arrays import T_CLASS, T_FRACTION, T_JUMPS, T_LENGTH, T_MODE, T_TIME
 from tarsus.core.book import NODES, ModeBook
 from tarsus.core.modes import ContactMode, LinearSystem
 from tarsus.core.nodes import N
@@ -103,11 +103,26 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
             work[:, rows] = energies.of(trace, rows, state)
             if parts:
                 work[WHOLE:, rows[~whole]] = split.work(trace, rows[~whole])
+    _jumps(work, trace[:, T_JUMPS], parts)
     total = np.cumsum(work, axis=1)
     time = trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION]
     return Integrals(
         time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1])
     )
+
+
+def _jumps(work: Floats, jumps: Floats, parts: Sequence[Part]) -> None:
+    """Add to the works of resistive laws in each step (., nr) what they do as their momenta jump between steps (nr,), to
+    those told apart by what they do in the step: a jump is dissipated again at once, by the same laws.
+
+    A step's momenta are those of its gaps at its nodes, to rounding, and less so where it ends between them; the next
+    step begins with that of the gap. The law's force is the rate of change of the momentum, jumps included: what the
+    step before has not known of the gap acts as an impulse. Strong laws dissipate its energy within a step.
+    """
+    resistive = [WHOLE + p for p, part in enumerate(parts) if part.resistive]
+    share = np.divide(work[resistive], work[2], out=np.zeros((len(resistive), len(jumps))), where=work[2] != 0.0)
+    work[resistive] += share * jumps
+    work[2] += jumps
 
 
 def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:

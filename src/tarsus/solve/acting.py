@@ -112,10 +112,6 @@ class Acting:
         forces = [self.rows.drive(d, time) for d in range(self.plan.drives)]
         return np.array(forces).reshape(self.plan.drives, len(time))
 
-    def momentum(self, gap: float) -> float:
-        """Momentum [N s] of the resistive laws at a gap [m]."""
-        return sum(law.evaluate(max(gap, 0.0)) for law in self.on("momentum").values())
-
 
 _HOOKS = ("momentum", "force")
 """Of laws that do work on a free foot: the resistive ones, and the other smooth ones."""

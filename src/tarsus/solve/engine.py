@@ -151,14 +151,13 @@ def rows_between(rows: np.ndarray, ends: np.ndarray | None, run: int) -> np.ndar
 class RawRuns(Log):
     """What runs by contact modes left. trace: recorded steps of all runs, end to end.
 
-    Of the last run: mode, number of the contact mode it ended in, and its flowing state there; pending, mask of the
-    contact mode it was about to enter with the physical state (2n,), or -1.
+    Of the last run: mode, number of the contact mode it ended in; pending, mask of the one in which it would go on from
+    the physical state (2n,), or -1 where there was no run.
     """
 
     trace: np.ndarray = field(kw_only=True)
     book: SharedBook = field(kw_only=True)
     mode: int = field(kw_only=True)
-    state: np.ndarray = field(kw_only=True)
     pending: int = field(kw_only=True)
     physical: np.ndarray = field(kw_only=True)
 
@@ -185,11 +184,10 @@ def execute(
     settings = unit_settings(plan, duration, accuracy or Accuracy())
     settings.track, settings.record = track, record
     codes, *rest = _native.run_modal(book.book.native, NODES, rows.signals, plan.laws.native, settings, rows)
-    events, event_end, finish, trace, mode, state, pending, physical = rest
+    events, event_end, finish, trace, mode, pending, physical = rest
     return RawRuns(
-        codes, finish, events, event_end, trace=trace, book=book, mode=mode, state=state, pending=pending,
-        physical=physical,
-    )  # fmt: skip
+        codes, finish, events, event_end, trace=trace, book=book, mode=mode, pending=pending, physical=physical
+    )
 
 
 def row_bytes(plan: Plan) -> int:

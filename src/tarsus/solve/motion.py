@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import FootState
 from tarsus.core import arrays as a
 from tarsus.core import replay
-from tarsus.core.modes import ContactMode, contact_mode
+from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
@@ -100,18 +100,10 @@ class Replayed:
     def last(self) -> Floats:
         """Displacements and velocities (2n,) at the end, events at its last moment included."""
         raw, system = self.log, self.log.book.system
-        if raw.pending >= 0:  # a contact was made or broken and not yet moved on from
-            mode = contact_mode(system, raw.pending)
-            return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
-        mode = raw.book.book.modes[raw.mode]
-        w = raw.state[: 2 * len(mode.blocks)]
-        return mode.to_physical @ (w + self._momenta(mode, w) @ mode.beta) + mode.offset
-
-    def _momenta(self, mode: ContactMode, w: Floats) -> Floats:
-        """Momentum potentials [N s] (m,) of the resistive laws at the free feet."""
-        gaps = mode.outputs @ w + mode.feed[:, -1]
-        feet = range(self.acting.plan.feet)
-        return np.array([0.0 if mode.mask >> i & 1 else self.acting.momentum(gaps[i]) for i in feet])
+        if raw.pending == raw.book.book.modes[raw.mode].mask:
+            return raw.physical
+        mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
+        return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
 
     @property
     def swing(self) -> Floats | None:

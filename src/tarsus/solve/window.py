@@ -104,7 +104,7 @@ def record(
 ) -> Recorded:
     """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
     begin = (contacts or Contacts()).rows(plan.feet, start)
-    code, events, event_end, finish, trace, mode, state, pending, place, notes, _ = _native.run_modal_windows(
+    code, events, event_end, finish, trace, mode, pending, place, notes, _ = _native.run_modal_windows(
         book.book.native, NODES, rows.signals, plan.laws.native, recording(plan, end, accuracy), rows,
         np.array([start]), *begin,
     )  # fmt: skip
@@ -117,7 +117,6 @@ def record(
         trace=trace,
         book=book,
         mode=mode,
-        state=state,
         pending=mask,
         physical=place,
     )

@@ -229,8 +229,8 @@ nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, 
   const Sizes& s = book.sizes;
   return nb::make_tuple(returned(std::move(result.codes)), returned_rows(std::move(result.events)),
                         returned(std::move(result.event_end)), returned(std::move(result.finish), 3),
-                        returned(std::move(result.trace), 5 + 2 * s.coordinates + N * s.inputs()),
-                        result.mode == nullptr ? 0 : result.mode->number, returned(std::move(result.state)),
+                        returned(std::move(result.trace), recorded_width(s)),
+                        result.mode == nullptr ? 0 : result.mode->number,
                         result.pending == nullptr ? nb::object(nb::int_(-1)) : mask_of(result.pending->feet),
                         returned(std::move(result.physical)));
 }

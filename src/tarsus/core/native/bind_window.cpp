@@ -46,7 +46,7 @@ nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signa
   }
   return nb::make_tuple(returned(std::move(r.codes)), returned_rows(std::move(r.events)), returned(std::move(r.event_end)),
                         returned(std::move(r.finish), 3), returned(std::move(r.trace), recorded_width(book.sizes)),
-                        r.mode == nullptr ? 0 : r.mode->number, returned(std::move(r.state)), pending,
+                        r.mode == nullptr ? 0 : r.mode->number, pending,
                         returned(std::move(r.physical)), returned_rows(std::move(result.notes)),
                         returned(std::move(result.trace_end)));
 }

@@ -16,8 +16,11 @@ inline void add_film_momenta(Modal& m) {
 // And back, at the gaps as they are known.
 inline void remove_film_momenta(Modal& m) {
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, -m.film(i, m.gaps[i]));
+    if (!m.laws.has(i, HAS_MOMENTUM)) continue;
+    m.feet[i].momentum = m.feet[i].jumped = m.film(i, m.gaps[i]);
+    m.shift(m.mode->beta, i, -m.feet[i].momentum);
   }
+  m.jumped = 0.0;
 }
 
 // Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the

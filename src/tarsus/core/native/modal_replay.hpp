@@ -8,8 +8,6 @@
 
 namespace tarsus::modal {
 
-constexpr int TRACE_HEAD = 5;  // numbers of a recorded step before its state: see Modal::record
-
 // Nodal values on the two halves of a step from those on the whole: [to][from].
 struct Halves {
   double left[N][N], right[N][N];
@@ -22,8 +20,6 @@ struct Recorded {
   int step_class;
   const double *state, *inputs;
 };
-
-inline size_t recorded_width(const Sizes& s) { return TRACE_HEAD + 2 * size_t(s.coordinates) + N * size_t(s.inputs()); }
 
 inline Recorded recorded(Book& book, const double* row) {
   const double* state = row + TRACE_HEAD;

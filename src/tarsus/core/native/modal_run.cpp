@@ -19,8 +19,8 @@ ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, cons
     out.finish.insert(out.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
   }
   out.events = std::move(system.log.events);
-  out.trace = std::move(system.trace);
   note_end(system, out);
+  out.trace = std::move(system.trace);
   return out;
 }
 

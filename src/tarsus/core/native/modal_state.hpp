@@ -16,6 +16,8 @@ enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 struct Foot {
   double since = 0.0;  // [s] begin of its contact
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
+  double momentum = 0.0;  // [N s] of its film as the last step has left it
+  double jumped = 0.0;    // and as the gap has it, with which the next step begins
   double left = -INF;  // [s] when its pull last outgrew one
   double rose = 0.0;   // [s] when it last came to the ground or left it
   double speeds = 0.0, places = 0.0;  // [m/s], [m] the most that has added up to its rate and its gap at this moment
@@ -65,7 +67,7 @@ struct Modal {
   Player player;
   Clock clock;
   Log log;
-  std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, state (2 n), nodal inputs
+  std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, T_JUMPS, state (2 n), nodal inputs
   std::vector<Foot> feet;
   Bias biases;
 
@@ -90,6 +92,7 @@ struct Modal {
   std::vector<Doubt> doubts;
   double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
   double noted = -INF;             // [s] the moment of `Foot::speeds`
+  double jumped = 0.0;             // [J] what films will have done as their momenta jump: see end_record
   double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
   double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
   bool steady = true;                              // drives and volts are constant over the step
@@ -207,6 +210,24 @@ struct Modal {
     }
   }
 
+  // Work [J] of the films on the structure where their momenta jump: each at the mean of its foot's rates before and after, so
+  // that it is all that the structure's energy changes by.
+  template <class Before, class After>
+  double work_of_jumps(const Before& before, const After& after) const {
+    const double* feed = mode->feed + size_t(sizes.feet) * sizes.inputs();
+    double work = 0.0;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      double rate = rate_of(i);
+      for (int k : mode->free) {
+        const double factor = feed[i * sizes.inputs() + k];
+        if (factor != 0.0 && laws.has(k, HAS_MOMENTUM)) rate += factor * 0.5 * (before(k) + after(k));
+      }
+      work += (after(i) - before(i)) * rate;
+    }
+    return work;
+  }
+
   double foot_volts(int foot, double t) const {
     const int64_t c = laws.laws.volts[foot];
     return c < 0 ? 0.0 : player.value(int(c), t);
@@ -231,21 +252,37 @@ struct Modal {
   // Keep a step: what ``sample`` and the energy integrals of a run are made of.
   void record(const StepClass& step, double fraction) {
     if (!settings.record) return;
-    const int n = sizes.coordinates, nb = mode->blocks_used, width = 5 + 2 * n + N * sizes.inputs();
+    const int n = sizes.coordinates, nb = mode->blocks_used;
     const size_t at = trace.size();
-    trace.resize(at + width, 0.0);
+    trace.resize(at + recorded_width(sizes), 0.0);
     double* row = trace.data() + at;
     row[0] = clock.time;
     row[1] = step.length;
     row[2] = fraction;
     row[3] = mode->number;
     row[4] = step.number;
+    row[T_JUMPS] = work_of_jumps([this](int i) { return feet[i].jumped; }, [this](int i) { return values[i][0]; });
+    double *start = row + TRACE_HEAD, *nodal = start + 2 * n;
     for (int b = 0; b < nb; b++) {
-      row[5 + b] = state()[b];
-      row[5 + nb + b] = state()[sizes.stride + b];
+      start[b] = state()[b];
+      start[nb + b] = state()[sizes.stride + b];
     }
-    for (int i : acting) store(row + 5 + 2 * n + N * i, values[i]);
-    store(row + 5 + 2 * n + N * sizes.last(), values[sizes.last()]);
+    for (int i : acting) store(nodal + N * i, values[i]);
+    store(nodal + N * sizes.last(), values[sizes.last()]);
+  }
+
+  // A step has ended, at its scaled time ``fraction``. The momenta of its films are polynomials that are those of the gaps at its
+  // nodes, to rounding, and less so where it ends between them: they jump as the next step begins.
+  void end_record(double fraction) {
+    if (!settings.record) return;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const Row powers = powers_of(nodes, value(i));
+      feet[i].momentum = fraction == 1.0 ? values[i][N - 1] : horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
+      feet[i].jumped = film(i, gap_of(i));
+    }
+    jumped = work_of_jumps([this](int i) { return feet[i].momentum; }, [this](int i) { return feet[i].jumped; });
+    trace[trace.size() - recorded_width(sizes) + T_JUMPS] += jumped;
   }
 
  private:

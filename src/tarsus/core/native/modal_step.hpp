@@ -171,6 +171,7 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
     m.clock.time = at.foot >= 0 ? t + fraction * h : ahead.left == ahead.goal - t ? ahead.goal : t + ahead.left;
   }
   m.accept();
+  m.end_record(fraction);
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;

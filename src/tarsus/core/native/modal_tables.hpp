@@ -44,6 +44,11 @@ struct Sizes {
   int state() const { return 2 * stride; }
 };
 
+// Numbers of a recorded step before its state (see Modal::record), the last of them what films did as their momenta jumped.
+constexpr int T_JUMPS = 5, TRACE_HEAD = 6;
+
+inline size_t recorded_width(const Sizes& s) { return TRACE_HEAD + 2 * size_t(s.coordinates) + N * size_t(s.inputs()); }
+
 // Arrays laid one after the other in one aligned piece of memory, each from a row on.
 typedef std::initializer_list<std::pair<double**, size_t>> Layout;
 

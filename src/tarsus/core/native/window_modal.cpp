@@ -47,8 +47,8 @@ WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, con
     out.runs.finish.insert(out.runs.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
   }
   out.runs.events = std::move(system.log.events);
-  out.runs.trace = std::move(system.trace);
   note_end(system, out.runs);
+  out.runs.trace = std::move(system.trace);
   return out;
 }
 
