@@ -69,7 +69,7 @@ def _seen(scene: Scene) -> dict[str, Any]:
     out: dict[str, Any] = {"code": code, "wall": round(wall, 3), "steps": int(run.log.finish[0, 1])}
     out["events"], out["reached"] = len(run.events), run.end_time / scene.duration
     out["closure"] = float(run.ledger.closure)
-    out["periods"] = float(run.duration / run.period)
+    out["periods"] = cycles(scene)
     out["sequence"] = zlib.crc32(repr(sequence(run.events, run.duration)).encode())
     state = run.at(np.linspace(0.0, run.end_time, SAMPLES)).state
     out["depth"] = float(-state.gap.min(initial=0.0) / run.plan.length)
@@ -79,11 +79,24 @@ def _seen(scene: Scene) -> dict[str, Any]:
     return out
 
 
+def cycles(scene: Scene) -> float:
+    """Periods of the fastest drive that a run lasts: times its own length, of a signal that does not repeat."""
+    lengths = {"on_off": lambda wave: sum(wave.durations), "sampled": lambda wave: wave.times[-1],
+               "poling": lambda wave: wave.hold, "swept_sine": lambda wave: 1.0 / wave.start_frequency,
+               "constant": lambda wave: np.inf, "ramp": lambda wave: np.inf}  # fmt: skip
+    waves = scene.signals.values()
+    shortest = min(
+        (lengths.get(wave.kind, lambda wave: 1.0 / wave.frequency)(wave) for wave in waves), default=np.inf
+    )
+    return float(scene.duration / shortest)
+
+
 def faults(found: dict[str, Any]) -> list[str]:
     """What is wrong with what became of a scene, in words; a code or a sentence that says what failed is not."""
     if "code" not in found:
         error = found.get("error", "the process died or did not end")
-        return [] if error.startswith("InputError") else [error]
+        long = "error" not in found and found.get("periods", 0.0) > PERIODS
+        return [] if long or error.startswith("InputError") else [error]
     said = []
     if found["wall"] > LIMIT and not found.get("periods", 0.0) > PERIODS:
         said.append("slow")
@@ -100,15 +113,19 @@ def faults(found: dict[str, Any]) -> list[str]:
     return said
 
 
-def work(look: Callable[[int], dict[str, Any]], file: Path, first: int, count: int, step: int) -> None:
-    """Look at the seeds first, first + step, ... below ``count`` that the file has not."""
+Look = Callable[[int], dict[str, Any]]
+
+
+def work(look: Look, file: Path, first: int, count: int, step: int, before: Look = lambda seed: {}) -> None:
+    """Look at the seeds first, first + step, ... below ``count`` that the file has not; before: what is written of a
+    seed first, and stays if the process dies of it."""
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     known = read(file)
     with file.open("a", encoding="utf-8") as out:
         for seed in range(first, count, step):
             if seed in known:
                 continue
-            print(json.dumps({"seed": seed}), file=out, flush=True)
+            print(json.dumps({"seed": seed, **before(seed)}), file=out, flush=True)
             signal.setitimer(signal.ITIMER_PROF, 3 * LIMIT)
             try:
                 found = look(seed)
@@ -119,7 +136,7 @@ def work(look: Callable[[int], dict[str, Any]], file: Path, first: int, count: i
 
 
 def read(file: Path) -> Found:
-    """What a file says of each seed; one that was begun and not ended says nothing but its number."""
+    """What a file says of each seed; one that was begun and not ended says what was known before."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     return {found["seed"]: found for found in map(json.loads, lines)}
 
@@ -148,10 +165,10 @@ def survey(script: str, file: Path, count: int, workers: int, *, words: Sequence
     return dict(sorted(found.items()))
 
 
-def part_of_a_survey(look: Callable[[int], dict[str, Any]]) -> None:
+def part_of_a_survey(look: Look, before: Look = lambda seed: {}) -> None:
     """A script that was started as a part of a survey does it and ends here."""
     if sys.argv[1:2] == ["--part"]:
-        work(look, Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]))
+        work(look, Path(sys.argv[2]), *(int(number) for number in sys.argv[3:6]), before)
         sys.exit(0)
 
 
@@ -185,7 +202,7 @@ def compare(found: dict[str, Found], scene: Callable[[int], Scene]) -> bool:
     chaotic = unexplained = 0
     for seed in sorted(set.intersection(*(set(of) for of in found.values()))):
         told = {kernel: of[seed] for kernel, of in found.items()}
-        if any(set(one) == {"seed"} for one in told.values()):
+        if any("code" not in one and "error" not in one for one in told.values()):
             continue  # stopped for its time; `tell` says so
         facts = {kernel: _verdict(one) for kernel, one in told.items()}
         if len(set(facts.values())) == 1:
@@ -205,7 +222,9 @@ def _verdict(one: dict[str, Any]) -> tuple[Any, ...]:
 
 def main() -> int:
     kind = sys.argv[6] if sys.argv[1:2] == ["--part"] else ""
-    part_of_a_survey(lambda seed: look_at(SCENES[kind](seed)))
+    part_of_a_survey(
+        lambda seed: look_at(SCENES[kind](seed)), lambda seed: {"periods": cycles(SCENES[kind](seed))}
+    )
     parser = arguments(__doc__)
     parser.add_argument("--scenes", choices=SCENES, default="edge")
     parser.add_argument("--kernels", action="store_true", help="on every kernel, and compare")

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
-from tarsus.base.spec import with_values
+from tarsus.base.spec import get_value, with_values
 from tarsus.calibrate.calibrating import calibrate
 from tarsus.calibrate.description import Study
 from tarsus.calibrate.ensemble import drawn, weighted_quantile
@@ -240,6 +240,23 @@ def fitted_device(device: str, folder: str | Path) -> Scene:
     return with_values(with_values(scene, fixed), {**values, "provenance": origins})
 
 
+def with_other_modes(name: str, fitted: Scene) -> Scene:
+    """A packaged device that differs from a fitted one in its frequencies: what was calibrated is taken over, the gain
+    for the same displacement of its point at rest."""
+    scene = load_scene(name)
+    gain, weights = "robot.drives.pzt.law.gain", fitted.robot.drives["pzt"].load.vector
+    taken = {
+        path: get_value(fitted, path)
+        for path, origin in fitted.provenance.items()
+        if origin.source is Source.CALIBRATED
+    }
+    soft, other = (
+        float((weights(one) ** 2 / np.diag(one.matrices().stiffness)).sum())
+        for one in (fitted.robot.structure, scene.robot.structure)
+    )
+    return with_values(scene, taken | {gain: float(f"{taken[gain] * soft / other:.6g}")})
+
+
 def _interval(values: list[float], weights: NDArray[np.float64]) -> tuple[float, float]:
     """95 % of weighted values (nm,), and the best, which is the first, to six digits."""
     low, high = (weighted_quantile(np.array(values), weights, at) for at in (0.025, 0.975))
@@ -271,11 +288,16 @@ def package(
         if name in _PACKAGED:
             written.append(home / "data" / _PACKAGED[name])
             write_text(written[-1], json.dumps(mixture_file(out), indent=1, default=dict) + "\n")
-        written.append(home / "devices" / f"{name}.toml")
-        write_text(written[-1], scene_text(fitted_device(name, out)))
+        made = {name: fitted_device(name, out)}
+        made |= {other: with_other_modes(other, made[name]) for other in _OTHER_MODES.get(name, ())}
+        for device, scene in made.items():
+            written.append(home / "devices" / f"{device}.toml")
+            write_text(written[-1], scene_text(scene))
     return written
 
 
+_OTHER_MODES = {"hexapod": ("hexapod-table",)}
+"""Fitted devices -> those that take their calibrated numbers over."""
 STUDIES = ("cantilever", "cantilever-1", "hexapod")
 """Packaged calibrations; each is named after the device that it fits."""
 

@@ -13,8 +13,10 @@ from divergence import Pair, moved
 from random_scenes import wide_scene
 
 SIZES = (1e-15, 1e-13)
-SEEDS = tuple(range(60))
-LONGER = tuple(range(60, 400))
+LONG = (8, 10, 11, 12, 14, 15, 18, 21, 27, 31, 33, 35, 46, 47, 57, 59, 64, 67, 69, 72, 73, 78)
+"""Of the first, those that take the longest; they are in the slow lane."""
+SEEDS = tuple(seed for seed in range(82) if seed not in LONG)
+LONGER = (*LONG, *range(82, 400))
 
 
 def forms(scene: ts.Scene) -> set[str]:

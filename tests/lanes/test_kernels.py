@@ -31,7 +31,6 @@ ENGINE = (
     "analytic/test_oracles_sequences.py",
     "analytic/test_oracles_modal.py",
     "invariants/test_random_scenes.py",
-    "invariants/test_jitter.py",
 )
 """Where contact modes, ties and zeros decide; 10 s of a processor."""
 

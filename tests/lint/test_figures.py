@@ -60,6 +60,5 @@ def test_a_result_is_kept_as_its_verb_wrote_it(figures, tmp_path, monkeypatch):
     assert kept["command"] == "tarsus reproduce cantilever --device cantilever-1 -o out"
 
 
-@pytest.mark.xfail(strict=True, reason="the packaged mixtures are of an earlier version than docs/results")
 def test_the_packaged_mixtures_are_those_of_the_results(figures):
     assert figures.mixture_differences() == []

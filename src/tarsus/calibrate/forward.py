@@ -163,8 +163,10 @@ class Forward:
         """Differences (rows, channels, samples, nu) of readings to both sides of a set (nu,)."""
         steps = DIFFERENCE * span * np.eye(len(one))
         found = self(branch, np.concatenate([one + steps, one - steps]), rows).astype(float)
-        ahead, behind = np.nan_to_num(found[: len(one)]), np.nan_to_num(found[len(one) :])
-        return np.moveaxis(ahead - behind, 0, -1) / (2.0 * DIFFERENCE * span)
+        ahead, behind = found[: len(one)], found[len(one) :]
+        both = np.isfinite(ahead) & np.isfinite(behind)  # what was not read on both sides has no slope
+        changes = np.subtract(ahead, behind, out=np.zeros_like(ahead), where=both)
+        return np.moveaxis(changes, 0, -1) / (2.0 * DIFFERENCE * span)
 
     def _run(self, place: tuple[int, int], row: Row, values: Mapping[str, float]) -> _Run | None:
         """None where the values are none that a scene takes."""

@@ -227,6 +227,13 @@ def _inverse_of(matrix: Floats) -> Floats:
     return found - product(found, moved, found) + across + across.T
 
 
+def _inverse_basis(basis: Floats) -> Floats:
+    """Inverse of a basis (2nb, 2nb), whose rows are counted by powers of two of their own sizes: elimination that chose between
+    displacements and velocities as they are, in SI, would let an impulse displace a foot by the rounding of its speed."""
+    size = np.exp2(np.round(np.log2(np.abs(basis.real).max(axis=1, initial=0.0, keepdims=True))))
+    return inverse(basis / size) / size.T
+
+
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
     """The structure with the feet whose bits are set in ``mask`` held on the ground, with its rest gaps and gravity."""
     return unbiased_mode(system, mask).biased(system.sources)
@@ -247,7 +254,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     nz, own, kind = z.shape[1], basis is None, mz.dtype
     if basis is None:
         blocks, basis = split_modes(mz, cz, kz)
-    onto = inverse(basis)
+    onto = _inverse_basis(basis)
     if not own:
         rates = np.vstack([basis[nz:], -solve(mz, product(kz, basis[:nz]) + product(cz, basis[nz:]))])
         blocks = product(onto, rates)

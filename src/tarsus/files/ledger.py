@@ -32,7 +32,7 @@ class Ledger:
     work_in: work of the drives and of the weight; laws: work on the structure of every law that acts on a foot in the
     air, by name, below 0 where it takes energy; kinetic, elastic: change from start to end; damping, friction,
     impacts, adhesion: losses. ``adhesion`` is the kinetic energy of feet that were captured and would have bounced
-    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-24 of the plan's force
+    without adhesion. closure: \\|residual\\| over the largest term; where every term is below 1e-20 of the plan's force
     times length, over that, for then all are rounding. Where resistive laws act on feet that move less than 0.05 of the
     plan's length, it is over as much more as the account is less exact: see `tarsus.solve.series.SETTLED`.
     """

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-NOTHING = 1e-24
-"""Part of the plan's force times length below which energies are rounding: motion of 1e-12 of the length."""
+NOTHING = 1e-20
+"""Part of the plan's force times length below which energies are rounding: motion of 1e-10 of the length, which is what
+a step may err by."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""

@@ -144,4 +144,4 @@ def test_a_coordinate_without_stiffness_that_rubs_has_a_motion_at_rest():
     blocks, basis = split_modes(mass, np.diag([1.86e-2, 1.86e-2]), np.diag([0.0, 685.0]))
     assert np.isfinite(basis).all()
     rates = np.concatenate([np.linalg.eigvals(block) for block in blocks])
-    assert np.abs(rates).min() == 0.0 and (rates.real <= 0.0).all()
+    assert np.abs(rates).min() < 1e-12 * np.abs(rates).max() and (rates.real <= 0.0).all()

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from divergence import moved
+from random_scenes import wide_scene
 from tarsus.core.book import ModeBook
 from tarsus.core.modes import LinearSystem, contact_mode
 from tarsus.core.nodes import TAU, N
+from tarsus.plan.lowering import lower_scene
 
 MASS = np.array([[2.0, 0.3, 0.0], [0.3, 1.0, 0.0], [0.0, 0.0, 0.5]])
 STIFFNESS = np.array([[300.0, -100.0, 0.0], [-100.0, 250.0, -80.0], [0.0, -80.0, 90.0]])
@@ -149,3 +152,12 @@ def test_contact_modes_are_listed_once_whoever_asks():
             assert [mode.mask for mode in book.modes] == masks
     finally:
         sys.setswitchinterval(interval)
+
+
+def test_an_impulse_displaces_no_foot_at_once():
+    """Displacements and velocities were eliminated together in SI: an impulse of 1 N s displaced feet by 1e-10 m, and
+    under a thin film a foot at rest moved."""
+    system = lower_scene(moved(wide_scene(2), 1e-15, 2)).system
+    mode = contact_mode(system, 0)
+    at_once, slowest = np.abs(mode.outputs[: len(mode.mobility)] @ mode.beta.T), 5e4
+    assert at_once.max() <= 1e-15 * mode.mobility.max() / slowest

@@ -22,7 +22,7 @@ def test_draws_give_their_tails():
 
 def test_an_end_on_a_limit_of_the_search_is_open():
     draws = np.clip(np.linspace(-1.0, 1.0, 400), 0.0, None)
-    found = range_of_draws(draws, 0.0, limits=(0.0, 1.0))
+    found = range_of_draws(draws, 0.0, limits=(0.0, 2.0))
     assert found.low == -np.inf and found.high == pytest.approx(0.95, abs=0.01)
     assert found.text("m").startswith("below 9") and found.half_width() == np.inf
 
