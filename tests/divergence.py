@@ -34,7 +34,7 @@ TIMES = 400
 def moved(scene: ts.Scene, size: float, seed: int) -> ts.Scene:
     """The scene with its structure, gaps and gains moved by up to ``size``, relative.
 
-    Symmetric matrices stay so, and equal gaps equal: of two feet at one place the higher one would never touch the ground.
+    Symmetric matrices stay so, and equal gaps equal: of two feet at one place the higher would never land.
     """
     changes: dict[str, Any] = {}
     for path in float_paths(scene):

@@ -32,7 +32,7 @@ ENGINE = (
     "analytic/test_oracles_modal.py",
     "invariants/test_random_scenes.py",
 )
-"""Where contact modes, ties and zeros decide; 10 s of a processor."""
+"""Where contact modes, ties and zeros decide; 8 s of a processor."""
 
 
 def run_engine(environment: dict[str, str], *options: str) -> str:

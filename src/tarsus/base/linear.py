@@ -137,7 +137,7 @@ def condition_of(a: Floats) -> float:
 
 def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
     """Squared angular frequencies (n,) [1/s^2], ascending, and shapes (n, n), columns P with P^T M P = 1, of a mass
-    matrix and the symmetric part of a stiffness matrix. Raises numpy's LinAlgError unless the first is positive definite.
+    matrix and the symmetric part of a stiffness matrix. Raises numpy's LinAlgError unless that is positive definite.
     """
     root = inverse(cholesky(mass))
     squared, vectors = eigh(product(root, stiffness, root.T))

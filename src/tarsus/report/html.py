@@ -58,8 +58,8 @@ def table(
 
 
 CARDS, LETTERS = 4, 40
-"""Columns from which on, and letters of all titles beyond which, a narrow screen shows rows as cards below each other where
-a wide one has a table: the last columns would be beyond its edge."""
+"""Columns from which on, and letters of all titles beyond which, a narrow screen shows rows as cards below each other
+where a wide one has a table: the last columns would be beyond its edge."""
 
 
 def _titles(columns: Sequence[Column], over: Sequence[tuple[str, int]]) -> list[str]:

@@ -157,7 +157,7 @@ def test_what_is_one_to_rounding_is_a_level_line():
     low, high = level_limits(level) or (0.0, 0.0)
     assert low < 0.64 and high > 0.69
     assert level_limits(level, level + 1e-6) is None and level_limits(np.zeros(3)) is None
-    charts, (panel,) = stack([1.0])
+    _, (panel,) = stack([1.0])
     panel.plot(np.arange(20.0), level, color=BLUE)
     assert panel.spec([])["limits"] == pytest.approx((low, high))
     panel.set_ylim(bottom=0.0)
