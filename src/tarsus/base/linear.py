@@ -51,7 +51,8 @@ def _typed(real: Any, complex_: Any, *arrays: Array) -> tuple[Any, list[Array]]:
 
 def length(a: Array) -> Any:
     """Euclidean lengths of the columns (n, m) -> (m,), or that of a vector."""
-    return np.sqrt((a.real * a.real + a.imag * a.imag).sum(axis=0))
+    real, imag = np.real(a), np.imag(a)
+    return np.sqrt((real * real + imag * imag).sum(axis=0))
 
 
 def solve(a: Array, b: Array) -> Array:
@@ -107,7 +108,7 @@ def eig(a: Floats) -> tuple[Array, Array]:
     Balanced by powers of two, brought to a Hessenberg matrix by Householder's reflections and to a triangle by QR steps
     with Wilkinson's shift; the vectors from the triangle. Raises numpy's LinAlgError where that does not converge.
     """
-    found = _linear.eig(np.ascontiguousarray(a, np.float64))
+    found: Any = _linear.eig(np.ascontiguousarray(a, np.float64))
     if found is None:
         raise np.linalg.LinAlgError("eigenvalues did not converge")
     return found

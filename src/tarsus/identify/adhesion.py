@@ -210,7 +210,7 @@ def _line(duration: Floats, pull: Floats, error: Floats, late: Floats) -> Line:
         if abs(new - scatter) < 1e-3 * (new + np.sqrt(variance.mean())):
             break
         scatter = new
-    return Line(np.asarray(values, dtype=np.float64), free, scatter, weights)
+    return Line(np.asarray(values, dtype=np.float64), np.asarray(free, dtype=np.float64), scatter, weights)
 
 
 def _draws(

@@ -116,7 +116,8 @@ def within(
             middle, spread = float(drawn.mean()), float(drawn.std())
             ends = (low - middle) / spread, (high - middle) / spread
             share = norm.cdf((drawn - middle) / spread)
-            moved = np.clip(middle + spread * truncnorm.ppf(share, *ends), low, high)  # rounding
+            within: Floats = np.asarray(truncnorm.ppf(share, *ends), dtype=np.float64)
+            moved = (middle + spread * within).clip(low, high)  # rounding
             if follow:
                 off = samples - samples.mean(axis=0)
                 samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))

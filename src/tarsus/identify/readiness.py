@@ -75,7 +75,7 @@ def _of_signal(name: str, one: RecordSet) -> list[str]:
     """Sentences on a signal that does not fit the purpose, or is needed and missing."""
     swept = isinstance(one.signal, SweptSine)
     if one.purpose is Purpose.MODAL and not swept:
-        given = "none" if one.signal is None else f"'{one.signal.kind}'"
+        given = "none" if one.signal is None else f"'{getattr(one.signal, 'kind', '')}'"
         return [
             f"records.{name}.signal: sweeps (purpose 'modal') need the swept sine that drove them, which tells the "
             f"band; got {given}"

@@ -273,7 +273,7 @@ def _draws(
     if len(numbers) < FEWEST:
         return allowed * np.random.default_rng([seed, 11]).standard_normal(DRAWS)
     weight = 1.0 / _variance(covariance, whole.value)
-    information = np.bincount(which, weight * approach**2)
-    score = np.bincount(which, weight * approach * (departure - whole.value * approach))
+    shares = weight * approach**2, weight * approach * (departure - whole.value * approach)
+    information, score = (np.asarray(np.bincount(which, share), dtype=np.float64) for share in shares)
     own = newton_draws(information[:, None, None], score[:, None], seed)[:, 0]
     return own * max(1.0, allowed / float(np.std(own)))

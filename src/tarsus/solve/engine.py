@@ -204,8 +204,8 @@ def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Se
     out.gap_zero = 1e-14
     out.force_zero = 1e-13
     out.speed_zero = 1e-13 * plan.rate
-    given = accuracy.flight is not None
-    out.rest_height, out.least_flight = (0.0, accuracy.flight) if given else (FLIGHT, LEAST_FLIGHT)
+    given = accuracy.flight
+    out.rest_height, out.least_flight = (FLIGHT, LEAST_FLIGHT) if given is None else (0.0, given)
     out.least_progress = 1e-10 / plan.rate
     out.probe = 1e-7
     out.most_steps, out.first_class = accuracy.steps, 0

@@ -148,7 +148,7 @@ class GradientRun(Run):
                 rows[event:] = np.nan
             rows[:, E_TIME] = rows[given, E_TIME]
             whole[np.isnan(rows[kept, E_APEX])] = np.nan
-            rows[np.ix_(kept, [E_APEX, E_APEX_TIME])] = whole
+            rows[kept[:, None], [E_APEX, E_APEX_TIME]] = whole
             fields = {name: rows[kept, column] for column, name in enumerate(EVENT_TYPE.names or ())}
             fields |= {"foot": self.log.events[kept, E_FOOT], "kind": self.log.events[kept, E_KIND]}
             found = np.zeros(len(kept), dtype=EVENT_TYPE)
