@@ -71,8 +71,8 @@ def test_a_film_of_ones_own_in_which_feet_hardly_move_needs_no_tiny_steps() -> N
 
 @pytest.mark.parametrize("seed", [145, 335, 517, 307, 275])
 def test_what_a_film_does_as_its_momentum_jumps_between_steps_is_in_the_account(seed: int) -> None:
-    """Up to 1e-3 of the largest energy was missing: a step ends with the momentum of its polynomial, and the next begins
-    with that of the gap; the more so the stronger the film is. 275 has a weak one, the others strong ones."""
+    """Up to 1e-3 of the largest energy was missing: a step ends with the momentum of its polynomial, and the next
+    begins with that of the gap; the more so the stronger the film is. 275 has a weak one, the others strong ones."""
     run = ts.simulate(wide_scene(seed))
     assert run.ok
     assert run.ledger.closure < 1e-9
@@ -80,8 +80,8 @@ def test_what_a_film_does_as_its_momentum_jumps_between_steps_is_in_the_account(
 
 
 def test_a_run_under_a_strong_film_ends_with_the_velocities_that_its_last_step_shows() -> None:
-    """They were 1e-4 m/s off, those of the momentum of a gap between two nodes. An implicit integration of the equations
-    of motion (Radau, rtol 1e-7) ends with 1.9050841e-14 J."""
+    """They were 1e-4 m/s off, those of the momentum of a gap between two nodes. An implicit integration of the
+    equations of motion (Radau, rtol 1e-7) ends with 1.9050841e-14 J."""
     run = ts.simulate(wide_scene(145))
     assert run.ledger.kinetic == pytest.approx(1.9050841e-14, rel=1e-6)
     np.testing.assert_allclose(run.at([run.end_time]).kinetic, run.ledger.kinetic, rtol=1e-9)
