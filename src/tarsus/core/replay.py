@@ -64,7 +64,8 @@ class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
     work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth: work of the
-    ground's forces on the structure; parts (np, nr): what of it single laws have done.
+    ground's forces on the structure; parts (np, nr): what of it single laws have done. swing (m,) [m]: between the lowest
+    and the highest gap of each foot at the starts of the steps.
     """
 
     time: Floats
@@ -73,6 +74,7 @@ class Integrals:
     resistive: Floats
     smooth: Floats
     parts: Floats
+    swing: Floats
 
 
 WHOLE = 4  # energies that are of all laws, in the order of Integrals
@@ -84,10 +86,13 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
     trace (nr, width): rows as the kernel records them; parts: laws whose work is told apart.
     """
     work = np.zeros((WHOLE + len(parts), len(trace)))
+    gaps = np.zeros((len(trace), system.normals.shape[1]))
     for q, mode in enumerate(book.modes):
         found = np.flatnonzero(trace[:, T_MODE] == q)
         for rows in (found[part] for part in chunks(len(found), trace.shape[1])):
             state, inputs = started(mode, trace, rows)
+            x = (state @ mode.to_physical.T + mode.offset)[:, : len(system.mass)]
+            gaps[rows] = system.rest_gap + x @ system.normals
             split = _Split(system, book, q, parts)
             whole = trace[rows, T_FRACTION] == 1.0
             if parts:
@@ -101,7 +106,9 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
     _jumps(work, trace[:, T_JUMPS], parts)
     total = np.cumsum(work, axis=1)
     time = trace[:, T_TIME] + trace[:, T_LENGTH] * trace[:, T_FRACTION]
-    return Integrals(time, *total[:WHOLE], total[WHOLE:])
+    return Integrals(
+        time, *total[:WHOLE], total[WHOLE:], np.ptp(gaps, axis=0) if len(gaps) else np.zeros(gaps.shape[1])
+    )
 
 
 def _jumps(work: Floats, jumps: Floats, parts: Sequence[Part]) -> None:

@@ -187,7 +187,7 @@ def execute(
     events, event_end, finish, trace, mode, pending, physical = rest
     return RawRuns(
         codes, finish, events, event_end, trace=trace, book=book, mode=mode, pending=pending, physical=physical
-    )
+    )  # fmt: skip
 
 
 def row_bytes(plan: Plan) -> int:

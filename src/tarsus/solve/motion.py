@@ -105,6 +105,12 @@ class Replayed:
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
         return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
 
+    @property
+    def swing(self) -> Floats | None:
+        """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
+        account closes (`tarsus.solve.series.RESOLVED`)."""
+        return self.energies.swing
+
 
 def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:
     """States of a walker, what it does along the way, and its energies as the engine sums them up, of its samples."""
@@ -168,6 +174,10 @@ class Marched:
         place, feet, _, _ = self.log.end
         x, v = (np.concatenate([place[k], feet[:, ::-1, k].ravel()]) for k in range(2))
         return np.concatenate([x, v])
+
+    @property
+    def swing(self) -> Floats | None:
+        return None
 
 
 Motion = Replayed | Marched

@@ -24,6 +24,12 @@ Floats = NDArray[np.float64]
 NOTHING = 1e-20
 """Part of the plan's force times length below which energies are rounding: motion of 1e-10 of the length, which is what
 a step may err by."""
+RESOLVED = 1.5e-5
+"""Way of a foot in a resistive law, as part of the plan's length, below which its account closes less exactly. Where a
+foot lands the powers of time of its momentum P leave 3e-13 P of rounding (as measured), and a way x through a film as
+thick as the length changes P by 2 x of itself: 1.5e-13 / x is 1e-8, what counts as closed, at 1.5e-5."""
+LEAST = 1e-12
+"""Way of a foot, as part of the plan's length, below which it is rounding."""
 FEWEST, MOST, PER_PERIOD, PER_CYCLE = 2001, 20001, 400, 6
 VALUES = 4_000_000
 """Numbers that the series of a run have together, about, where that leaves them enough samples."""
@@ -157,8 +163,19 @@ def ledger(run: Run) -> Ledger:
     residual = gained - spent - change_k - change_e
     sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
     length, force, _ = row.scales[0]
-    largest = max(*map(abs, sizes), NOTHING * force * length)
+    largest = max(_unresolved(run, first, last) * max(map(abs, sizes)), NOTHING * force * length)
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
         closure=abs(residual) / largest,
     )  # fmt: skip
+
+
+def _unresolved(run: Run, first: Floats, last: Floats) -> float:
+    """How many times less exactly than others the account closes where feet hardly move in a resistive law."""
+    swing, row = run.motion.swing, run.motion.acting.rows
+    if swing is None or not swing.size or not run.motion.acting.on("momentum"):
+        return 1.0
+    normals = run.plan.system.normals
+    ends = np.ptp([z[: len(normals)] @ normals for z in (first, last)], axis=0)
+    way = float(max(swing.max(), ends.max()))
+    return max(1.0, RESOLVED / max(way / row.scales[0, 0], LEAST))

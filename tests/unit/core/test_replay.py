@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tarsus.core.arrays import T_CLASS, T_FRACTION, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
+from tarsus.core.arrays import T_CLASS, T_FRACTION, T_JUMPS, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
 from tarsus.core.book import ModeBook
 from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import TAU, N
@@ -121,3 +121,19 @@ def test_split_off_part_of_the_smooth_force():
         fine = sample(plan.sources, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
         expected = np.trapezoid(0.5 * fine.rate[0] ** 2, dx=fraction * LENGTHS[3] / 4000)
         assert half.parts[0, 0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_work_of_a_momentum_that_jumps_is_that_of_resistive_laws_by_their_shares():
+    plan = system(90.0, 0.2)
+    book, trace = recorded(plan, 3, 1.0)
+    third = Part(True, lambda gap, rate, time: momentum(time / LENGTHS[3])[:, None] / 3.0)
+    smooth = Part(False, lambda gap, rate, time: 0.5 * rate)
+    before = integrate(plan, book, trace, [third, smooth])
+    trace[0, T_JUMPS] = 0.3 * before.resistive[0]
+    after = integrate(plan, book, trace, [third, smooth])
+    assert after.resistive[0] == pytest.approx(1.3 * before.resistive[0], rel=1e-14)
+    np.testing.assert_allclose(after.parts[0], 1.3 * before.parts[0], rtol=1e-14)
+    np.testing.assert_allclose(after.parts[0], after.resistive / 3.0, rtol=1e-11)
+    for kind in ("work", "damping", "smooth"):
+        assert getattr(after, kind) == getattr(before, kind)
+    assert after.parts[1] == before.parts[1]
