@@ -116,7 +116,7 @@ def within(
             middle, spread = float(drawn.mean()), float(drawn.std())
             ends = (low - middle) / spread, (high - middle) / spread
             share = norm.cdf((drawn - middle) / spread)
-            within: Floats = np.asarray(truncnorm.ppf(share, *ends), dtype=np.float64)
+            within: Floats = np.real(truncnorm.ppf(share, *ends))
             moved = (middle + spread * within).clip(low, high)  # rounding
             if follow:
                 off = samples - samples.mean(axis=0)
