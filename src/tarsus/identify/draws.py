@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +117,7 @@ def within(
             middle, spread = float(drawn.mean()), float(drawn.std())
             ends = (low - middle) / spread, (high - middle) / spread
             share = norm.cdf((drawn - middle) / spread)
-            within: Floats = np.real(truncnorm.ppf(share, *ends))
+            within: Any = truncnorm.ppf(share, *ends)
             moved = (middle + spread * within).clip(low, high)  # rounding
             if follow:
                 off = samples - samples.mean(axis=0)
