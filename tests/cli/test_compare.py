@@ -39,7 +39,11 @@ def test_a_run_is_the_same_as_itself(tarsus, runs):
 def test_what_is_told_of_intervals(tarsus, tmp_path):
     """Of a number well within the interval that the device states, of one beyond, and of one that has none."""
     scene = ts.load_scene("cantilever")
-    damping, adhesion, gap = "robot.structure.damping_ratios.0", "ground.adhesion.initial", "robot.feet.tip.gap"
+    damping, adhesion, gap = (
+        "robot.structure.damping_ratios.0",
+        "ground.adhesion.initial",
+        "robot.feet.tip.gap",
+    )
     low, high = scene.interval(damping)
     changes = {damping: low + 0.3 * (high - low), adhesion: 2.0 * scene.interval(adhesion)[1], gap: 71e-6}
     other = tmp_path / "other.toml"

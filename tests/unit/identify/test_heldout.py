@@ -28,7 +28,9 @@ def test_a_sampled_record_is_counted_as_the_events_of_its_run(run, rate, noise_x
     assert found.periods == measures.bounces.n == 3
     assert found.counting.height == measures.bounces.height and found.counting.dwell == measures.bounces.dwell
     assert found.bounces == measures.bounces.value
-    assert measures.bounces.value > measures.rebounds.value, "a hop after a capture of 40 to 70 us is seen by both"
+    assert measures.bounces.value > measures.rebounds.value, (
+        "a hop after a capture of 40 to 70 us is seen by both"
+    )
     assert found.contact == pytest.approx(measures.contact_duration.value, rel=3e-3)
     assert found.peak == pytest.approx(measures.peak.value, rel=1e-3)
 
