@@ -2,6 +2,9 @@
 
 import pytest
 
+import tarsus as ts
+from tarsus.files.toml import write_scene
+
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
@@ -33,11 +36,23 @@ def test_a_run_is_the_same_as_itself(tarsus, runs):
     assert "all 43 values that both have are equal" in tarsus("compare", runs / "a", runs / "a").out
 
 
-def test_what_is_told_of_intervals(tarsus, runs):
-    found = tarsus("compare", "cantilever", "cantilever-1", "--json").json()
+def test_what_is_told_of_intervals(tarsus, tmp_path):
+    """Of a number well within the interval that the device states, of one beyond, and of one that has none."""
+    scene = ts.load_scene("cantilever")
+    damping, adhesion, gap = (
+        "robot.structure.damping_ratios.0",
+        "ground.adhesion.initial",
+        "robot.feet.tip.gap",
+    )
+    low, high = scene.interval(damping)
+    changes = {damping: low + 0.3 * (high - low), adhesion: 2.0 * scene.interval(adhesion)[1], gap: 71e-6}
+    other = tmp_path / "other.toml"
+    write_scene(ts.with_values(scene, changes), other)
+    found = tarsus("compare", "cantilever", other, "--json").json()
     inside = {row["path"]: row["inside"] for row in found["values"]}
-    assert inside["robot.structure.damping_ratios.0"] is True
-    assert inside["ground.adhesion.initial"] is False
+    assert inside == {damping: True, adhesion: False, gap: None}
+    told = tarsus("compare", "cantilever", other).out
+    assert "1 of 2 values with a 95 % interval have the other's value inside" in told
 
 
 def test_a_run_is_no_description(tarsus, runs):
@@ -46,8 +61,6 @@ def test_a_run_is_no_description(tarsus, runs):
 
 
 def test_a_page_is_made_again_without_simulating(tarsus, runs, monkeypatch):
-    import tarsus as ts
-
     monkeypatch.setattr(ts, "simulate", lambda *_, **__: pytest.fail("simulated"))
     found = tarsus("open", runs / "b", "--no-browser", "--json").json()
     assert found == {"page": str(runs / "b" / "report.html"), "made_again": True}

@@ -47,7 +47,9 @@ def test_the_orbits_on_the_page_of_periodic_motion_are_found():
     text, walking = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict = {}
     exec(text, names)
-    assert names["orbit"].kind == "stable, period 1, 5 impacts, 2 of them held"
+    assert (
+        names["orbit"].kind == "stable, period 1, 4 impacts, 1 of them held" and names["orbit"].kind in text
+    )
     assert np.abs(names["orbit"].multipliers).max() < 1e-9
     exec(walking, names)
     assert names["gait"].kind in walking and names["gait"].travel == pytest.approx(1.539e-6, rel=1e-3)
@@ -60,7 +62,9 @@ def test_the_fit_on_the_page_of_fits_finds_the_device():
     exec(text, names)
     found, problem = names["found"], names["problem"]
     assert found.values["robot.feet.tip.gap"] == pytest.approx(70e-6, rel=1e-6)
-    assert found.values["ground.restitution.coefficient"] == pytest.approx(0.377083, rel=1e-4)
+    assert found.values["ground.restitution.coefficient"] == pytest.approx(
+        problem.scene.ground.restitution.coefficient, rel=1e-4
+    )
     assert found.values["ground.film.coefficient"] == pytest.approx(1.747e-21, rel=1e-3)
     assert found.evaluations < 10 and not problem.flags(found.x)
 
@@ -70,7 +74,7 @@ def test_the_design_on_the_page_of_soft_landings_runs():
     (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict = {}
     exec(text, names)
-    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.591, abs=1e-3)
+    assert names["softer"] < 0.5 and names["plain"] == pytest.approx(0.557, abs=1e-3)
     assert "LANDING_COUNT" in names["header"]
 
 
@@ -206,7 +210,7 @@ def test_the_first_run_on_the_page_of_installation_runs():
     (text,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names: dict = {}
     exec(text, names)
-    assert names["contact"] == pytest.approx(8.68e-3, rel=1e-2) and names["bounces"] == 4
+    assert names["contact"] == pytest.approx(8.23e-3, rel=1e-2) and names["bounces"] == 3
 
 
 def test_verbs_on_the_page_of_installation_are_verbs():

@@ -121,11 +121,12 @@ def test_no_name_ends_a_comment(quick):
 
 
 def test_the_page_draws_before_and_after(quick):
+    from tarsus.report.html import amount
     from tarsus.report.landing_page import landing_html
 
     page = landing_html(quick)
     assert page.count("<b>Figure ") == 3 and "before: plain step" in page and "after: designed" in page
-    assert f"{quick.speed:.3g} m/s" in page and "LANDING_DIGEST" in page
+    assert str(amount(quick.speed, "m/s", 3)) in page and "LANDING_DIGEST" in page
 
 
 def test_a_risk_over_few_grounds_is_judged_on_all_of_them(scene):

@@ -1,4 +1,4 @@
-"""The packaged hexapod's film is thin: seen from above it is anything, and the impacts tell it, and with it the
+"""The hexapod's film is thin: seen from above it is anything, and the impacts tell it, and with it the
 restitution."""
 
 from __future__ import annotations
@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from laboratory import HEXAPOD
 from tarsus.experiment.synthesis import Instrument, Purpose, Take, recordings, rest_of
 from tarsus.files.library import load_scene
 from tarsus.identify.contact_film import film_by_impacts
@@ -25,7 +26,7 @@ TIED, LOOSE = "ground.electrostatic.coefficient", "robot.drives.pzt.law.gain"
 
 @pytest.fixture(scope="module")
 def truth():
-    scene = load_scene("hexapod")
+    scene = load_scene(HEXAPOD)
     return FootModel(scene, "foot1", "pzt", tuple(scene.robot.structure.points))
 
 

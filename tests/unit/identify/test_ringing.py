@@ -1,4 +1,4 @@
-"""Static loops of a soft robot: the packaged hexapod rings from corner to corner of the voltage, and its gain is told
+"""Static loops of a soft robot: a hexapod rings from corner to corner of the voltage, and its gain is told
 beside that."""
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from laboratory import HEXAPOD
 from tarsus.experiment.synthesis import IN_AIR, Instrument, Purpose, Take, recordings, rest_of
 from tarsus.files.library import load_scene
 from tarsus.identify.foot import FootModel
@@ -21,7 +22,7 @@ DRIVE, FOOT = "pzt", "foot1"
 
 @pytest.fixture(scope="module")
 def hexapod():
-    scene = load_scene("hexapod")
+    scene = load_scene(HEXAPOD)
     return FootModel(scene, FOOT, DRIVE, tuple(scene.robot.structure.points))
 
 

@@ -12,13 +12,14 @@ import pytest
 
 import tarsus as ts
 from chromium import found_in
+from laboratory import LABORATORY
 from tarsus.report.html import page
 from tarsus.report.packing import unpacked
 from tarsus.report.points import FRAMES, points_section
 from tarsus.report.series import series_of
 
 
-def section(name: str) -> tuple[Any, str]:
+def section(name: str | Path) -> tuple[Any, str]:
     run: Any = ts.simulate(ts.load_scene(name), 0.04)
     series = series_of(run)
     return series, points_section(run, series, series.whole, 3)
@@ -31,7 +32,7 @@ def data(text: str) -> dict[str, Any]:
 
 
 def test_it_shows_the_run() -> None:
-    series, text = section("cantilever")
+    series, text = section(LABORATORY)
     found = data(text)
     assert found["beam"] and found["names"] == list(series.points) and "Figure 3." in text
     tip = unpacked(found["y"][found["names"].index("tip")], 1)[0]
@@ -80,7 +81,7 @@ addEventListener("load", () => setTimeout(() => {
 @pytest.mark.browser
 def test_a_browser_plays_it(tmp_path: Path) -> None:
     path = tmp_path / "points.html"
-    whole = page("points", section("cantilever")[1]).replace("</head>", f"<script>{PROBE}</script></head>")
+    whole = page("points", section(LABORATORY)[1]).replace("</head>", f"<script>{PROBE}</script></head>")
     path.write_text(whole, encoding="utf-8")
     found = found_in(path)
     assert found["faults"] == [] and found["still"] == "0.00 ms" and found["end"] == "40.00 ms"
