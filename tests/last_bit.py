@@ -37,9 +37,16 @@ _STAY = (
 _LINEAR = ("solve", "inverse", "cholesky", "eigh", "svd", "eig", "pseudoinverse", "modes_of")
 
 
+def _flat(given: Any) -> list[np.ndarray]:
+    """All arrays in lists and tuples, however deep."""
+    if isinstance(given, list | tuple):
+        return [array for one in given for array in _flat(one)]
+    return [np.asarray(given)] if isinstance(given, np.ndarray | float | int | complex) else []
+
+
 def same_for(seed: int, *given: Any) -> np.random.Generator:
     """Random numbers that are the same whenever the same is given."""
-    arrays = (np.ascontiguousarray(one) for one in given if isinstance(one, np.ndarray | list | tuple))
+    arrays = [np.ascontiguousarray(one) for one in _flat(given)]
     told = [zlib.crc32(one.tobytes()) for one in arrays if one.dtype.kind in "fciu"]
     return np.random.Generator(np.random.PCG64([seed, *told]))
 
