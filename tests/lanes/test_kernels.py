@@ -21,14 +21,11 @@ from kernels import KERNELS, in_use, missing
 TESTS = Path(__file__).parents[1]
 ENGINE = (
     "unit/core/test_blocks.py",
-    "unit/core/test_modes.py",
     "unit/core/test_redundant_feet.py",
     "conformance/test_walkers.py",
-    "conformance/test_whole_walkers.py",
     "analytic/test_oracles_sequences.py",
-    "invariants/test_random_scenes.py",
 )
-"""Where contact modes, ties and zeros decide; 5 s of a processor. All tests of the engine: `.ci/kernels`."""
+"""Where contact modes, ties and zeros decide; 3 s of a processor. All tests of the engine: `.ci/kernels`."""
 
 
 def run_engine(environment: dict[str, str], *options: str) -> str:
