@@ -131,3 +131,12 @@ def test_a_hop_lower_than_the_error_of_a_step_is_followed_by_shorter_ones() -> N
     assert set(batch.codes) == {ResultCode.DONE}
     pressed = [int((batch.events(i)["kind"] == EventKind.CONTACT_AT_START).sum()) for i in range(len(batch))]
     assert 0 < max(pressed) < 20, "one or two shorter steps resolve such a hop"
+
+
+@pytest.mark.parametrize("seed", [78, 1172])
+def test_a_scene_in_which_nothing_moves_has_no_open_account(seed: int) -> None:
+    """All its energies are below 1e-20 of its force times its length: rounding, compared with rounding."""
+    run = ts.simulate(wide_scene(seed))
+    ledger, (length, force, _) = run.ledger, run.motion.acting.rows.scales[0]
+    assert run.ok and ledger.closure == 0.0
+    assert max(abs(ledger.kinetic), abs(ledger.elastic), abs(ledger.residual)) < 1e-20 * force * length

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 NOTHING = 1e-20
-"""Part of the plan's force times length below which energies are rounding: motion of 1e-10 of the length, which is what
-a step may err by."""
+"""Part of the plan's force times length below which energies are rounding, and an account of nothing else is closed:
+motion of 1e-10 of the length, which is what a step may err by."""
 RESOLVED = 1.5e-5
 """Way of a foot in a resistive law, as part of the plan's length, below which its account closes less exactly. Where a
 foot lands the powers of time of its momentum P leave 3e-13 P of rounding (as measured), and a way x through a film as
@@ -163,10 +163,11 @@ def ledger(run: Run) -> Ledger:
     residual = gained - spent - change_k - change_e
     sizes = (*terms.values(), *works.values(), impacts, adhesion, change_k, change_e, *kinetic, *elastic)
     length, force, _ = row.scales[0]
-    largest = max(_unresolved(run, first, last) * max(map(abs, sizes)), NOTHING * force * length)
+    largest = max(map(abs, sizes))
+    moved = largest > NOTHING * force * length
     return Ledger(
         **terms, kinetic=change_k, elastic=change_e, impacts=impacts, adhesion=adhesion, laws=works, residual=residual,
-        closure=abs(residual) / largest,
+        closure=abs(residual) / (_unresolved(run, first, last) * largest) if moved else 0.0,
     )  # fmt: skip
 
 
