@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import tarsus as ts
+from tarsus.solve.series import NOTHING
 
 QUICK = settings(
     max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -30,6 +31,8 @@ def check(run: ts.Run, closure: float = 1e-8) -> ts.Run:
     scale = max(abs(x) for x in terms)
     if ledger.closure > 0.0:
         scale = max(scale, abs(ledger.residual) / ledger.closure)  # below that all is rounding
+    length, force, _ = run.motion.acting.rows.scales[0]
+    scale = max(scale, NOTHING * force * length)  # and below that, wherever
     for loss in (ledger.damping, -ledger.laws.get("film", 0.0), ledger.impacts, ledger.adhesion):
         assert loss >= -1e-9 * scale
     events = run.events
