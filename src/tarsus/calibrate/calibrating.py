@@ -168,7 +168,10 @@ def solve(
 
     own = archive(problem, 0)
     fit = fitted(problem, own, search)
-    trained = tuple(tuple(_trained_predictions(problem, fit, row)) for row in range(problem.trained))
+    trained = tuple(
+        tuple(fit.predictions(problem, row, [one.readings[:, row] for one in fit.ensembles]))
+        for row in range(problem.trained)
+    )
     left, refits, discrepancy = None, None, fit.discrepancy
     if leaves:
         tally.stage = "each row left out"
@@ -184,15 +187,6 @@ def solve(
         problem, fit, tuple(tuple(ranges_of(problem.unknowns, one)) for one in fit.ensembles),
         tuple(correlations(one) for one in fit.ensembles), trained, None if refits is None else tuple(refits), left,
         discrepancy,
-    )  # fmt: skip
-
-
-def _trained_predictions(problem: Problem, fit: Fit, row: int) -> list[Prediction]:
-    """Predictions of a row that was fitted."""
-    cells = problem.objective.cells
-    return predict_row(
-        fit.ensembles, fit.weights, [one.readings[:, row] for one in fit.ensembles], cells, cells.absolute[row],
-        fit.discrepancy, problem.peak, problem.resolution,
     )  # fmt: skip
 
 

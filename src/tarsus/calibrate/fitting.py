@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +12,14 @@ from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.degrees import Freedom
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.ensemble import Ensemble, branch_weights, ensemble_of
-from tarsus.calibrate.prediction import Discrepancy, discrepancy_of
+from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
 from tarsus.calibrate.problem import Problem
 from tarsus.calibrate.search import Found, search_branches
 
 __all__ = ["Fit", "fitted"]
 
 Floats = NDArray[np.float64]
+Readings = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,17 @@ class Fit:
     def best(self) -> Ensemble:
         """Of the branch with the lowest cost."""
         return min(self.ensembles, key=lambda one: one.best)
+
+    def predictions(
+        self, problem: Problem, row: int, readings: Sequence[Readings], discrepancy: Discrepancy | None = None
+    ) -> list[Prediction]:
+        """Predictions of a row of ``problem``, fitted or left out, from the readings (nm, channels, samples) of each
+        ensemble's members there; with the fit's own discrepancy unless another is given."""
+        cells = problem.objective.cells
+        return predict_row(
+            self.ensembles, self.weights, readings, cells, cells.absolute[row], discrepancy or self.discrepancy,
+            problem.peak, problem.resolution,
+        )  # fmt: skip
 
 
 def fitted(problem: Problem, archive: Archive, search: Search, part: int = 0) -> Fit:

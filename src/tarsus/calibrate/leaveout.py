@@ -19,7 +19,7 @@ from tarsus.base.workers import Workers, is_executor, spread, workers
 from tarsus.calibrate.archive import Archive
 from tarsus.calibrate.description import Search
 from tarsus.calibrate.fitting import Fit, fitted
-from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of, predict_row
+from tarsus.calibrate.prediction import Discrepancy, Prediction, discrepancy_of
 from tarsus.calibrate.problem import Problem
 
 __all__ = ["LeftOut", "leave_each_out", "leave_out", "missed_by"]
@@ -45,11 +45,7 @@ class LeftOut:
     def predictions(self, problem: Problem, discrepancy: Discrepancy | None = None) -> list[Prediction]:
         """Predictions of the row, ``problem`` being that of the whole table; with the fit's own discrepancy unless
         another is given."""
-        cells, fit = problem.objective.cells, self.fit
-        return predict_row(
-            fit.ensembles, fit.weights, self.readings, cells, cells.absolute[self.row],
-            discrepancy or fit.discrepancy, problem.peak, problem.resolution,
-        )  # fmt: skip
+        return self.fit.predictions(problem, self.row, self.readings, discrepancy)
 
 
 def leave_out(

@@ -117,8 +117,8 @@ def within(
             middle, spread = float(drawn.mean()), float(drawn.std())
             ends = (low - middle) / spread, (high - middle) / spread
             share = norm.cdf((drawn - middle) / spread)
-            within: Any = truncnorm.ppf(share, *ends)
-            moved = (middle + spread * within).clip(low, high)  # rounding
+            inside: Any = truncnorm.ppf(share, *ends)
+            moved = (middle + spread * inside).clip(low, high)  # rounding
             if follow:
                 off = samples - samples.mean(axis=0)
                 samples += np.outer(moved - drawn, off[:, j] @ off / (off[:, j] @ off[:, j]))

@@ -142,6 +142,17 @@ void turn(Matrix<double>& a, size_t p, size_t q, double cosine, double sine) {  
   }
 }
 
+// Sweeps over all pairs of n columns until none is turned; turned(p, q): turns a pair, or says that there was no need.
+template <class Turned>
+void sweep(size_t n, Turned&& turned) {
+  bool any = true;
+  for (int round = 0; any && round < SWEEPS; round++) {
+    any = false;
+    for (size_t p = 0; p < n; p++)
+      for (size_t q = p + 1; q < n; q++) any |= turned(p, q);
+  }
+}
+
 // The columns of vectors and their values in the order of the values.
 nb::tuple ordered(const std::vector<double>& values, const Matrix<double>& vectors, bool descending) {
   std::vector<size_t> order(values.size());
@@ -170,27 +181,22 @@ nb::tuple eigh(Given<double> given) {
     }
   }
   Matrix<double> vectors = Matrix<double>::identity(n);
-  bool turned = true;
-  for (int sweep = 0; turned && sweep < SWEEPS; sweep++) {
-    turned = false;
-    for (size_t p = 0; p < n; p++) {
-      for (size_t q = p + 1; q < n; q++) {
-        const double small = std::max(EPS * std::sqrt(std::fabs(a[p][p] * a[q][q])), EPS * EPS * largest);
-        if (std::fabs(a[p][q]) > small) {
-          turned = true;
-          const auto [cosine, sine] = rotation(a[p][p], a[q][q], a[p][q]);
-          turn(a, p, q, cosine, sine);
-          for (size_t j = 0; j < n; j++) {
-            const double first = a[p][j], second = a[q][j];
-            a[p][j] = cosine * first - sine * second;
-            a[q][j] = sine * first + cosine * second;
-          }
-          turn(vectors, p, q, cosine, sine);
-        }
-        a[p][q] = a[q][p] = 0.0;
+  sweep(n, [&](size_t p, size_t q) {
+    const double between = a[p][q];
+    const bool large = std::fabs(between) > std::max(EPS * std::sqrt(std::fabs(a[p][p] * a[q][q])), EPS * EPS * largest);
+    if (large) {
+      const auto [cosine, sine] = rotation(a[p][p], a[q][q], between);
+      turn(a, p, q, cosine, sine);
+      for (size_t j = 0; j < n; j++) {
+        const double first = a[p][j], second = a[q][j];
+        a[p][j] = cosine * first - sine * second;
+        a[q][j] = sine * first + cosine * second;
       }
+      turn(vectors, p, q, cosine, sine);
     }
-  }
+    a[p][q] = a[q][p] = 0.0;
+    return large;
+  });
   std::vector<double> values;
   for (size_t i = 0; i < n; i++) values.push_back(a[i][i]);
   return ordered(values, vectors, false);
@@ -206,20 +212,14 @@ nb::tuple svd(Given<double> given) {
     return sum;
   };
   Matrix<double> vectors = Matrix<double>::identity(n);
-  bool turned = true;
-  for (int sweep = 0; turned && sweep < SWEEPS; sweep++) {
-    turned = false;
-    for (size_t p = 0; p < n; p++) {
-      for (size_t q = p + 1; q < n; q++) {
-        const double first = along(p, p), second = along(q, q), both = along(p, q);
-        if (std::fabs(both) <= EPS * std::max(first, second)) continue;  // a turn by less than rounding
-        turned = true;
-        const auto [cosine, sine] = rotation(first, second, both);
-        turn(a, p, q, cosine, sine);
-        turn(vectors, p, q, cosine, sine);
-      }
-    }
-  }
+  sweep(n, [&](size_t p, size_t q) {
+    const double first = along(p, p), second = along(q, q), both = along(p, q);
+    if (std::fabs(both) <= EPS * std::max(first, second)) return false;  // a turn by less than rounding
+    const auto [cosine, sine] = rotation(first, second, both);
+    turn(a, p, q, cosine, sine);
+    turn(vectors, p, q, cosine, sine);
+    return true;
+  });
   std::vector<double> sizes;
   for (size_t j = 0; j < n; j++) sizes.push_back(std::sqrt(along(j, j)));
   return ordered(sizes, vectors, true);
