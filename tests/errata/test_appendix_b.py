@@ -97,20 +97,12 @@ def test_e10_the_rounding_of_the_printed_matrices_covers_the_frequency_table():
 
 
 def test_e10_one_model_holds_the_printed_digits_and_the_frequency_table():
-    import importlib.util
-    import sys
-    from pathlib import Path
-
     from scipy.special import logit
 
+    from example_files import load
     from tarsus_reproduce.printed import modal_form, printed_model
 
-    path = Path(__file__).parents[2] / "examples" / "rebuild_quadruped.py"
-    spec = importlib.util.spec_from_file_location("example_rebuild", path)
-    assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = example
-    spec.loader.exec_module(example)
+    example = load("rebuild_quadruped")
     model = printed_model("hexapod")
     printed, form = example.Printed.of(model), modal_form(model.matrices)
     start = np.append((np.linalg.inv(form.shapes) / printed.scale).ravel(), logit(form.damping_ratios))

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 from pathlib import Path
 
 import pytest
+
+from example_files import load_file
 
 ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
 def figures():
-    spec = importlib.util.spec_from_file_location("figures", ROOT / "docs" / "figures.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_file(ROOT / "docs" / "figures.py")
 
 
 def test_the_pages_hold_the_tables_of_the_results(figures):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import re
 import tomllib
 from pathlib import Path
 
 import pytest
+
+from example_files import load_file
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -62,10 +63,7 @@ def test_wheels_run_on_any_machine_of_their_kind():
 
 @pytest.fixture
 def history():
-    spec = importlib.util.spec_from_file_location("history", ROOT / "benchmarks" / "history.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_file(ROOT / "benchmarks" / "history.py")
 
 
 def test_figures_of_versions_are_compared_within_a_machine(history, tmp_path, monkeypatch):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
+from example_files import load_file
 from hexapod_records import POINTS, RESTITUTION, records, runs, structure, true_column, vibrometer
 from printed_robots import hexapod
 from tarsus.experiment import ImpactMapEstimate, Window, estimate_impact_map, plain_figures, subtract
@@ -152,11 +151,7 @@ def test_what_is_wrong_is_said():
 
 @pytest.mark.slow
 def test_intervals_cover_over_many_drives():
-    spec = importlib.util.spec_from_file_location("recovery", RECOVERY)
-    assert spec is not None and spec.loader is not None
-    recovery = importlib.util.module_from_spec(spec)
-    sys.modules["recovery"] = recovery
-    spec.loader.exec_module(recovery)
+    recovery = load_file(RECOVERY, "recovery")
     result = recovery.recovery([recovery.run_trial(seed) for seed in range(40)])
     assert np.abs(result.restitution_error).max() < 0.02
     assert result.column_error.max() < 0.05

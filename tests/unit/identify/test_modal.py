@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from example_files import load_file
 from tarsus.base.errors import InputError
 from tarsus.identify import Frf, Verdict, identify_modes
 from tarsus.identify.bootstrap import Basis
 from tarsus.records.measurement import Channel, FrequencyResponse, Quantity
 
-_FILE = Path(__file__).parents[3] / "benchmarks" / "modal_recovery.py"
-_SPEC = importlib.util.spec_from_file_location("modal_recovery", _FILE)
-assert _SPEC is not None and _SPEC.loader is not None
-modal_recovery = importlib.util.module_from_spec(_SPEC)
-sys.modules["modal_recovery"] = modal_recovery
-_SPEC.loader.exec_module(modal_recovery)
+modal_recovery = load_file(Path(__file__).parents[3] / "benchmarks" / "modal_recovery.py")
 
 LINES = np.arange(100.0, 1000.0, 1.0)
 POLES = ((300.0, 0.02), (340.0, 0.015), (700.0, 0.05))
