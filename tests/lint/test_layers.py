@@ -82,7 +82,7 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
     from tarsus.base.events import EventKind, FootState
     from tarsus.core import arrays
 
-    text = (PACKAGE / "tarsus" / "core" / "native" / "kinds.hpp").read_text(encoding="utf-8")
+    text = (PACKAGE / "tarsus" / "core" / "native" / "march" / "kinds.hpp").read_text(encoding="utf-8")
     enums = {
         name: re.sub(r"//.*", "", body) for name, body in re.findall(r"enum (\w+) \{(.*?)\}", text, re.DOTALL)
     }
@@ -96,7 +96,7 @@ def test_the_engine_numbers_events_codes_and_states_as_python_does():
 def test_reasons_for_no_derivative_are_numbered_as_in_the_engine():
     from tarsus.solve import adjoint, gradients, tangents
 
-    text = (PACKAGE / "tarsus" / "core" / "native" / "tangent.hpp").read_text(encoding="utf-8")
+    text = (PACKAGE / "tarsus" / "core" / "native" / "derive" / "tangent.hpp").read_text(encoding="utf-8")
     (body,) = re.findall(r"enum Doubtful \{(.*?)\}", text, re.DOTALL)
     found = {name: int(number) for name, number in re.findall(r"(\w+) = (\d+)", body)}
     said = {

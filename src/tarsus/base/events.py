@@ -1,6 +1,6 @@
 """What happens to a foot: kinds of events, states of contact, and every change of state that the engine makes.
 
-The one home of these numbers; the engine's own are in `native/kinds.hpp`, which a test holds to this file.
+The one home of these numbers; the engine's own are in `native/march/kinds.hpp`, which a test holds to this file.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A mode may be underdamped (a complex pair), overdamped (two real eigenvalues), critically damped or a rigid body
 (a defective pair, double zero): all are general real 2 x 2 blocks here, whose exponential has a closed form
-(native/matrix2.hpp).
+(native/base/matrix2.hpp).
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ __all__ = ["EDGE_AT_START", "Seeds", "swept"]
 Floats = NDArray[np.float64]
 
 EDGE_AT_START = 5
-"""Reason of a flag: a drive's edge lies at the very start and moves, as in native/tangent.hpp."""
+"""Reason of a flag: a drive's edge lies at the very start and moves, as in native/derive/tangent.hpp."""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ __all__ = [
 Floats = NDArray[np.float64]
 
 LOST = 4
-"""Reason of a flag: the derivative could not be followed, as in native/tangent.hpp."""
+"""Reason of a flag: the derivative could not be followed, as in native/derive/tangent.hpp."""
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4

@@ -1,0 +1,38 @@
+// Gauss-Lobatto nodes of a step and the constant matrices that act on nodal values; tarsus.core.nodes makes them.
+#pragma once
+#include "base/simd.hpp"
+
+namespace tarsus {
+
+struct Nodes {
+  double tau[N];            // scaled times of the nodes, 0 to 1
+  double monomial[N][N];    // [c][j]: coefficient of s^c of the polynomial through nodal values
+  double from_value[N][N];  // the same by nodal values: [j][c]
+  double tail[N];           // highest Legendre coefficient: the truncation that controls the step
+  double derivative[N][N];  // nodal values to nodal values of the derivative by the scaled time
+  double once[N][N];        // [j][i]: integral from 0 to node i of the Lagrange polynomial of node j
+  double twice[N][N];       // the same integrated twice
+
+  Row times() const { return load(tau); }
+  // Truncation of a polynomial given by its nodal values.
+  double truncation(const Row& values) const { return std::fabs(total(values * load(tail))); }
+};
+
+// Coefficients (N) of powers of the scaled time of the polynomial through nodal values.
+inline Row powers_of(const Nodes& nodes, const double* values) { return combine(nodes.from_value[0], load(values)); }
+inline void powers_of(const Nodes& nodes, const double* values, double* out) { store(out, powers_of(nodes, values)); }
+
+// sum_c series[first + c] s^c for first + c < terms, and its derivative by s.
+inline double horner(const double* series, int first, int terms, double s) {
+  double value = series[terms - 1];
+  for (int c = terms - 2; c >= first; c--) value = value * s + series[c];
+  return value;
+}
+
+inline double horner_slope(const double* series, int first, int terms, double s) {
+  double value = (terms - 1.0 - first) * series[terms - 1];
+  for (int c = terms - 2; c > first; c--) value = value * s + (c - first) * series[c];
+  return value;
+}
+
+}  // namespace tarsus

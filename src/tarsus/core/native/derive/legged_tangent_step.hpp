@@ -1,0 +1,218 @@
+// Derivatives of the steps of a legged robot: its equations at the nodes, linearised about the run's own solution.
+//
+// A *lane* is a robot beside the run's whose state, loads and rows are derivatives by one number at fixed times. With E what a
+// leg makes of the motion V of its hip (momentum less what smooth forces put into it), the body's rates at the nodes solve
+//
+//   (M + sum R E R) dV = M dV(0) + what the legs make of everything else,
+//
+// one system of equations a step, for all lanes.
+#pragma once
+#include "legged/march.hpp"
+#include "derive/tangent.hpp"
+
+namespace tarsus::legged {
+
+// The laws of one foot linearised at the nodes of a step: slopes of momentum and smooth force by the gap, of the force by
+// the rate, of friction by its two arguments; and columns of the inverse of what makes momentum and force consistent.
+struct LinearFoot {
+  Row by_gap[2], by_rate, by_margin, by_strength;
+  Row inverse[2][2][N];
+  bool acts[2], slides;  // whether a momentum and a smooth force act in the air; sliding with friction
+};
+
+// What laws add to the rows of a lane by numbers of their own: momentum and smooth force in the air; held, strength less
+// smooth force, strength, and friction.
+struct OwnPart {
+  Row air[2], smooth, strength, bound;
+};
+
+struct LegTangents {
+  std::vector<LinearFoot> feet;   // of every leg
+  std::vector<OwnPart> own;       // (legs, lanes)
+  std::vector<Row> misfit;        // (lanes, coordinates): what numbers of the structure do to the body's momentum
+  std::vector<Row> right;         // (coordinates, nodes): misfits of the lanes
+  Factored solver;
+};
+
+// Make momentum P and smooth force F of a foot consistent with the motion that they lead to: (1 - S G) [P, F] = right side.
+inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
+  const double(*reach[2])[N][N] = {table.film, table.force};
+  std::vector<int> parts;
+  for (int a = 0; a < 2; a++) {
+    if (f.acts[a]) parts.push_back(a);
+    for (int b = 0; b < 2; b++) std::fill_n(f.inverse[a][b], N, Row(0.0));
+  }
+  const int size = int(parts.size()) * N;
+  std::vector<double> matrix(size_t(size) * size);
+  for (int r = 0; r < size; r++) {
+    const int a = parts[r / N], j = r % N;
+    for (int c = 0; c < size; c++) {
+      const int b = parts[c / N], l = c % N;
+      double value = (r == c) - f.by_gap[a][j] * reach[b][0][l][j];
+      if (a == 1) value -= f.by_rate[j] * (reach[b][1][l][j] + (b == 0 && j == l ? 1.0 / mass : 0.0));
+      matrix[size_t(r) * size + c] = value;
+    }
+  }
+  Factored solver;
+  if (!solver.factor(std::move(matrix), size)) return false;
+  for (size_t b = 0; b < parts.size(); b++) {
+    std::vector<Row> columns(size, Row(0.0));
+    for (int l = 0; l < N; l++) columns[b * N + l].set(l, 1.0);
+    solver.solve(columns.data());
+    for (int r = 0; r < size; r++) {
+      for (int l = 0; l < N; l++) f.inverse[parts[r / N]][parts[b]][l].set(r % N, columns[r][l]);
+    }
+  }
+  return true;
+}
+
+// A foot in the air from u0, w0 under the force q, what its laws do following from ``own`` and its motion.
+inline void fly_linear(const LinearFoot& f, const LegStep& table, double mass, double u0, double w0, const Row& q,
+                       const Row* own, LegRows& r) {
+  free_motion(table, u0, w0, q, r.u[UP], r.w[UP]);
+  r.film = r.smooth = Row(0.0);
+  if (f.acts[0] || f.acts[1]) {
+    const Row film = f.by_gap[0] * r.u[UP] + own[0];
+    const Row force = f.by_gap[1] * r.u[UP] + f.by_rate * r.w[UP] + own[1];
+    const auto part = [&](int a) {
+      return combine(reinterpret_cast<const double*>(f.inverse[a][0]), film) +
+             combine(reinterpret_cast<const double*>(f.inverse[a][1]), force);
+    };
+    r.film = part(0);
+    r.smooth = part(1);
+    r.u[UP] += combine(&table.film[0][0][0], r.film) + combine(&table.force[0][0][0], r.smooth);
+    r.w[UP] += combine(&table.film[1][0][0], r.film) + combine(&table.force[1][0][0], r.smooth);
+  }
+  r.rate = r.w[UP] + r.film * (1.0 / mass);
+}
+
+// Add to the matrix of the body's rates what legs and held feet make of them.
+inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of, Factored& solver) {
+  const int nb = s.coordinates(), size = nb * N;
+  std::vector<double> matrix(size_t(size) * size, 0.0);
+  const double* once = &s.nodes.once[0][0];
+  const auto add = [&](const Hip& to, const Hip& from, int l, const Row& made) {
+    for (int n = 0; n < to.count; n++) {
+      for (int c = 0; c < from.count; c++) {
+        const double by = to.by[n] * from.by[c];
+        for (int j = 0; j < N; j++) matrix[size_t(to.at[n] * N + j) * size + from.at[c] * N + l] += by * made[j];
+      }
+    }
+  };
+  for (int l = 0; l < N; l++) {
+    const Row place = load(s.nodes.once[l]) * h;
+    Row unit = Row(0.0);
+    unit.set(l, 1.0);
+    for (int b = 0; b < nb; b++) {
+      matrix[size_t(b * N + l) * size + b * N + l] += s.body.mass[b];
+      for (int c = 0; c < nb; c++) {
+        const Row made = combine(once, place) * (h * s.together.stiffness[b][c]) + place * s.together.damping[b][c];
+        for (int j = 0; j < N; j++) matrix[size_t(b * N + j) * size + c * N + l] += made[j];
+      }
+    }
+    for (int i = 0; i < s.legs(); i++) {
+      const Leg& leg = s.body.legs[i];
+      const LegStep &up = s.tables.of(k, leg.kind[UP]), &along = s.tables.of(k, leg.kind[ALONG]);
+      const Row none[2] = {Row(0.0), Row(0.0)};
+      LegRows r;
+      if (s.feet[i].contact == AIR) {
+        fly_linear(of.feet[i], up, leg.mass, 0.0, 0.0, place * leg.stiffness[UP] + unit * leg.damping[UP], none, r);
+        add(leg.hip[UP], leg.hip[UP], l, r.w[UP] * leg.mass - combine(once, r.smooth) * h);
+      } else if (of.feet[i].slides) {
+        const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
+        const Row own = of.feet[i].by_margin * pull * s.feet[i].sense;
+        free_motion(along, 0.0, 0.0, own, r.u[ALONG], r.w[ALONG]);
+        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, own) * h);
+      }
+      if (s.feet[i].held(ALONG)) continue;
+      free_motion(along, 0.0, 0.0, place * leg.stiffness[ALONG] + unit * leg.damping[ALONG], r.u[ALONG], r.w[ALONG]);
+      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass);
+    }
+  }
+  return solver.factor(std::move(matrix), size);
+}
+
+// The legs of a lane for the motion of its body, and what they do to that.
+inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTangents& of, int lane) {
+  clear_body(t);
+  for (int i = 0; i < t.legs(); i++) {
+    const Leg& leg = t.body.legs[i];
+    const LeggedFoot& foot = t.feet[i];
+    const LinearFoot& f = of.feet[i];
+    const OwnPart& own = of.own[size_t(i) * LANES + lane];
+    LegRows& r = t.rows[i];
+    if (foot.contact == AIR) {
+      const Row hip = spring(t, leg, UP);
+      fly_linear(f, s.tables.of(k, leg.kind[UP]), leg.mass, foot.u[UP], foot.w[UP], r.load[UP] + hip, own.air, r);
+      r.gap = r.u[UP] + leg.gap;
+      const Row load = r.load[UP] + r.smooth;
+      r.q[UP] = load + hip;
+      carry_free(t, i, UP, load, h, r);
+    } else {
+      r.smooth = own.smooth;
+      find_margin(t, i);
+    }
+    if (foot.contact == STUCK) continue;
+    Row load = r.load[ALONG];
+    r.bound = Row(0.0);
+    if (f.slides) {
+      r.bound = f.by_margin * r.margin + f.by_strength * own.strength + own.bound;
+      load -= r.bound * foot.sense;
+    }
+    r.q[ALONG] = load + spring(t, leg, ALONG);
+    free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+    carry_free(t, i, ALONG, load, h, r);
+  }
+}
+
+// The body's momentum [kg m/s] gained in a lane since the start of the step, from what acts on it and its legs.
+inline Row momentum_of(const Legged& t, int b, double h) {
+  return combine(&t.nodes.once[0][0], t.at.push[b]) * h - t.at.momentum[b] + t.at.drag[b];
+}
+
+// The body at the nodes from its momentum.
+inline void body_of_momentum(Legged& t, double h) {
+  const double* once = &t.nodes.once[0][0];
+  for (int b = 0; b < t.coordinates(); b++) {
+    const double inverse = 1.0 / t.body.mass[b];
+    const Row place = combine(&t.nodes.twice[0][0], t.at.push[b]) * (h * h) + combine(once, t.at.drag[b] + t.at.film[b]) * h;
+    t.at.x[b] = (place - t.at.place[b]) * inverse + t.nodes.times() * (h * t.v[b]) + t.x[b];
+    t.at.v[b] = momentum_of(t, b, h) * inverse + t.v[b];
+  }
+}
+
+// Rows of the lanes for a step of class k whose rows the run has. False where the equations are singular.
+inline bool solve_lanes(const Legged& s, std::vector<Legged>& lanes, int k, double h, LegTangents& of) {
+  const int nb = s.coordinates();
+  const double* once = &s.nodes.once[0][0];
+  if (!body_matrix(s, k, h, of, of.solver)) return false;
+  of.right.assign(size_t(nb) * N, Row(0.0));
+  for (size_t lane = 0; lane < lanes.size(); lane++) {
+    Legged& t = lanes[lane];
+    for (int b = 0; b < nb; b++) {
+      t.at.v[b] = Row(t.v[b]);
+      t.at.x[b] = s.nodes.times() * (h * t.v[b]) + t.x[b];
+    }
+    move_lane(s, t, k, h, of, int(lane));
+    for (int b = 0; b < nb; b++) {
+      Row gained = momentum_of(t, b, h);
+      if (!of.misfit.empty()) gained += of.misfit[lane * nb + b];
+      for (int j = 0; j < N; j++) of.right[b * N + j].set(int(lane), gained[j]);
+    }
+  }
+  of.solver.solve(of.right.data());
+  for (size_t lane = 0; lane < lanes.size(); lane++) {
+    Legged& t = lanes[lane];
+    for (int b = 0; b < nb; b++) {
+      Row step = Row(0.0);
+      for (int j = 0; j < N; j++) step.set(j, of.right[b * N + j][int(lane)]);
+      t.at.v[b] += step;
+      t.at.x[b] += combine(once, step) * h;
+    }
+    move_lane(s, t, k, h, of, int(lane));
+    body_of_momentum(t, h);
+  }
+  return true;
+}
+
+}  // namespace tarsus::legged

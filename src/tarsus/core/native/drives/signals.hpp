@@ -1,0 +1,159 @@
+// Drive channels: piecewise polynomials of time with marked kinks, looping for ever.
+#pragma once
+#include <vector>
+
+#include "march/batch.hpp"
+#include "base/nodes.hpp"
+
+namespace tarsus {
+
+constexpr int DEGREE = 12;  // coefficients of a piece, in xi = 2 (t - start) / (end - start) - 1
+
+// Pieces of channel c are first[c] .. first[c + 1] - 1. flat: a constant piece; sharp: its end is a kink; until [s]: from
+// its start to the next kink (infinite: none); over [s]: how far the piece before that kink may be continued beyond it.
+// loop: piece to go on with after the last one, or -1; period [s] of the loop; span: range of a channel's values.
+// A run is driven by some of the channels, each as it is or changed (see Change).
+struct Signals {
+  std::vector<int64_t> first, loop;
+  std::vector<double> start, end, coef, until, over, period, span;
+  std::vector<uint8_t> flat, sharp;
+  int channels() const { return int(loop.size()); }
+};
+
+// A channel as a run has it, and where the run is in it: shift [s], when the pieces' time began in this turn of the loop.
+struct Cursor {
+  int64_t piece, turns, first, behind, loop;
+  double shift, period, span;
+  Change change;
+};
+
+// Where a run is in the channels it is driven by. Times only grow.
+struct Player {
+  const Signals& signals;
+  const Nodes& nodes;
+  std::vector<Cursor> cursor;
+  int64_t moves = 0;         // of any channel to another piece
+  double flat_until = -INF;  // [s] until then all channels keep their values
+
+  Player(const Signals& s, const Nodes& n, size_t channels) : signals(s), nodes(n), cursor(channels) {}
+
+  int channels() const { return int(cursor.size()); }
+
+  // Start a run with channels of its own.
+  void restart(const int64_t* chosen, const Change* changes) {
+    same_until = flat_until = -INF;
+    moves++;
+    for (int c = 0; c < channels(); c++) {
+      const int64_t of = chosen[c], first = signals.first[of];
+      const Change& change = changes[c];
+      cursor[c] = {first, 0, first, signals.first[of + 1], signals.loop[of], -change.delay, signals.period[of],
+                   signals.span[of] * std::fabs(change.factor), change};
+    }
+  }
+
+  // Move a channel to the piece that holds time t.
+  void seek(int c, double t) {
+    const Signals& s = signals;
+    for (Cursor& at = cursor[c];;) {
+      const int64_t p = at.piece;
+      // within the rounding of the time itself the piece has ended: no step could reach its end
+      if (t < at.shift + s.end[p] - 1e-12 * (s.end[p] - s.start[p]) - 1e-15 * t) return;
+      if (!next_piece(at)) return;
+    }
+  }
+
+  // Go on to the piece that follows; false where there is none.
+  static bool next_piece(Cursor& at) {
+    if (at.piece + 1 < at.behind) {
+      at.piece++;
+    } else if (at.loop >= 0) {
+      at.piece = at.first + at.loop;
+      at.turns++;
+      at.shift = at.turns * at.period - at.change.delay;
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  struct Kink {
+    double left, reach;  // [s] to the next kink, and the longest step that may reach beyond it
+  };
+
+  // Move all channels to t. What is ahead stays the same until one of them changes its piece.
+  TARSUS_INLINE Kink next_kink(double t) {
+    if (!(t < same_until - 1e-15 * t)) move(t);
+    return {kink - t, reach - t};
+  }
+
+  template <class Real>
+  TARSUS_INLINE Real polynomial(const Change& change, int64_t p, const Real& xi) const {
+    const double* k = signals.coef.data() + DEGREE * p;
+    Real value = Real(k[DEGREE - 1]);
+    for (int c = DEGREE - 2; c >= 0; c--) value = value * xi + k[c];
+    return value * change.factor + change.offset;
+  }
+
+  // Value at time t within the cursor's piece (from the left at a kink).
+  double value(int c, double t) const {
+    const Cursor& at = cursor[c];
+    const int64_t p = at.piece;
+    if (signals.flat[p]) return level(at);
+    const double begun = t - at.shift - signals.start[p];
+    return polynomial(at.change, p, 2.0 * begun / (signals.end[p] - signals.start[p]) - 1.0);
+  }
+
+  // Values at the nodes of the step [t, t + h]; true where they are constant. A step may reach beyond a kink: the
+  // stretch before the kink is continued, and the step is cut at the kink.
+  bool fill(int c, double t, double h, double* out) const {
+    const Signals& s = signals;
+    const Cursor& now = cursor[c];
+    const int64_t p = now.piece;
+    if (s.flat[p] && (s.sharp[p] || t + h <= now.shift + s.end[p])) {
+      store(out, Row(level(now)));
+      return true;
+    }
+    // times from the start of the piece: those from t = 0 would round each node differently, which a short piece shows
+    const double begun = t - now.shift - s.start[p], length = s.end[p] - s.start[p];
+    if (s.sharp[p] || begun + h <= length) {
+      store(out, polynomial(now.change, p, (begun + nodes.times() * h) * (2.0 / length) - 1.0));
+      return false;
+    }
+    Cursor at = now;
+    double from = begun;
+    for (int j = 0; j < N; j++) {
+      while (from + nodes.tau[j] * h > s.end[at.piece] - s.start[at.piece] && !s.sharp[at.piece]) {
+        if (!next_piece(at)) break;
+        from = t - at.shift - s.start[at.piece];
+      }
+      out[j] = polynomial(at.change, at.piece, 2.0 * (from + nodes.tau[j] * h) / (s.end[at.piece] - s.start[at.piece]) - 1.0);
+    }
+    return false;
+  }
+
+ private:
+  double same_until = -INF;        // end of the first piece to end
+  double kink = INF, reach = INF;  // times of the next kink, and up to which a step may reach beyond it
+
+  double level(const Cursor& at) const { return signals.coef[DEGREE * at.piece] * at.change.factor + at.change.offset; }
+
+  TARSUS_APART void move(double t) {
+    const Signals& s = signals;
+    moves++;
+    same_until = kink = reach = flat_until = INF;
+    for (int c = 0; c < channels(); c++) {
+      seek(c, t);
+      const Cursor& at = cursor[c];
+      const int64_t p = at.piece;
+      const double next = at.shift + s.start[p] + s.until[p];
+      const bool last = p + 1 == at.behind && at.loop < 0;
+      if (!last) same_until = std::min(same_until, at.shift + s.end[p] - 1e-12 * (s.end[p] - s.start[p]));
+      kink = std::min(kink, next);
+      if (!s.sharp[p]) flat_until = std::min(flat_until, at.shift + s.end[p]);
+      if (!s.flat[p]) flat_until = -INF;
+      if (!(s.flat[p] && s.sharp[p])) reach = std::min(reach, next + s.over[p]);
+    }
+  }
+};
+
+}  // namespace tarsus

@@ -1,0 +1,180 @@
+// Energy that every force passes on within a step, each integrated for itself.
+#pragma once
+#include "legged/motion.hpp"
+
+namespace tarsus::legged {
+
+constexpr double UNSEEN = 1e-9;  // relative truncation that an account, which closes to 1e-8, may pass over
+constexpr double UNSEEN_SHARE = 1e-3;  // and the share of one of several films, whose sum is as exact as ever
+
+// Integral of rate dP over a stretch of scaled time whose nodes do not see how a film P changes, from its values ``low`` to
+// ``high`` at the ends; w: the rate without it at the nodes. By parts, with p = P - high: p^2/2m - rate p at the start, and
+// - int p dw, for w hardly changes in so short a time.
+inline double film_by_parts(const Between& between, const Row& w, const Row& film, double mass, double low, double high) {
+  const double first = low - high;
+  return first * (0.5 * first / mass - w[0] - low / mass) -
+         total((film - high) * combine(&between.slope[0][0], w) * load(between.weights));
+}
+
+// A stretch of the step, in scaled time: rows on it from rows on the step.
+struct Stretch {
+  double start, width;
+  double matrix[N][N];
+
+  Stretch(const Legged& s, double from, double wide) : start(from), width(wide) {
+    if (whole()) return;
+    const Row x = s.nodes.times() * width + start;
+    for (int j = 0; j < N; j++) {
+      Row value = Row(s.between.powers[j][N - 1]);
+      for (int c = N - 2; c >= 0; c--) value = value * x + s.between.powers[j][c];
+      store(matrix[j], value);
+    }
+  }
+  bool whole() const { return start == 0.0 && width == 1.0; }
+  Row of(const Row& values) const { return whole() ? values : combine(&matrix[0][0], values); }
+};
+
+// A leg on a stretch: its rate without the film's momentum at the nodes, and displacements at the ends.
+struct Path {
+  Row w;
+  double low, high;
+};
+
+// How integrals of a step were taken, in order, where they are to be taken again beside it as they were.
+struct Choices {
+  std::vector<uint8_t> made;
+  size_t next = 0;
+  bool again = false;
+};
+
+struct Account {
+  Legged& s;
+  const double h;
+  Choices* kept = nullptr;
+
+  bool chosen(bool own) const {
+    if (kept == nullptr) return own;
+    if (kept->again) return kept->next < kept->made.size() && kept->made[kept->next++] != 0;
+    kept->made.push_back(own);
+    return own;
+  }
+
+  double integral(const Row& values) const { return total(values * load(s.between.weights)); }
+  bool seen(const Row& w) const { return s.nodes.truncation(w) <= UNSEEN * highest(magnitude(w)); }
+
+  // Integral of rate dP, with w and the film's momentum P at the nodes, ``low`` and ``high`` at the ends.
+  //
+  // A film much thinner than the way of the foot changes P where the nodes do not see it: then by parts.
+  double by_film(const Row& w, const Row& film, const Row& rate, double mass, double low, double high,
+                 double unseen = UNSEEN) const {
+    const double* slope = &s.between.slope[0][0];
+    const double missed = s.nodes.truncation(film) + std::fabs(film[0] - low) + std::fabs(film[N - 1] - high);
+    if (chosen(missed <= unseen * highest(magnitude(film - high)))) return integral(combine(slope, film) * rate);
+    return film_by_parts(s.between, w, film, mass, low, high);
+  }
+
+  // The same law by law, of a foot in the air; see ActingLaws::shares. Where a film of several laws is thinner than the
+  // way of the foot the nodes do not see how they share its work.
+  void add_shares(int i, const Stretch& over, const Path& path, const Row& rate) {
+    const Leg& leg = s.body.legs[i];
+    const LegRows& r = s.rows[i];
+    const auto &resistive = s.laws.laws.terms[MOMENTUM], &smooth = s.laws.laws.terms[FORCE];
+    size_t share = 0;
+    for (size_t n = 0; n + 1 < resistive.size(); n++) {
+      const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
+      const double low = s.laws.momentum_of(resistive[n], leg.foot, path.low + leg.gap);
+      const double high = s.laws.momentum_of(resistive[n], leg.foot, path.high + leg.gap);
+      const Row without = rate - film * (1.0 / leg.mass);  // what the other films put into the rate is in it
+      s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
+    }
+    const Row now = s.nodes.times() * h + s.clock.time;
+    for (size_t n = 0; n + 1 < smooth.size(); n++) {
+      const Row force = s.laws.force_of(smooth[n], leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+      s.shares[share++] += integral(over.of(force) * rate) * h * over.width;
+    }
+  }
+
+  // What a foot that nothing holds in direction d passes on over a stretch.
+  void add(int i, int d, const Stretch& over, const Path& path) {
+    const Leg& leg = s.body.legs[i];
+    const LeggedFoot& foot = s.feet[i];
+    const LegRows& r = s.rows[i];
+    const double span = h * over.width;
+    Row rate = path.w;
+    if (d == UP && foot.filmed()) {
+      const Row film = over.of(r.film);
+      rate += film * (1.0 / leg.mass);
+      const double low = s.film(i, path.low + leg.gap);
+      const double high = s.film(i, path.high + leg.gap);
+      s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
+    }
+    if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);
+    const Row across = rate - over.of(leg.hip[d].motion(s.at.v));
+    s.energy.damping += leg.damping[d] * integral(across * across) * span;
+    s.energy.work += integral(over.of(r.load[d]) * rate) * span;
+    if (d == UP && foot.force) s.energy.smooth += integral(over.of(r.smooth) * rate) * span;
+    if (d == ALONG && foot.contact == SLIPPING) {
+      s.energy.friction += integral(over.of(r.bound) * rate) * foot.sense * span;
+    }
+  }
+
+  // The exact motion of a leg over a stretch.
+  Path path(int i, int d, const Stretch& over) const {
+    Path out;
+    for (int n = 0; n < N; n++) {
+      const Motion at = leg_at(s, i, d, h, over.start + s.nodes.tau[n] * over.width);
+      out.w.set(n, at.w);
+      out.high = at.u;
+      if (n == 0) out.low = at.u;
+    }
+    return out;
+  }
+
+  void of_body(const Stretch& over) {
+    const int nb = s.coordinates();
+    for (int b = 0; b < nb; b++) {
+      Row push = Row(-s.body.weight[b]);
+      for (int d = 0; d < s.body.drives; d++) {
+        if (s.body.load[d * nb + b] != 0.0) push += s.channels[d] * s.body.load[d * nb + b];
+      }
+      s.energy.work += integral(over.of(push) * over.of(s.at.v[b])) * h * over.width;
+    }
+  }
+
+  // A leg over the step up to the end of ``over``, where it is at displacement ``end``.
+  void of_leg(int i, int d, const Stretch& over, double end) {
+    const Leg& leg = s.body.legs[i];
+    const LeggedFoot& foot = s.feet[i];
+    if (foot.held(d)) {
+      const Row rate = over.of(leg.hip[d].motion(s.at.v));
+      s.energy.damping += leg.damping[d] * integral(rate * rate) * h * over.width;
+      return;
+    }
+    const Row& w = s.rows[i].w[d];
+    if (chosen(seen(w))) return add(i, d, over, {over.of(w), foot.u[d], end});
+    // a fast decay at the start that the nodes do not see is taken on stretches that halve towards it
+    const double fast = s.tables.rate[leg.kind[d]] * h;
+    Stretch rest = over;
+    Path here = path(i, d, rest);
+    while (chosen(fast * rest.width >= 1.0 && !seen(here.w))) {
+      const double half = 0.5 * rest.width;
+      const Stretch later(s, half, half);
+      add(i, d, later, path(i, d, later));
+      rest = Stretch(s, 0.0, half);
+      here = path(i, d, rest);
+    }
+    add(i, d, rest, here);
+  }
+};
+
+// Add the energies of the step up to scaled time ``fraction``, where the legs are as in ``end``.
+inline void add_energies(Legged& s, double h, double fraction, Moment& end, Choices* kept = nullptr) {
+  Account account{s, h, kept};
+  const Stretch over(s, 0.0, std::min(fraction, 1.0));
+  account.of_body(over);
+  for (int i = 0; i < s.legs(); i++) {
+    for (int d = 0; d < DIRECTIONS; d++) account.of_leg(i, d, over, end.of(i, d).u);
+  }
+}
+
+}  // namespace tarsus::legged

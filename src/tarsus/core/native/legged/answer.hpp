@@ -1,0 +1,165 @@
+// How the body of a legged robot answers its own legs within a step: what lets the repetition of legged/step.hpp settle fast.
+#pragma once
+#include "base/dense.hpp"
+#include "legged/legged.hpp"
+
+namespace tarsus::legged {
+
+// Sum up what all feet do to the body, anew after a contact changed.
+inline void gather(Legged& s) {
+  s.together = {};
+  s.solved = -1;
+  for (int i = 0; i < s.legs(); i++) {
+    const Leg& leg = s.body.legs[i];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      const Hip& hip = leg.hip[d];
+      const bool held = s.feet[i].held(d);
+      for (int n = 0; n < hip.count; n++) {
+        const int b = hip.at[n];
+        if (held) s.together.offset[b] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
+        for (int l = 0; l < hip.count; l++) {
+          const int c = hip.at[l];
+          const double by = hip.by[n] * hip.by[l];
+          if (held) {
+            s.together.stiffness[b][c] += by * leg.stiffness[d];
+            s.together.damping[b][c] += by * leg.damping[d];
+          } else {
+            s.together.mass[d][b][c] += by * leg.mass;
+          }
+        }
+      }
+    }
+  }
+}
+
+// What the legs take from the body that is displaced by rows x over a step of class k: held ones through spring and damper,
+// those in the air by following with their mass. All that are in the air are taken to move as the first leg would.
+struct Answer {
+  const Together& all;
+  const Nodes& nodes;
+  const LegStep* leg[DIRECTIONS];
+  const double h;
+  const int size;
+
+  Answer(const Legged& s, int k) : all(s.together), nodes(s.nodes), h(s.tables.lengths[k]), size(s.coordinates()) {
+    for (int d = 0; d < DIRECTIONS; d++) leg[d] = &s.tables.of(k, s.body.legs[0].kind[d]);
+  }
+
+  // What displacements of all coordinates take from the momentum of b [N s].
+  Row momentum(int b, const Row* x) const {
+    Row push = Row(0.0), out = Row(0.0);
+    for (int c = 0; c < size; c++) {
+      push += x[c] * all.stiffness[b][c];
+      out += x[c] * all.damping[b][c];
+    }
+    out += combine(&nodes.once[0][0], push) * h;
+    return out + following(b, x, 1, -1);
+  }
+
+  // What displacements of the other coordinates take from the integral of b's momentum [kg m].
+  Row place(int b, const Row* x) const {
+    Row push = Row(0.0), drag = Row(0.0);
+    for (int c = 0; c < size; c++) {
+      if (c == b) continue;
+      push += x[c] * all.stiffness[b][c];
+      drag += x[c] * all.damping[b][c];
+    }
+    return combine(&nodes.twice[0][0], push) * (h * h) + combine(&nodes.once[0][0], drag) * h + following(b, x, 0, b);
+  }
+
+  // Whether other coordinates take more of b than is lost on the repetition, as a share of what moves a hip.
+  bool linked(int b, const Body& body) const {
+    double share = 0.0;
+    for (int c = 0; c < size; c++) {
+      if (c == b) continue;
+      double mass = 0.5 * h * h * std::fabs(all.stiffness[b][c]) + h * std::fabs(all.damping[b][c]);
+      for (int d = 0; d < DIRECTIONS; d++) mass += std::fabs(all.mass[d][b][c]);
+      share += mass * body.lever[b] / (body.mass[b] * body.lever[c]);
+    }
+    return share > 1e-3;
+  }
+
+  // Columns of (mass + what b takes from its own place)^-1; false where there is none.
+  bool invert(int b, double mass, Row* solver) const {
+    Row columns[N];
+    for (int r = 0; r < N; r++) {
+      columns[r] = load(nodes.once[r]) * (all.damping[b][b] * h) + load(nodes.twice[r]) * (all.stiffness[b][b] * h * h);
+      for (int d = 0; d < DIRECTIONS; d++) columns[r] += load(leg[d]->follow[0][r]) * all.mass[d][b][b];
+      columns[r].set(r, columns[r][r] + mass);
+    }
+    return invert_columns(columns, solver);
+  }
+
+ private:
+  // Of the feet in the air, by their rate (1) or displacement (0).
+  TARSUS_INLINE Row following(int b, const Row* x, int v, int but) const {
+    Row out = Row(0.0);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (all.mass[d][b][b] == 0.0) continue;
+      Row sum = Row(0.0);
+      for (int c = 0; c < size; c++) {
+        if (c != but) sum += x[c] * all.mass[d][b][c];
+      }
+      out += combine(&leg[d]->follow[v][0][0], sum);
+    }
+    return out;
+  }
+};
+
+inline void make_solvers(Legged& s, int k) {
+  if (s.solved == k) return;
+  s.solved = k;
+  const Answer answer(s, k);
+  for (int b = 0; b < s.coordinates(); b++) {
+    s.linked[b] = answer.linked(b, s.body);
+    if (answer.invert(b, s.body.mass[b], s.solver[b])) continue;
+    for (int r = 0; r < N; r++) {  // taken as if no leg were there
+      s.solver[b][r] = Row(0.0);
+      s.solver[b][r].set(r, 1.0 / s.body.mass[b]);
+    }
+  }
+}
+
+constexpr int ROUNDS_OF_ANSWERS = 2;
+constexpr double ALONE = 30.0;  // a coordinate taken alone leaves less than this share of a change to the others, inverted
+
+// The body's motion at the nodes from what the legs did. Returns the largest change of a hip [m].
+inline double follow(Legged& s, int k, double h) {
+  BodyRows& at = s.at;
+  const Answer answer(s, k);
+  const double* once = &s.nodes.once[0][0];
+  Row misfit[MOST_COORDINATES], step[MOST_COORDINATES];
+  const auto change = [&] {
+    double out = 0.0;
+    for (int b = 0; b < s.coordinates(); b++) {
+      if (!finite(step[b])) return NOT_A_NUMBER;
+      out = std::max(out, highest(magnitude(step[b])) * s.body.lever[b]);
+    }
+    return out;
+  };
+  for (int b = 0; b < s.coordinates(); b++) {
+    const double mass = s.body.mass[b];
+    const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b] + at.film[b]) * h - at.place[b];
+    // the new place first: what rounding leaves of its difference from the old is then nothing, or more than it can hold
+    misfit[b] = (place * (1.0 / mass) + s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
+    step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b]);
+  }
+  double moved = change();
+  if (moved > ALONE * SETTLED * s.settings.gap) {
+    for (int n = 0; n < ROUNDS_OF_ANSWERS; n++) {
+      for (int b = 0; b < s.coordinates(); b++) {
+        if (!s.linked[b]) continue;
+        step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b] - answer.place(b, step));
+      }
+    }
+    moved = change();
+  }
+  for (int b = 0; b < s.coordinates(); b++) {
+    const Row momentum = combine(once, at.push[b]) * h - at.momentum[b] + at.drag[b] - answer.momentum(b, step);
+    at.v[b] = momentum * (1.0 / s.body.mass[b]) + s.v[b];
+    at.x[b] += step[b];
+  }
+  return moved;
+}
+
+}  // namespace tarsus::legged

@@ -1,0 +1,227 @@
+// Legged robots: a whole batch in one call.
+#include <nanobind/stl/tuple.h>
+
+#include "derive/convert.hpp"
+#include "derive/legged_tangent.hpp"
+#include "legged/whole_march.hpp"
+#include "march/rows.hpp"
+
+namespace tarsus {
+
+using namespace legged;
+
+namespace {
+
+template <class To, class From>
+std::vector<To> narrowed(const std::vector<From>& from) {
+  return std::vector<To>(from.begin(), from.end());
+}
+
+void make_body(Body* out, nb::handle group) {
+  new (out) Body();
+  out->mass = field<double>(group, "body_mass");
+  out->weight = field<double>(group, "body_weight");
+  out->lever = field<double>(group, "lever");
+  out->leg = narrowed<int>(field<int64_t>(group, "leg"));
+  out->drive = narrowed<int>(field<int64_t>(group, "drive"));
+  out->gain = field<double>(group, "gain");
+  out->load = field<double>(group, "body_load");
+  const int size = out->coordinates();
+  if (size < 2 || size > MOST_COORDINATES) throw std::invalid_argument("a rigid body has 2 to 6 coordinates");
+  out->drives = int(out->load.size()) / size;
+  const auto mass = field<double>(group, "mass"), weight = field<double>(group, "weight"),
+             gap = field<double>(group, "gap");
+  const auto stiffness = field<double>(group, "stiffness"), damping = field<double>(group, "damping");
+  const auto hip = field<double>(group, "hip");
+  const auto kind = field<int64_t>(group, "kind"), foot = field<int64_t>(group, "foot"),
+             first = field<int64_t>(group, "first");
+  for (size_t i = 0; i < mass.size(); i++) {
+    Leg leg;
+    leg.mass = mass[i];
+    leg.weight = weight[i];
+    leg.gap = gap[i];
+    leg.foot = int(foot[i]);
+    leg.first = int(first[i]);
+    leg.last = int(first[i + 1]);
+    for (int d = 0; d < DIRECTIONS; d++) {
+      leg.stiffness[d] = stiffness[2 * i + d];
+      leg.damping[d] = damping[2 * i + d];
+      leg.kind[d] = int(kind[2 * i + d]);
+      for (int b = 0; b < size; b++) {
+        const double by = hip[(2 * i + d) * size + b];
+        if (by == 0.0) continue;
+        leg.hip[d].at[leg.hip[d].count] = b;
+        leg.hip[d].by[leg.hip[d].count++] = by;
+      }
+    }
+    out->legs.push_back(leg);
+  }
+}
+
+// One step's matrices, for tests: state (4, N), force and film (2, N, N), largest |u| under a constant one.
+nb::tuple step_of(const LegTables& tables, int k, int kind) {
+  const LegStep& step = tables.of(k, kind);
+  const auto rows = [](const double* from, size_t count) {
+    return returned(std::vector<double>(from, from + count * N), N);
+  };
+  return nb::make_tuple(rows(&step.state[0][0], 4), rows(&step.force[0][0][0], 2 * N),
+                        rows(&step.film[0][0][0], 2 * N), step.reach_force, step.reach_film);
+}
+
+// Where a window starts: time, held, leaving and since of each foot (see Beginning); not given: a run from t = 0.
+struct Start {
+  std::tuple<double, Array<uint8_t>, Array<uint8_t>, Doubles> parts;
+  bool given;
+
+  Start(nb::object from, size_t feet) : given(!from.is_none()) {
+    if (!given) return;
+    parts = nb::cast<decltype(parts)>(from);
+    const auto& [at, held, leaving, since] = parts;
+    if (held.size() != feet || leaving.size() != feet || since.size() != feet) {
+      throw std::invalid_argument("the sizes of a window's start and of its plan differ");
+    }
+  }
+  Beginning begun() const {
+    const auto& [at, held, leaving, since] = parts;
+    return {at, held.data(), leaving.data(), since.data()};
+  }
+};
+
+struct Ends {
+  std::vector<int64_t> codes, event_end, mark_end;
+  std::vector<double> finish;
+};
+
+// What runs leave.
+struct Left {
+  Ends ends;
+  Log log;
+  Notes notes;
+  std::vector<double> moving, legs, energies;
+  std::vector<int64_t> contacts;
+  size_t sample_width = 0;
+};
+
+template <class System>
+void run_all(System& system, const Batch& batch, const Start& begin, Left& out) {
+  const Body& body = system.body;
+  const int nb = body.coordinates();
+  out.sample_width = system.sample_width();
+  out.notes.samples.assign(out.notes.times.size() * out.sample_width, NOT_A_NUMBER);
+  for (size_t run = 0; run < batch.runs; run++) {
+    system.begin(batch.of(run));
+    if (begin.given) begin_at(system, begin.begun());
+    out.ends.codes.push_back(march(system));
+    out.ends.event_end.push_back(int64_t(out.log.events.size()));
+    out.ends.mark_end.push_back(int64_t(out.notes.marks.size()) / (3 + nb + 2 * body.feet()));
+    out.ends.finish.insert(out.ends.finish.end(),
+                           {system.clock.time, double(system.clock.steps), double(system.clock.rejected)});
+  }
+  system.rebase();  // so that the rates are those of the feet
+  out.moving.assign(system.x, system.x + nb);
+  out.moving.insert(out.moving.end(), system.v, system.v + nb);
+  for (const LeggedFoot& foot : system.feet)
+    out.legs.insert(out.legs.end(), {foot.u[UP], foot.w[UP], foot.u[ALONG], foot.w[ALONG]});
+  for (int i : body.leg) out.contacts.push_back(system.feet[i].contact);
+  out.energies.assign(&system.energy.work, &system.energy.work + ENERGIES);
+  out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
+}
+
+// Every run of a batch. Those of few legs that begin at t = 0 march as a whole.
+//
+// Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
+// samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
+// starts, as time, held, leaving and since of each foot (see Beginning); from t = 0 without it.
+nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+                     nb::handle given, const Settings& settings, const Doubles& times, bool account,
+                     nb::object start) {
+  const int nb = body.coordinates();
+  if (laws.feet != body.feet()) throw std::invalid_argument("the body and the laws are of different feet");
+  const Rows rows(given, signals, size_t(laws.feet) * laws.columns, 2 * (nb + 2 * body.legs.size()), laws.feet, body.drives);
+  const Batch& batch = rows.batch;
+  const Start begin(start, laws.flags.size());
+  Left out;
+  out.notes.times = copied(times);
+  {
+    nb::gil_scoped_release released;
+    const Between between(nodes);
+    if (!begin.given && Whole::serves(body)) {
+      WholeMarch system(tables.whole(body), body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account,
+                        batch.channels);
+      run_all(system, batch, begin, out);
+    } else {
+      LeggedMarch system(body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account, batch.channels);
+      run_all(system, batch, begin, out);
+    }
+  }
+  return nb::make_tuple(returned(std::move(out.ends.codes)), returned_rows(std::move(out.log.events)),
+                        returned(std::move(out.ends.event_end)),
+                        returned(std::move(out.notes.marks), 3 + nb + 2 * body.feet()),
+                        returned(std::move(out.ends.mark_end)), returned(std::move(out.ends.finish), 3),
+                        returned(std::move(out.notes.samples), out.sample_width), returned(std::move(out.moving), nb),
+                        returned(std::move(out.legs), 2 * DIRECTIONS), returned(std::move(out.contacts)),
+                        returned(std::move(out.energies)));
+}
+
+// Derivatives of one run in eight lanes, of which the first ``count`` have a number; ``programs``: the laws by programs alone;
+// ``data``: derivatives of what enters; beside: bodies and tables of other structures, each with its weight in the difference of
+// a lane; the rest as for run_legged.
+//
+// Returns of event rows (events, 12, 8), marks (marks, width, 8), samples (times, width, 8), begins of contacts (feet, 8) and
+// energies (5, 8) at the end, and flags (flags, 3): event, reason, lane.
+nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes& nodes, const Signals& signals, const Laws& laws,
+                          const Laws& programs, nb::handle given, const Settings& settings, const Doubles& times, bool account,
+                          nb::object start, nb::handle data, int count, nb::list beside) {
+  const size_t coordinates = body.coordinates() + 2 * body.legs.size(), m = size_t(laws.feet);
+  const Rows rows(given, signals, m * laws.columns, 2 * coordinates, m, body.drives);
+  const Start begin(start, m);
+  const DataTangents tangents = data_tangents(data, coordinates, laws, signals, rows.batch.channels);
+  std::vector<BesideBody> others;
+  for (nb::handle item : beside) {
+    const auto [other, legs, weight, lane] = nb::cast<std::tuple<Body*, LegTables*, double, int>>(item);
+    if (other->legs.size() != body.legs.size() || legs->lengths != tables.lengths || lane < 0 || lane >= count) {
+      throw std::invalid_argument("walkers beside each other have the same legs and steps");
+    }
+    others.push_back({other, legs, weight, lane});
+  }
+  LeggedSlopes found;
+  Notes notes;
+  Log log;
+  notes.times = copied(times);
+  {
+    nb::gil_scoped_release released;
+    const Between between(nodes);
+    LeggedTangent system(body, tables, nodes, between, signals, laws, programs, settings, log, notes, account, rows.batch.channels,
+                         rows.batch.of(0), tangents, count, others);
+    notes.samples.assign(notes.times.size() * system.sample_width(), NOT_A_NUMBER);
+    system.begin(rows.batch.of(0));
+    if (begin.given) begin_at(system, begin.begun());
+    system.begin_lanes(begin.given);
+    march(system);
+    system.finish();
+    found = std::move(system.slopes);
+  }
+  return nb::make_tuple(returned_rows(std::move(found.events)), returned_rows(std::move(found.marks)),
+                        returned_rows(std::move(found.samples)), returned_rows(std::move(found.since)),
+                        returned_rows(std::move(found.energies)), returned_rows(std::move(found.flags)));
+}
+
+}  // namespace
+
+void bind_legged(nb::module_& m) {
+  nb::class_<Body>(m, "LeggedBody").def("__init__", &make_body);
+  nb::class_<LegTables>(m, "LegTables")
+      .def("__init__",
+           [](LegTables* out, const Nodes& nodes, const Doubles& mass, const Doubles& stiffness,
+              const Doubles& damping, const Doubles& lengths) {
+             new (out) LegTables(nodes, copied(mass), copied(stiffness), copied(damping), copied(lengths));
+           })
+      .def("step", &step_of);
+  m.def("run_legged", &run_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"),
+        nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"), nb::arg("start") = nb::none());
+  m.def("tangents_legged", &tangents_legged, nb::arg("body"), nb::arg("tables"), nb::arg("nodes"), nb::arg("signals"),
+        nb::arg("laws"), nb::arg("programs"), nb::arg("rows"), nb::arg("settings"), nb::arg("times"), nb::arg("account"),
+        nb::arg("start").none(), nb::arg("data"), nb::arg("count"), nb::arg("beside"));
+}
+
+}  // namespace tarsus

@@ -1,0 +1,70 @@
+// A legged robot as data: a rigid body on legs, each a foot on a spring and damper in two directions.
+//
+// Direction 0 is upward, 1 along the way. A foot with displacement u [m], hip at a and film momentum P moves
+// by
+//
+//   u' = w + P/m,   w' = (-k u - c w + Q)/m - c P/m^2,   Q = k a + c a' + load,
+//
+// so w = u' - P/m [m/s] stays smooth where a film changes P fast. A constant in P changes w by a constant and nothing else:
+// P counts from where a step begins, or little motion in a strong film were a difference of large numbers. Legs of equal mass, stiffness and damping
+// are of one kind and share tables.
+#pragma once
+#include <vector>
+
+#include "base/nodes.hpp"
+
+namespace tarsus::legged {
+
+enum Direction { UP, ALONG, DIRECTIONS };
+
+constexpr int MOST_COORDINATES = 6;  // of a rigid body
+
+// How a hip follows the body's coordinates; those that do not move it are left out.
+struct Hip {
+  int count = 0, at[MOST_COORDINATES];
+  double by[MOST_COORDINATES];
+
+  double motion(const double* body) const {
+    double out = 0.0;
+    for (int n = 0; n < count; n++) out += by[n] * body[at[n]];
+    return out;
+  }
+  // Sizes of what adds up to it.
+  double parts(const double* body) const {
+    double out = 0.0;
+    for (int n = 0; n < count; n++) out += std::fabs(by[n] * body[at[n]]);
+    return out;
+  }
+  TARSUS_INLINE Row motion(const Row* body) const {
+    Row out = count > 0 ? body[at[0]] * by[0] : Row(0.0);
+    for (int n = 1; n < count; n++) out += body[at[n]] * by[n];
+    return out;
+  }
+  // What acts on the hip, as it acts on the body.
+  template <class Real>
+  TARSUS_INLINE void carry(const Real& what, Real* body) const {
+    for (int n = 0; n < count; n++) body[at[n]] += what * by[n];
+  }
+};
+
+struct Leg {
+  double mass, weight, gap;                              // [kg], [N], clearance at rest [m]
+  double stiffness[DIRECTIONS], damping[DIRECTIONS];     // [N/m], [N s/m]
+  int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
+  Hip hip[DIRECTIONS];
+};
+
+struct Body {
+  std::vector<double> mass, weight, lever;  // per coordinate: inertia, weight, largest hip entry
+  std::vector<Leg> legs;
+  std::vector<int> leg;    // of a foot
+  std::vector<int> drive;  // of every load on a foot, and its gain upward and along
+  std::vector<double> gain;
+  std::vector<double> load;  // (drives, coordinates): loads on the body itself
+  int drives = 0;
+
+  int coordinates() const { return int(mass.size()); }
+  int feet() const { return int(leg.size()); }
+};
+
+}  // namespace tarsus::legged

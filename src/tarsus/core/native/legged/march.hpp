@@ -1,0 +1,332 @@
+// A legged robot under the one march: a step to its end or to the first event inside it; marks and samples on
+// the way.
+#pragma once
+#include "legged/account.hpp"
+#include "legged/ground.hpp"
+#include "legged/step.hpp"
+#include "base/peak.hpp"
+
+namespace tarsus::legged {
+
+// What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
+// lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
+struct Notes {
+  std::vector<double> marks;
+  std::vector<double> times;  // [s], increasing
+  std::vector<double> samples;
+  size_t sampled = 0;
+};
+
+struct LeggedMarch : Legged {
+  const bool keeps_account;
+  const Body& unit_body;  // its weights are those of unit gravity
+  Notes& notes;
+  Moment moment;
+  double gravity = 0.0;  // [m/s^2]
+  double lowest_at = -1.0, highest_at = -1.0;  // scaled times of the last step at which the body was lower, higher; -1: never
+
+  LeggedMarch(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
+              const Settings& set, Log& events, Notes& some, bool account, size_t driven)
+      : Legged(b, t, n, f, s, l, set, events, driven), keeps_account(account), unit_body(b), notes(some) {
+    moment.legs.resize(DIRECTIONS * body.legs.size());
+  }
+
+  size_t sample_width() const {
+    return 2 * coordinates() + 2 * DIRECTIONS * legs() + 2 * body.feet() + ENERGIES + shares.size();
+  }
+
+  // Set everything to the start of a run. Its displacements and velocities: the body's, then of every leg the way along
+  // before the height.
+  void begin(const RunData& run) {
+    const double* initial = run.initial;
+    const int nb = coordinates(), n = nb + 2 * legs();
+    settings = units.of(run, body.feet());
+    laws.take(run.parameters);
+    put_on_ground(run.sources);
+    clock = Clock();
+    clock.mark = 0.0;
+    player.restart(run.channels, run.changes);
+    for (int b = 0; b < nb; b++) {
+      x[b] = initial[b];
+      v[b] = initial[n + b];
+    }
+    channels.back() = Row(0.0);
+    for (int i = 0; i < legs(); i++) {
+      const int f = body.legs[i].foot;
+      LeggedFoot& foot = feet[i];
+      foot = LeggedFoot{};
+      foot.film = f >= 0 && laws.has(f, HAS_MOMENTUM);
+      foot.force = f >= 0 && laws.has(f, HAS_FORCE);
+      foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
+      for (int d = 0; d < DIRECTIONS; d++) {
+        foot.u[d] = initial[nb + 2 * i + 1 - d];
+        foot.w[d] = initial[n + nb + 2 * i + 1 - d];
+      }
+      if (!foot.film) continue;
+      foot.from = foot.u[UP] + body.legs[i].gap;
+      foot.base = laws.momentum(f, foot.from);
+    }
+    energy = {};
+    std::fill(shares.begin(), shares.end(), 0.0);
+    length = 0.0;
+    gather(*this);
+    lowest_body = INF;
+    highest_body = -INF;
+    step_class = int(settings.first_class);
+    std::fill(std::begin(launch_class), std::end(launch_class), 0);
+    launching = false;
+    notes.sampled = 0;
+  }
+
+  // Rest gaps [m] of the feet, and gravity [m/s^2].
+  void put_on_ground(const double* sources) {
+    gravity = sources[body.feet()];
+    for (int f = 0; f < body.feet(); f++) body.legs[body.leg[f]].gap = sources[f];
+    for (int i = 0; i < legs(); i++) body.legs[i].weight = gravity * unit_body.legs[i].weight;
+    for (int b = 0; b < coordinates(); b++) body.weight[b] = gravity * unit_body.weight[b];
+  }
+
+  void enter() {}
+  bool resolve_contacts() { return false; }
+
+  // Note where the robot is at the end of a drive period, and how high feet and body went in it.
+  void mark() {
+    std::vector<double>& row = notes.marks;
+    row.push_back(clock.time);
+    row.insert(row.end(), x, x + coordinates());
+    for (int i : body.leg) row.push_back(feet[i].u[ALONG]);
+    for (int i : body.leg) row.push_back(feet[i].slipped);
+    row.push_back(std::min(lowest_body, x[1]));
+    row.push_back(std::max(highest_body, x[1]));
+    lowest_body = highest_body = x[1];
+    for (int f = 0; f < body.feet(); f++) {
+      LeggedFoot& foot = feet[body.leg[f]];
+      if (foot.contact != AIR || clock.time <= 0.0) continue;
+      log.add(clock.time, f, PERIOD_MARK, foot.apex);
+      foot.apex.restart(clock.time);
+    }
+    if (clock.time >= clock.mark) clock.mark = ++clock.marks * settings.period;
+  }
+
+  // First step class in which the nodes see every free leg's own oscillation.
+  int coarsest() const {
+    int k = 0;
+    for (int i = 0; i < legs(); i++) {
+      for (int d = 0; d < DIRECTIONS; d++) {
+        if (!feet[i].held(d)) k = std::max(k, tables.longest[body.legs[i].kind[d]]);
+      }
+    }
+    return k;
+  }
+
+  // A row of the sample times that lie in the step: body, legs, contacts and energies (those linear within
+  // it).
+  void sample(double h, double fraction, const Energies& before) {
+    const double part = std::max(std::min((notes.times[notes.sampled] - clock.time) / h, fraction), 0.0);
+    motion_at(*this, h, part, moment);
+    put_sample(fraction > 0.0 ? part / fraction : 1.0, before, shares_before);
+  }
+  // Note the moment, and energies at a share of the step.
+  void put_sample(double share, const Energies& before, const std::vector<double>& parts) {
+    double* to = notes.samples.data() + notes.sampled * sample_width();
+    for (int b = 0; b < coordinates(); b++) *to++ = moment.x[b];
+    for (int b = 0; b < coordinates(); b++) *to++ = moment.v[b];
+    for (int i = 0; i < legs(); i++) {
+      for (int d = 0; d < DIRECTIONS; d++) {
+        const Motion at = moment.of(i, d);
+        const double film =
+            d == UP && feet[i].filmed() ? momentum_at(*this, i, at.u + body.legs[i].gap) : 0.0;
+        *to++ = at.u;
+        *to++ = at.w + film / body.legs[i].mass;
+      }
+    }
+    for (int i : body.leg) *to++ = feet[i].contact;
+    for (int i : body.leg) *to++ = feet[i].sense;
+    const double* from = &before.work;
+    const double* now = &energy.work;
+    for (int e = 0; e < ENERGIES; e++) *to++ = from[e] + (now[e] - from[e]) * share;
+    for (size_t e = 0; e < shares.size(); e++) *to++ = parts[e] + (shares[e] - parts[e]) * share;
+    notes.sampled++;
+  }
+
+  // How low and high the body has been. Nodes are less than 0.22 of a step apart: between two it rises above both by less than
+  // half of that times its largest speed, and by twice as much where that, too, lies between nodes.
+  void note_heights(double h, double fraction) {
+    const double margin = 0.22 * h * highest(magnitude(at.v[1]));
+    lowest_at = highest_at = -1.0;
+    if (lowest(at.x[1]) - margin < lowest_body) {
+      const Extreme low = extreme(nodes, at.x[1], -1.0, fraction);
+      if (low.value < lowest_body) {
+        lowest_at = low.at;
+        lowest_body = low.value;
+      }
+    }
+    if (highest(at.x[1]) + margin > highest_body) {
+      const Extreme high = extreme(nodes, at.x[1], 1.0, fraction);
+      if (high.value > highest_body) {
+        highest_at = high.at;
+        highest_body = high.value;
+      }
+    }
+  }
+
+  // Move the state on to scaled time ``fraction`` of the step. False where a number is not finite.
+  bool accept(double h, double fraction, double reached) {
+    const Energies before = energy;
+    shares_before = shares;
+    motion_at(*this, h, fraction, moment);
+    if (keeps_account) add_energies(*this, h, fraction, moment);
+    if (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached) {
+      while (notes.sampled < notes.times.size() && notes.times[notes.sampled] <= reached)
+        sample(h, fraction, before);
+      motion_at(*this, h, fraction, moment);
+    }
+    for (int i : body.leg) {
+      LeggedFoot& foot = feet[i];
+      if (foot.contact == AIR && settings.track) {
+        raise_apex(nodes, foot.apex, reinterpret_cast<const double*>(&rows[i].gap), fraction, clock.time, h);
+      } else if (foot.contact == SLIPPING) {
+        foot.slipped += std::fabs(moment.of(i, ALONG).u - foot.u[ALONG]);
+      }
+    }
+    note_heights(h, fraction);
+    double sum = 0.0;
+    for (int b = 0; b < coordinates(); b++) {
+      sum += (x[b] = moment.x[b]) + (v[b] = moment.v[b]);
+    }
+    for (int i = 0; i < legs(); i++) {
+      feet[i].start = AS_IT_COMES;
+      for (int d = 0; d < DIRECTIONS; d++) {
+        sum += (feet[i].u[d] = moment.of(i, d).u) + (feet[i].w[d] = moment.of(i, d).w);
+      }
+    }
+    clock.time = reached;
+    origin = fraction;
+    return std::isfinite(sum);
+  }
+
+  // The longest step that fits and whose nodes are exact enough: its class, or a code.
+  struct Chosen {
+    Code code;
+    int k, wanted;
+    Attempt made;
+  };
+
+  template <class Try>
+  Chosen choose(double left, double reach, int coarsest, Try&& tried) {
+    int k = std::max(step_class, coarsest);
+    if (launching)
+      k = std::max(k, launch_class[launched]);  // what has just changed asks for a step as short as the last time
+    Chosen out = {GOING_ON, k, k, {0.0, 0}};
+    while (k + 1 < tables.classes() && tables.lengths[k + 1] >= left) k++;
+    for (;;) {
+      if (k >= tables.classes()) {
+        out.code = out.made.error == UNDEFINED ? NOT_FINITE : STEP_TOO_SMALL;
+        return out;
+      }
+      if (tables.lengths[k] > left && tables.lengths[k] > reach) {
+        k++;
+        continue;
+      }
+      out.k = k;
+      out.made = tried(k);
+      const double error = out.made.error;
+      if (0.0 <= error && error <= 1.0) return out;
+      clock.rejected++;
+      k += error < 0.0 ? 1 : 1 + int(std::min(std::log2(error), 90.0) * 0.11);
+      out.wanted = std::max(out.wanted, k);
+    }
+  }
+
+  // The class to try next, longer where the error, or the one expected next, was far below the tolerance.
+  void adapt(const Chosen& step, bool cut, int kind) {
+    const double error = step.made.error;
+    int wanted = step.wanted;
+    // an error falls by 2^8 with the length halved: so many times longer a step might have been
+    const int longer = (error < 2e-3) + (error < 8e-6) + (error < 3e-8) + (error < 1e-10);
+    if (launching) launch_class[launched] = step.k - longer;
+    launching = cut;
+    launched = kind;
+    if (error > 0.5 || step.made.sweeps > 12) {
+      wanted = std::max(wanted, step.k + 1 + (error > 1.0 ? int(0.125 * std::log2(error)) : 0));
+    } else if (step.k <= wanted) {
+      wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
+    }
+    step_class = std::max(wanted, 0);
+  }
+
+  // Who follows a run: told of every step that is made before the state moves on and after, and of what happens to a foot
+  // before and after it does.
+  struct Nobody {
+    void made(int, double, double, double) {}
+    void moved(double, double) {}
+    void happens(int, Happening) {}
+    void happened(int, Happening) {}
+  };
+
+  Code step() {
+    Nobody nobody;
+    return followed_step(nobody);
+  }
+
+  template <class Follower>
+  Code followed_step(Follower& follower) {
+    const Player::Kink kink = player.next_kink(clock.time);
+    const double goal = std::min(settings.end, clock.mark);
+    const double left = std::min(kink.left, goal - clock.time);
+    rebase();
+    const Chosen chosen = choose(left, kink.reach, coarsest(), [this](int k) { return attempt(*this, k); });
+    if (chosen.code != GOING_ON) return chosen.code;
+    step_class = chosen.k;
+    const double h = tables.lengths[chosen.k], limit = std::min(1.0, left / h);
+    double first = 2.0;
+    for (int f = 0; f < body.feet(); f++) {
+      events[f] = first_of_foot(*this, body.leg[f], h, limit);
+      first = std::min(first, events[f].low);
+    }
+    const double fraction = std::min(first, limit), reached = reached_at(h, first, limit, left, goal);
+    follower.made(chosen.k, h, fraction, reached);
+    if (fraction > 0.0 && !accept(h, fraction, reached)) return NOT_FINITE;
+    follower.moved(h, fraction);
+    int kind = 0;
+    if (first <= limit) {
+      kind = happen(first, follower);
+      gather(*this);
+    }
+    adapt(chosen, fraction < 1.0 || first <= limit, kind);
+    return GOING_ON;
+  }
+
+ protected:
+  std::vector<Bracket> events = std::vector<Bracket>(body.leg.size());  // the first one of every foot in the step
+
+  // When a step of length h ends: at an event at scaled time ``first``, or after ``left`` at the goal or a kink.
+  double reached_at(double h, double first, double limit, double left, double goal) const {
+    if (first <= limit) return clock.time + first * h;
+    return h <= left ? clock.time + h : left == goal - clock.time ? goal : clock.time + left;
+  }
+  // Have the events of the step happen, at scaled time ``first``. Returns the kind of the one after which steps are shortest.
+  template <class Follower>
+  int happen(double first, Follower& follower) {
+    const size_t before = log.events.size();
+    int kind = 0;
+    for (int f = 0; f < body.feet(); f++) {
+      if (!now(f, first)) continue;
+      follower.happens(body.leg[f], events[f].kind);
+      apply_event(*this, body.leg[f], events[f].kind);
+      follower.happened(body.leg[f], events[f].kind);
+    }
+    for (size_t e = before; e < log.events.size(); e++) {
+      const int what = int(log.events[e].kind);
+      if (kind == 0 || launch_class[what] > launch_class[kind]) kind = what;
+    }
+    return kind;
+  }
+  // Whether the event of a foot is the step's, the first of all at scaled time ``first``.
+  bool now(int f, double first) const { return events[f].kind != NOTHING && events[f].high <= first * (1.0 + 1e-13); }
+
+ private:
+  std::vector<double> shares_before;
+};
+
+}  // namespace tarsus::legged

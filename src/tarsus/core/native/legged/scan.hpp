@@ -1,0 +1,229 @@
+// The first events inside a step whose nodes are known.
+#pragma once
+#include "legged/motion.hpp"
+
+namespace tarsus::legged {
+
+enum Happening { NOTHING, TOUCH, PULL_OFF, SLIP_UP, SLIP_DOWN, STOP };
+
+// Where a foot may have an event, in scaled time; in the end low = high is its time.
+struct Bracket {
+  double low, high;
+  Happening kind;
+};
+
+struct Candidates {
+  int count = 0;
+  Bracket some[3];
+
+  void note(double low, double high, Happening kind, double limit) {
+    if (low < limit) some[count++] = {low, high, kind};
+  }
+};
+
+// Note where the polynomial through nodal values first falls below ``level``.
+inline void falls_below(const Legged& s, const Row& values, double level, double limit, Happening kind,
+                        Candidates& out) {
+  if (values[0] < level) return out.note(0.0, 0.0, kind, 1.0);
+  const double least = lowest(values), most = highest(values);
+  if (least - 0.5 * (most - least) > level) return;
+  double begin = 0.0, end = 2.0;
+  for (int j = 1; j < N; j++) {
+    if (values[j] < level) {
+      begin = s.nodes.tau[j - 1];
+      end = s.nodes.tau[j];
+      break;
+    }
+  }
+  for (int line = 0; line < Between::LINES; line++) {
+    Row points = load(&s.between.dense[0][line * N]) * values[0];
+    for (int j = 1; j < N; j++) points += load(&s.between.dense[j][line * N]) * values[j];
+    if (lowest(points) >= level) continue;
+    for (int n = 0; n < N; n++) {
+      const int p = line * N + n;
+      const double place = s.between.places[p];
+      if (!(points[n] < level && place < end)) continue;
+      end = place;
+      begin = p > 0 ? s.between.places[p - 1] : 0.0;
+      for (int j = 0; j < N; j++) {
+        if (begin < s.nodes.tau[j] && s.nodes.tau[j] < place) begin = s.nodes.tau[j];
+      }
+    }
+  }
+  if (end < 2.0) out.note(begin, end, kind, limit);
+}
+
+// Gap [m] and its rate [m/s] of a free foot at scaled time ``fraction``.
+inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
+  Motion at = leg_at(s, i, UP, h, fraction);
+  if (s.feet[i].filmed()) at.w += s.polynomial_at(s.rows[i].film, fraction) / s.body.legs[i].mass;
+  at.u += s.body.legs[i].gap;
+  return at;
+}
+
+// Gap and scaled time of the lowest point of a flight between nodes j - 1 and j, where its rate changes sign.
+struct Lowest {
+  double gap, at;
+};
+
+template <class Flight>
+TARSUS_APART Lowest lowest_between(const Legged& s, int j, Flight&& gap_at) {
+  double low = s.nodes.tau[j - 1], high = s.nodes.tau[j];
+  const double enough = 1e-6 * (high - low);
+  double at = 0.5 * (low + high), gap = 0.0;
+  for (int n = 0; n < 60; n++) {
+    const Motion now = gap_at(at);
+    gap = now.u;
+    (now.w < 0.0 ? low : high) = at;
+    if (high - low < enough) break;
+    at = 0.5 * (low + high);
+  }
+  return {gap, at};
+}
+
+// Note where a free foot first reaches the ground; gap_at: its gap [m] and what has the sign of its rate, by the scaled time.
+template <class Flight>
+void touches(const Legged& s, int i, double h, double limit, Candidates& out, Flight&& gap_at) {
+  const Settings& settings = s.settings;
+  const LegRows& r = s.rows[i];
+  const double* tau = s.nodes.tau;
+  if (s.feet[i].start == AS_IT_COMES && r.gap[0] <= settings.gap_zero && r.rate[0] <= settings.speed_zero) {
+    return out.note(0.0, 0.0, TOUCH, 1.0);
+  }
+  // two neighbouring nodes are less than a quarter of a step apart, in which no flight falls farther than this
+  if (lowest(r.gap) > 0.25 * h * highest(magnitude(r.rate))) return;
+  for (int j = 1; j < N && tau[j - 1] < limit; j++) {
+    if (r.gap[j] < -settings.gap_zero) return out.note(tau[j - 1], tau[j], TOUCH, limit);
+    if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
+    // the parabola of the two rates tells how far below its ends the flight may dip
+    const double width = (tau[j] - tau[j - 1]) * h;
+    const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
+    if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop) continue;
+    const Lowest least = lowest_between(s, j, gap_at);
+    if (least.gap < -settings.gap_zero) return out.note(tau[j - 1], least.at, TOUCH, limit);
+  }
+}
+
+// Note where a sliding foot first comes to a stop.
+inline void stops(const Legged& s, int i, double limit, Candidates& out) {
+  const double sense = s.feet[i].sense;
+  if (sense == 0.0) return;
+  const Row& w = s.rows[i].w[ALONG];
+  if (s.feet[i].start == AS_IT_COMES && sense * w[0] <= 0.0) return out.note(0.0, 0.0, STOP, 1.0);
+  for (int j = 1; j < N && s.nodes.tau[j - 1] < limit; j++) {
+    if (sense * w[j] < 0.0) return out.note(s.nodes.tau[j - 1], s.nodes.tau[j], STOP, limit);
+  }
+}
+
+// What can be the first event of a foot; gap_at: see ``touches``.
+template <class Flight>
+Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at) {
+  Candidates out;
+  const LeggedFoot& foot = s.feet[i];
+  if (foot.contact == AIR) {
+    touches(s, i, h, limit, out, gap_at);
+    return out;
+  }
+  LegRows& r = s.rows[i];
+  const double level = -s.settings.force_zero;
+  falls_below(s, r.margin, level, limit, PULL_OFF, out);
+  if (foot.contact == SLIPPING) {
+    stops(s, i, limit, out);
+  } else {
+    r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength);
+    falls_below(s, r.bound - r.along, level, limit, SLIP_UP, out);
+    falls_below(s, r.bound + r.along, level, limit, SLIP_DOWN, out);
+  }
+  return out;
+}
+
+// The event function of a foot, positive while nothing happens, and its slope by the scaled time where it is
+// at hand.
+struct EventFunction {
+  const Legged& s;
+  const int i;
+  const Happening kind;
+  const double h;
+  double powers[N];
+
+  EventFunction(const Legged& state, int leg, Happening k, double step) : s(state), i(leg), kind(k), h(step) {
+    const LegRows& r = s.rows[i];
+    if (kind == TOUCH || kind == STOP) return;
+    store(powers, s.powers(kind == PULL_OFF  ? r.margin
+                           : kind == SLIP_UP ? r.bound - r.along
+                                             : r.bound + r.along));
+  }
+  double at(double fraction, double& slope) const {
+    if (kind == TOUCH) {
+      const Motion now = gap_at(s, i, h, fraction);
+      slope = now.w * h;
+      return now.u;
+    }
+    if (kind == STOP) return s.feet[i].sense * leg_at(s, i, ALONG, h, fraction).w;
+    return horner(powers, 0, N, fraction) + s.settings.force_zero;
+  }
+};
+
+// Scaled time of the event of a foot in a bracket, to rounding.
+template <class Function>
+TARSUS_APART double refine(const Legged& s, int i, const Bracket& bracket, Function& function) {
+  double low = bracket.low, high = bracket.high, slope = 0.0;
+  if (low == 0.0 && s.feet[i].start != AS_IT_COMES && (bracket.kind == TOUCH || bracket.kind == STOP)) {
+    low = high;  // it starts from an exact zero: find a place after it where nothing has happened yet
+    for (int n = 0; n < 50; n++) {
+      low *= 0.5;
+      if (function.at(low, slope) > 0.0) break;
+      high = low;
+    }
+  }
+  double at = 0.5 * (low + high), below = 0.0, above = 0.0;  // values at the ends once known, for the secant
+  bool known_below = false, known_above = false;
+  for (int n = 0; n < 100; n++) {
+    slope = 0.0;
+    const double value = function.at(at, slope);
+    if (value >= 0.0) {
+      low = at;
+      below = value;
+      known_below = true;
+    } else {
+      high = at;
+      above = value;
+      known_above = true;
+    }
+    if (high - low <= 4e-16 * high || value == 0.0) break;
+    double next = 0.5 * (low + high);
+    if (slope < 0.0) {
+      next = at - value / slope;
+    } else if (known_below && known_above) {
+      next = low + (high - low) * below / (below - above);
+    }
+    if (std::fabs(next - at) < 1e-16 * at) break;
+    if (!(low < next && next < high) || n % 6 == 5) next = 0.5 * (low + high);
+    at = next;
+  }
+  return at;
+}
+
+// Whether no force along the ground is there to slip by: the bound passes 0 because the foot is about to
+// leave.
+inline bool nothing_along(const Legged& s, int i, double fraction) {
+  return std::fabs(s.polynomial_at(s.rows[i].along, fraction)) <= s.settings.force_zero;
+}
+
+// The first event of a foot, at its own time (2: none).
+inline Bracket first_of_foot(Legged& s, int i, double h, double limit) {
+  const Candidates found = candidates(s, i, h, limit, [&](double at) { return gap_at(s, i, h, at); });
+  Bracket best = {2.0, 2.0, NOTHING};
+  for (int n = 0; n < found.count; n++) {
+    const Bracket& one = found.some[n];
+    if (one.low > std::min(best.low, limit)) continue;
+    EventFunction function(s, i, one.kind, h);
+    const double at = one.high <= 0.0 ? 0.0 : refine(s, i, one, function);
+    if (at > limit || at >= best.low) continue;
+    if ((one.kind == SLIP_UP || one.kind == SLIP_DOWN) && nothing_along(s, i, at)) continue;
+    best = {at, at, one.kind};
+  }
+  return best;
+}
+
+}  // namespace tarsus::legged

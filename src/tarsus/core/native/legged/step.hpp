@@ -1,0 +1,312 @@
+// One step of a legged robot: body and legs consistent at its nodes.
+//
+// Each leg is exact for the motion of its hip, a polynomial of degree 7 through the nodes. The body follows
+// from momentum: with S the feet that nothing holds in a direction, w their rates without the film's momentum
+// and H the held ones,
+//
+//   M (b' - b'(0)) = - sum_S R m (w - w(0)) + int [sum_S R load + sum_H R k (u - a) + load_b]
+//                    - sum_H R c (a - a(0)),
+//
+// so that whatever a leg does within a step, however fast, reaches the body exactly. Both are repeated until
+// they agree.
+#pragma once
+#include "legged/answer.hpp"
+#include "legged/film.hpp"
+
+namespace tarsus::legged {
+
+constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
+constexpr double UNSETTLED = -1.0,
+                 UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
+
+// What drives and weight put on every foot at the nodes of the step.
+inline void load_feet(Legged& s) {
+  for (int i = 0; i < s.legs(); i++) {
+    const Leg& leg = s.body.legs[i];
+    Row up = Row(-leg.weight), along = Row(0.0);
+    for (int n = leg.first; n < leg.last; n++) {
+      const Row& force = s.channels[s.body.drive[n]];
+      up += force * s.body.gain[2 * n];
+      along += force * s.body.gain[2 * n + 1];
+    }
+    s.rows[i].load[UP] = up;
+    s.rows[i].load[ALONG] = along;
+  }
+}
+
+// Drives at the nodes of the step, and what they do.
+inline void fill_drives(Legged& s, double h) {
+  for (int c = 0; c < s.player.channels(); c++) {
+    s.player.fill(c, s.clock.time, h, reinterpret_cast<double*>(&s.channels[c]));
+  }
+  load_feet(s);
+}
+
+// What the contact of a held foot holds at the nodes: f_a, and f_a less the smooth force.
+inline void held_strength(Legged& s, int i, double h) {
+  const int f = s.body.legs[i].foot;
+  LegRows& r = s.rows[i];
+  const Row now = s.nodes.times() * h + s.clock.time;
+  r.strength = s.laws.strength(f, now - s.feet[i].since);
+  r.smooth = r.strength;
+  if (s.feet[i].force) r.smooth -= s.laws.force(f, Row(0.0), Row(0.0), s.volts(f), now);
+}
+
+// Values at the nodes of a step of length h from those of the last one: each polynomial goes on in its first powers.
+inline void going_on(const Legged& s, double h, Row* matrix) {
+  Row powers[N];
+  for (int c = 0; c < N; c++) powers[c] = load(s.nodes.monomial[c]);
+  for (int n = 0; n < GUESSED; n++) {
+    for (int c = N - 2; c >= n; c--) powers[c] += powers[c + 1] * s.origin;
+  }
+  const Row time = s.nodes.times() * (h / s.length);
+  for (int j = 0; j < N; j++) {
+    matrix[j] = Row(powers[GUESSED - 1][j]);
+    for (int c = GUESSED - 2; c >= 0; c--) matrix[j] = matrix[j] * time + powers[c][j];
+  }
+}
+
+// First motion of the body and of the feet in the air, which go on as before, and first forces at the feet.
+inline void first_guess(Legged& s, double h) {
+  Row matrix[N];
+  const bool known = s.length > 0.0;
+  if (known) going_on(s, h, matrix);
+  const auto on = [&](const Row& values) { return combine(reinterpret_cast<const double*>(matrix), values); };
+  for (int b = 0; b < s.coordinates(); b++) {
+    s.at.v[b] = known ? on(s.at.v[b]) : Row(s.v[b]);
+    s.at.x[b] = combine(&s.nodes.once[0][0], s.at.v[b]) * h + s.x[b];
+  }
+  for (int i : s.body.leg) {
+    const Leg& leg = s.body.legs[i];
+    const LeggedFoot& foot = s.feet[i];
+    LegRows& r = s.rows[i];
+    if (foot.contact != AIR) {
+      held_strength(s, i, h);
+      continue;
+    }
+    const double gap = foot.u[UP] + leg.gap;
+    r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
+    if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
+    if (foot.film) r.film = s.film(i, r.gap);
+    if (!foot.force) continue;
+    r.rate = Row(foot.w[UP]);
+    if (foot.film) r.rate += r.film * (1.0 / leg.mass);
+    r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), s.nodes.times() * h + s.clock.time);
+  }
+  s.length = h;
+  s.origin = 0.0;
+}
+
+// Loads on the body itself and what held feet put on it; nothing carried yet.
+inline void clear_body(Legged& s) {
+  const int nb = s.coordinates();
+  for (int b = 0; b < nb; b++) {
+    Row push = Row(s.together.offset[b] - s.body.weight[b]), drag = Row(0.0);
+    for (int d = 0; d < s.body.drives; d++) {
+      const double load = s.body.load[d * nb + b];
+      if (load != 0.0) push += s.channels[d] * load;
+    }
+    for (int c = 0; c < nb; c++) {
+      if (s.together.stiffness[b][c] == 0.0 && s.together.damping[b][c] == 0.0) continue;
+      push -= s.at.x[c] * s.together.stiffness[b][c];
+      drag -= (s.at.x[c] - s.x[c]) * s.together.damping[b][c];
+    }
+    s.at.push[b] = push;
+    s.at.drag[b] = drag;
+    s.at.momentum[b] = s.at.place[b] = s.at.film[b] = Row(0.0);
+  }
+}
+
+// u and w of a leg at the nodes under the forces q, without the film.
+TARSUS_INLINE void free_motion(const LegStep& table, double u0, double w0, const Row& q, Row& u, Row& w) {
+  u = load(table.state[0]) * u0 + load(table.state[1]) * w0 + combine(&table.force[0][0][0], q);
+  w = load(table.state[2]) * u0 + load(table.state[3]) * w0 + combine(&table.force[1][0][0], q);
+}
+
+// What a foot that nothing holds in direction d does to the body; ``own``: its load without spring and
+// damper.
+TARSUS_INLINE void carry_free(Legged& s, int i, int d, const Row& own, double h, const LegRows& r) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  const Row momentum = (r.w[d] - foot.w[d]) * leg.mass;
+  const Row place = (r.u[d] - foot.u[d] - s.nodes.times() * (foot.w[d] * h)) * leg.mass;
+  if (d == UP && foot.film) leg.hip[d].carry(r.film, s.at.film);
+  leg.hip[d].carry(own, s.at.push);
+  leg.hip[d].carry(momentum, s.at.momentum);
+  leg.hip[d].carry(place, s.at.place);
+}
+
+// Forces on a leg through spring and damper from the motion of its hip.
+TARSUS_INLINE Row spring(const Legged& s, const Leg& leg, int d) {
+  return leg.hip[d].motion(s.at.x) * leg.stiffness[d] + leg.hip[d].motion(s.at.v) * leg.damping[d];
+}
+
+// What a sweep has still to settle: how far feet would move [m] if their forces were as they are now, what is undefined where
+// ``sum`` is not finite, and whether a stiff film failed to settle. A leg is repeated alone while that is more than ``enough``.
+struct Sweep {
+  double enough;
+  Row change = Row(0.0), sum = Row(0.0);
+  bool failed = false;
+};
+
+// A foot in the air, upward.
+TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  const LegStep& table = s.tables.of(k, leg.kind[UP]);
+  const Row hip = spring(s, leg, UP);
+  const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
+  const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
+  const bool stiff = foot.film && is_stiff(s, table.reach_film, leg.foot, r.gap);
+  const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
+  Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
+  const auto find_rate = [&] {
+    r.w[UP] = w0 + combine(&table.force[1][0][0], r.q[UP]);
+    if (foot.film) r.w[UP] += combine(&table.film[1][0][0], used);
+    r.rate = foot.film ? r.w[UP] + r.film * (1.0 / leg.mass) : r.w[UP];
+  };
+  for (int n = 0; n < ROUNDS; n++) {
+    if (foot.force) own = r.load[UP] + r.smooth;
+    r.q[UP] = own + hip;
+    r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
+    if (foot.film) {
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, r.u[UP] + leg.gap, r)) sweep.failed = true;
+      used = r.film;
+      r.u[UP] += combine(&table.film[0][0][0], used);
+      r.gap = r.u[UP] + leg.gap;
+      r.film = s.film(i, r.gap);
+      // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
+      change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
+    } else {
+      r.gap = r.u[UP] + leg.gap;
+    }
+    if (foot.force) {
+      if (rated) find_rate();
+      const Row now = s.nodes.times() * h + s.clock.time, before = r.smooth;
+      r.smooth = s.laws.force(leg.foot, r.gap, r.rate, s.volts(leg.foot), now);
+      change += magnitude(r.smooth - before) * table.reach_force;
+    }
+    if (!any_less(Row(sweep.enough), change)) break;
+  }
+  find_rate();
+  sweep.change = larger(sweep.change, change);
+  sweep.sum += r.gap + own;
+  carry_free(s, i, UP, own, h, r);
+}
+
+// A held foot's margin N + f_a = f_a - pull - smooth force.
+TARSUS_INLINE void find_margin(Legged& s, int i) {
+  const Leg& leg = s.body.legs[i];
+  LegRows& r = s.rows[i];
+  r.margin = r.smooth - (spring(s, leg, UP) - s.feet[i].u[UP] * leg.stiffness[UP] + r.load[UP]);
+}
+
+// A foot that slides or is in the air, along the way.
+TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
+  const Leg& leg = s.body.legs[i];
+  const LeggedFoot& foot = s.feet[i];
+  LegRows& r = s.rows[i];
+  Row own = r.load[ALONG];
+  if (foot.contact == SLIPPING) {
+    r.bound = s.laws.friction(leg.foot, r.margin, r.strength);
+    own -= r.bound * foot.sense;
+  }
+  r.q[ALONG] = own + spring(s, leg, ALONG);
+  free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG],
+              r.w[ALONG]);
+  carry_free(s, i, ALONG, own, h, r);
+}
+
+// The forces on feet that stick, once the body's motion is known. False where a number is undefined.
+inline bool find_held(Legged& s) {
+  for (int i : s.body.leg) {
+    LegRows& r = s.rows[i];
+    const Leg& leg = s.body.legs[i];
+    if (s.feet[i].contact == AIR) continue;
+    find_margin(s, i);
+    if (!finite(r.margin)) return false;
+    if (s.feet[i].contact != STUCK) continue;
+    r.along = r.load[ALONG] + spring(s, leg, ALONG) - s.feet[i].u[ALONG] * leg.stiffness[ALONG];
+  }
+  return true;
+}
+
+// All legs that move, for the present motion of the body.
+inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
+  for (int i = 0; i < s.legs(); i++) {
+    const Contact contact = s.feet[i].contact;
+    if (contact == STUCK) continue;
+    if (contact == SLIPPING) {
+      find_margin(s, i);
+      sweep.sum += s.rows[i].margin;
+    } else {
+      fly(s, i, k, h, sweep);
+    }
+    move_along(s, i, k, h);
+  }
+}
+
+// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives.
+inline double error_of(const Legged& s, int k, double h) {
+  const Nodes& nodes = s.nodes;
+  double worst = 0.0;
+  for (int i = 0; i < s.legs(); i++) {
+    const LegRows& r = s.rows[i];
+    for (int d = 0; d < DIRECTIONS; d++) {
+      if (s.feet[i].held(d)) continue;
+      const LegStep& table = s.tables.of(k, s.body.legs[i].kind[d]);
+      double error = nodes.truncation(r.q[d]) * table.reach_force;
+      if (d == UP && s.feet[i].filmed()) {
+        const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
+        // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
+        const double yields =
+            swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
+        error += nodes.truncation(r.film) * table.reach_film / (1.0 + yields);
+      }
+      worst = std::max(worst, error);
+    }
+  }
+  for (int b = 0; b < s.coordinates(); b++) {
+    const double error = nodes.truncation(s.at.push[b]) * 0.5 * h + nodes.truncation(s.at.drag[b]);
+    worst = std::max(worst, error * h / s.body.mass[b] * s.body.lever[b]);
+  }
+  worst /= s.settings.gap;
+  for (int d = 0; d < s.body.drives; d++) {
+    const double span = s.player.cursor[d].span;
+    if (span > 0.0) worst = std::max(worst, nodes.truncation(s.channels[d]) / span / s.settings.drive);
+  }
+  return worst;
+}
+
+struct Attempt {
+  double error;  // over the tolerance, or UNSETTLED, UNDEFINED
+  int sweeps;
+};
+
+// Make the nodes of a step of class k.
+inline Attempt attempt(Legged& s, int k) {
+  const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
+  fill_drives(s, h);
+  first_guess(s, h);
+  make_solvers(s, k);
+  double before = INF;
+  for (int n = 0; n < SWEEPS; n++) {
+    clear_body(s);
+    Sweep sweep{n == 0 ? 1e3 * tolerance : tolerance};  // the body's first guess is no better
+    move_legs(s, k, h, sweep);
+    if (sweep.failed) return {UNSETTLED, n};
+    const double moved = finite(sweep.sum) ? follow(s, k, h) : NOT_A_NUMBER;
+    if (!std::isfinite(moved)) {
+      s.length = 0.0;
+      return {UNDEFINED, n};
+    }
+    const double change = std::max(highest(sweep.change), moved);
+    if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
+    if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
+    before = change;
+  }
+  return {UNSETTLED, SWEEPS};
+}
+
+}  // namespace tarsus::legged

@@ -1,0 +1,24 @@
+// A legged robot's run from any moment on.
+#pragma once
+#include "legged/march.hpp"
+#include "march/window.hpp"
+
+namespace tarsus::legged {
+
+// Put a run that has just begun to where it starts: held feet stand still or slide as they move along the ground.
+inline void begin_at(LeggedMarch& s, const Beginning& start) {
+  start_clock(s.clock, s.settings, start.time);
+  for (int i : s.body.leg) {
+    const int f = s.body.legs[i].foot;
+    s.feet[i].apex.restart(start.time);
+    if (start.held[f]) {
+      begin_contact(s, i);
+      s.feet[i].since = start.since[f];
+    } else if (start.leaving[f]) {
+      s.feet[i].start = JUST_LEFT;
+    }
+  }
+  gather(s);
+}
+
+}  // namespace tarsus::legged

@@ -1,0 +1,35 @@
+// The one event log: what happened at the feet, and the highest gap since.
+#pragma once
+#include <vector>
+
+#include "march/kinds.hpp"
+
+namespace tarsus {
+
+// One event. Forces [N], energies [J]; apex [m] is the highest gap of the flight or period that ends here, at apex_time
+// [s]; gap_integral [m s] of the gap since the start (NaN where apexes are not tracked).
+struct Event {
+  double time, foot, kind, before, after, pull, strength, energy, adhesion, apex, apex_time, gap_integral;
+};
+constexpr int EVENT_WIDTH = sizeof(Event) / sizeof(double);
+
+// Highest gap of a foot since its last event or mark, when, and the integral of the gap since the start of the run.
+struct Apex {
+  double gap = 0.0, time = 0.0, integral = 0.0;
+  void restart(double now) {
+    gap = 0.0;
+    time = now;
+  }
+};
+
+struct Log {
+  std::vector<Event> events;
+
+  void add(double t, int foot, EventKind kind, const Apex& apex, double before = 0.0, double after = 0.0,
+           double pull = 0.0, double strength = 0.0, double energy = 0.0, double adhesion = 0.0) {
+    events.push_back({t, double(foot), double(kind), before, after, pull, strength, energy, adhesion, apex.gap,
+                      apex.time, apex.integral});
+  }
+};
+
+}  // namespace tarsus

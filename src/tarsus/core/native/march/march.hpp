@@ -1,0 +1,99 @@
+// The loop from event to event, the same for every system.
+#pragma once
+#include "march/batch.hpp"
+#include "march/kinds.hpp"
+#include "base/simd.hpp"
+
+namespace tarsus {
+
+// What rounding may leave of a sum, as a part of the sizes of what was added up: 45 units in the last place. What is at a foot
+// is a product of rows after a projection and a shift, of some tens of terms each, by arrays that a linear algebra library
+// has left as many units of. Whether that is zero is asked for in every contact mode and wherever an impact has taken speed.
+constexpr double ROUNDING = 1e-14;
+
+// What relative tolerances become for one plan, and what a run is asked for. Lengths [m], forces [N], times [s].
+struct Settings {
+  double end, period;               // duration; period of the marks (infinite: none)
+  double gap, drive;                // local error of a gap, and of a drive relative to its span, per step
+  double gap_zero, force_zero, speed_zero;  // below which a gap, a force, a rate is zero by the scales of a scene
+  double rest_height, least_flight; // lower flights are none: of the widest gap, and in any case [m]
+  double least_progress;            // of time, that is some
+  double probe;                     // gap over which a slope is taken by differences
+  int64_t most_steps, first_class;
+  double widest = 1.0;              // gap at rest
+  bool track, record;               // find the apex of every flight; keep every step
+
+  // Of these for a length and a force of one, those of a run of so many feet. What is zero, or no flight, goes by its widest gap.
+  Settings of(const RunData& run, int feet) const {
+    Settings out = *this;
+    out.widest = run.scales[0];
+    for (int i = 0; i < feet; i++) out.widest = std::max(out.widest, std::fabs(run.sources[i]));
+    for (double* size : {&out.gap, &out.probe}) *size *= run.scales[0];
+    for (double* size : {&out.gap_zero, &out.speed_zero, &out.rest_height}) *size *= out.widest;
+    out.rest_height = std::max(out.rest_height, least_flight);
+    out.force_zero *= run.scales[1];
+    out.period = run.scales[2];
+    return out;
+  }
+};
+
+constexpr int MOST_STALLED = 4000;  // events without progress of time: a pile of feet that land at once has some hundreds
+
+struct Clock {
+  double time = 0.0, mark = INF, progress = -INF;
+  int64_t steps = 0, rejected = 0, marks = 0;
+  int stalled = 0;
+
+  // False when too many events crowd one instant.
+  bool progressed(const Settings& settings) {
+    if (time - progress > settings.least_progress) {
+      progress = time;
+      stalled = 0;
+      return true;
+    }
+    return ++stalled < MOST_STALLED;
+  }
+};
+
+// A System has: settings, clock; enter() -> whether something had to be made first (a contact mode); mark(): note the
+// period's heights; resolve_contacts() -> whether a contact changed at this very moment; step() -> GOING_ON or a code,
+// having advanced to the end of a step or to the first event inside it and applied it.
+
+// What is due before the next step: marks, and contacts at this very moment. GOING_ON where a step comes next.
+template <class System>
+TARSUS_INLINE Code due(System& system) {
+  Clock& clock = system.clock;
+  const Settings& settings = system.settings;
+  for (;;) {
+    system.enter();
+    if (clock.time >= settings.end) {
+      system.mark();
+      return DONE;
+    }
+    if (clock.time >= clock.mark) {
+      system.mark();
+      continue;
+    }
+    if (!system.resolve_contacts()) break;
+    if (!clock.progressed(settings)) return STALL;
+  }
+  return ++clock.steps > settings.most_steps ? STEP_LIMIT : GOING_ON;
+}
+
+// Asked by a run every `UNASKED` steps; throws where the run is to be given up (Ctrl-C in Python).
+inline void (*give_way)() = nullptr;
+constexpr int64_t UNASKED = 1 << 15;  // some 50 ms: soon for who waits, and nothing beside the steps
+
+// Run a system from its start to its end or to what stops it.
+template <class System>
+Code march(System& system) {
+  for (;;) {
+    Code code = due(system);
+    if (code == GOING_ON) code = system.step();
+    if (code != GOING_ON) return code;
+    if (!system.clock.progressed(system.settings)) return STALL;
+    if (system.clock.steps % UNASKED == 0 && give_way != nullptr) give_way();
+  }
+}
+
+}  // namespace tarsus

@@ -1,0 +1,34 @@
+#include <nanobind/nanobind.h>
+
+#include "march/built.hpp"
+#include "march/march.hpp"
+
+namespace tarsus {
+void bind_plan(nanobind::module_&);
+void bind_program(nanobind::module_&);
+void bind_modal(nanobind::module_&);
+void bind_legged(nanobind::module_&);
+void bind_window(nanobind::module_&);
+void bind_adjoint(nanobind::module_&);
+void bind_flights(nanobind::module_&);
+
+// What Python heard meanwhile (Ctrl-C), which its main thread alone is told.
+static void hear() {
+  nanobind::gil_scoped_acquire python;
+  if (PyErr_CheckSignals() != 0) throw nanobind::python_error();
+}
+}  // namespace tarsus
+
+NB_MODULE(_native, m) {
+  // The command line ends without searching for garbage: what is alive then goes with the process, and is no leak.
+  nanobind::set_leak_warnings(false);
+  m.attr("built") = tarsus::built();
+  tarsus::give_way = tarsus::hear;
+  tarsus::bind_plan(m);
+  tarsus::bind_program(m);
+  tarsus::bind_modal(m);
+  tarsus::bind_legged(m);
+  tarsus::bind_window(m);
+  tarsus::bind_adjoint(m);
+  tarsus::bind_flights(m);
+}

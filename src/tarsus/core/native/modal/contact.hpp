@@ -1,0 +1,299 @@
+// What happens at the ground: impact, capture, release, rest; and changing from one contact mode to another.
+#pragma once
+#include "modal/state.hpp"
+#include "march/rules.hpp"
+
+namespace tarsus::modal {
+
+// Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
+inline void add_film_momenta(Modal& m) {
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
+  for (int i : m.mode->free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.film(i, m.gaps[i]));
+  }
+}
+
+// And back, at the gaps as they are known.
+inline void remove_film_momenta(Modal& m) {
+  for (int i : m.mode->free) {
+    if (!m.laws.has(i, HAS_MOMENTUM)) continue;
+    m.feet[i].momentum = m.feet[i].jumped = m.film(i, m.gaps[i]);
+    m.shift(m.mode->beta, i, -m.feet[i].momentum);
+  }
+  m.jumped = 0.0;
+}
+
+// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
+// ground's own forces on it.
+inline double robot_pull(const Modal& m, const double* rows, const double* feeds, const double* bias, int foot, double t) {
+  const double* feed = feeds + foot * m.sizes.inputs();
+  double pull = m.along(rows, foot) + bias[foot];
+  for (int d = 0; d < m.sizes.drives; d++) {
+    const double part = feed[2 * m.sizes.feet + d];
+    if (part != 0.0) pull += part * m.player.value(d, t);
+  }
+  return pull;
+}
+
+// Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
+// other feet goes by their rates once it is stopped.
+inline double pull_if_held(const Modal& m, int foot, double t) {
+  const double stop = -m.rate_of(foot);
+  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
+  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
+  for (int k : m.mode->free) {
+    const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
+    if (factor == 0.0 || k == foot) continue;
+    const double rate = m.rate_of(k) + stop * m.mode->rate_by_jump(foot, k);
+    if (m.laws.has(k, HAS_MOMENTUM)) pull += factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
+    if (m.laws.has(k, HAS_FORCE)) pull += factor * m.laws.force(k, m.gaps[k], rate, m.foot_volts(k, t), t);
+  }
+  return pull;
+}
+
+// Pull [N] on a free foot at the ground that is none: of the scene's scale, or what rounding leaves of `pull_if_held`, whose
+// dampers and films multiply rates that are known to rounding.
+inline double no_pull(const Modal& m, int foot, double t) {
+  const double* feed = m.mode->held_feed + foot * m.sizes.inputs();
+  double parts = m.parts(m.mode->held_rows, foot) + std::fabs(m.bias->held[foot]);
+  for (int d = 0; d < m.sizes.drives; d++) {
+    if (feed[2 * m.sizes.feet + d] != 0.0) parts += std::fabs(feed[2 * m.sizes.feet + d] * m.player.value(d, t));
+  }
+  if (m.laws.has(foot, HAS_FORCE)) parts += std::fabs(m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t));
+  for (int k : m.mode->free) {
+    const double factor = std::fabs(feed[m.sizes.feet + k]);
+    if (factor == 0.0 || k == foot) continue;
+    const double speeds = std::max(m.feet[k].speeds, m.rate_parts(k));
+    if (m.laws.has(k, HAS_MOMENTUM)) parts += factor * speeds * std::fabs(m.laws.momentum_slope(k, m.gaps[k], m.settings.probe));
+    if (m.laws.has(k, HAS_FORCE)) parts += factor * std::fabs(m.laws.force(k, m.gaps[k], m.rate_of(k), m.foot_volts(k, t), t));
+  }
+  return m.settings.force_zero + ROUNDING * parts;
+}
+
+inline double new_strength(const Modal& m, int foot) {
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
+}
+
+// Go over to another contact mode: keep the physical state for ``enter_mode``.
+inline void leave_mode(Modal& m, const ContactMode& to) {
+  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  m.next = &to;
+  m.entering = true;
+}
+
+// To the one with one foot more held or let go.
+inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
+
+// The smooth inputs that sweeps go through: those that act, or where feet follow others, of the leading feet all of a kind that
+// acts anywhere.
+inline void find_pushing(Modal& m) {
+  const ContactMode& mode = *m.mode;
+  m.rated = false;
+  for (int i : mode.free) m.rated = m.rated || m.laws.has(i, USES_RATE);
+  m.pushing = m.acting;
+  if (!mode.shares()) return;
+  m.pushing.clear();
+  for (int first : {0, m.sizes.feet}) {
+    const bool any = std::any_of(m.acting.begin(), m.acting.end(), [&](int i) { return (i < m.sizes.feet) == (first == 0); });
+    for (int i : mode.leading) {
+      if (any) m.pushing.push_back(first + i);
+    }
+  }
+}
+
+// Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
+inline void enter_mode(Modal& m) {
+  m.mode = m.next;
+  m.entering = false;
+  m.film_now = NOT_A_NUMBER;
+  const ContactMode& mode = *m.mode;
+  m.bias = &m.biases.of(mode);
+  const int n2 = 2 * m.sizes.coordinates;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
+  for (int r = 0; r < m.sizes.state(); r++) {
+    double sum = 0.0;
+    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
+    m.state()[r] = sum;
+  }
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
+  if (m.strong) m.rebase();
+  remove_film_momenta(m);
+  m.acting.clear();
+  for (int i : mode.free) {
+    if (m.laws.has(i, HAS_MOMENTUM)) m.acting.push_back(i);
+  }
+  for (int i : mode.free) {
+    if (m.laws.has(i, HAS_FORCE)) m.acting.push_back(m.sizes.feet + i);
+  }
+  find_pushing(m);
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
+}
+
+// A foot comes to the ground or leaves it; its flight or contact ends here.
+inline void turn_over(Modal& m, int foot, int departure, double t) {
+  m.feet[foot].departure = departure;
+  m.feet[foot].rose = t;
+  m.feet[foot].apex.restart(t);
+}
+
+// Put a foot on the ground; the state is the modal one.
+inline void hold(Modal& m, int foot, double t) {
+  m.feet[foot].since = t;
+  turn_over(m, foot, UNDER_WAY, t);
+  leave_mode(m, foot);
+}
+
+// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
+// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
+// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
+inline double follow_impact(Modal& m, int foot, const Landing& at) {
+  const ContactMode& mode = *m.mode;
+  const double skew = mode.skew[foot];
+  if (skew == 0.0 || at.speed == 0.0) return 0.0;
+  const double e = at.after / at.speed;
+  double alpha = 1.0, beta = (1.0 + e) * skew;
+  if (!m.laws.has(foot, MAP_AS_IS)) {
+    const double theta = passive_angle(e, skew);
+    alpha = std::cos(theta);
+    beta = std::sqrt(std::max(1.0 - e * e, 0.0)) * std::sin(theta);
+  }
+  const double before = m.along(mode.side_rate, foot);
+  const double then = alpha * before + beta * at.speed / std::sqrt(at.mobility);
+  m.shift(mode.side, foot, then - before);
+  return 0.5 * (before * before - then * then);
+}
+
+// A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
+// smaller impacts from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
+inline int torn_off(const Modal& m, int foot, const Landing& at) {
+  if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
+  for (int k : m.mode->held) {
+    if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
+  }
+  return -1;
+}
+
+// Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
+// forces pull the struck one off again for as long as they take to relax; then it is back, up to millions of times.
+inline void count_low(Modal& m, int foot, double speed, double t) {
+  Foot& f = m.feet[foot];
+  const double hidden = 0.1 * m.units.gap * m.settings.widest;
+  const bool low = t - f.rose < 1e-5 * m.settings.end && speed * (t - f.rose) < hidden;
+  f.low = low ? f.low + 1 : 0;
+}
+
+// A foot at the ground approaches: it bounces, is captured or rests. False if it does not approach, or cannot: what others
+// hold as well has rows of zeros.
+TARSUS_APART inline bool impact(Modal& m, int foot) {
+  const ContactMode& mode = *m.mode;
+  if (mode.mobility[foot] == 0.0) return false;
+  const double t = m.clock.time;
+  Apex& apex = m.feet[foot].apex;
+  m.note_parts();
+  add_film_momenta(m);
+  const double rate = m.rate_of(foot), speed = std::max(-rate, 0.0), zero = m.no_rate(foot);
+  if (speed <= zero) {
+    remove_film_momenta(m);
+    return false;
+  }
+  m.gaps[foot] = 0.0;
+  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
+  const int torn = torn_off(m, foot, at);
+  if (torn >= 0) {
+    m.log.add(t, torn, RELEASE, m.feet[torn].apex);
+    m.feet[torn].departure = FROM_REST;
+    m.feet[foot].departure = DUE;
+    leave_mode(m, torn);
+    return true;
+  }
+  at.after = m.laws.rebound(foot, speed);
+  if (at.after == 0.0) at.none = no_pull(m, foot, t);
+  at.strength = new_strength(m, foot);
+  if (m.laws.has(foot, PULL_AS_PRINTED)) {
+    at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
+                 mode.printed_damping[foot] * (rate + at.after);
+  }
+  count_low(m, foot, speed, t);
+  const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
+  if (kind != BOUNCE) {
+    const double over = kind == REST ? rest_time(t, at) : t;
+    const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
+    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept(), taken);
+    hold(m, foot, t);
+    return true;
+  }
+  const double lost = at.lost() + follow_impact(m, foot, at);
+  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
+  m.shift(mode.jump, foot, at.after - rate);
+  remove_film_momenta(m);
+  turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
+  return true;
+}
+
+// A held foot's pull has outgrown the strength of its contact.
+TARSUS_APART inline void release(Modal& m, int foot) {
+  const double t = m.clock.time;
+  const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
+  m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
+  m.feet[foot].left = t;
+  m.note_parts();
+  add_film_momenta(m);
+  turn_over(m, foot, FROM_REST, t);
+  leave_mode(m, foot);
+}
+
+// How each foot that has just left the ground departs, after impacts on the others changed its rate: rising, from rest,
+// or coming back at once (an impact is due).
+inline void reconsider_departures(Modal& m) {
+  add_film_momenta(m);
+  for (int i : m.mode->free) {
+    if (m.feet[i].departure <= UNDER_WAY) continue;
+    const double rate = m.rate_of(i), zero = m.no_rate(i);
+    m.feet[i].departure = rate > zero ? RISING : rate < -zero ? UNDER_WAY : FROM_REST;
+  }
+  remove_film_momenta(m);
+}
+
+// A foot at the ground that does not approach it: held where nothing pulls it off, or where it has just been seen to be
+// ``pressed`` down from rest. Returns whether it is.
+inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
+  add_film_momenta(m);
+  int& departure = m.feet[foot].departure;
+  departure = RISING;
+  if (m.rate_of(foot) <= m.no_rate(foot)) {
+    const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
+    // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
+    // lets no other go
+    const bool let_go = m.just_let_go(foot);
+    const double none = no_pull(m, foot, t) + ROUNDING * std::fabs(strength);
+    if (pressed && let_go) m.feet[foot].low++;
+    if (pressed || pull <= strength + (let_go ? -none : none)) {
+      m.log.add(t, foot, CONTACT_AT_START, m.feet[foot].apex, 0.0, 0.0, pull, strength);
+      hold(m, foot, t);
+      return true;
+    }
+    // one that others hold as well, and that would be pulled off with its share of what they carry, just lies there
+    departure = m.mode->mobility[foot] > 0.0 ? FROM_REST : UNDER_WAY;
+  }
+  remove_film_momenta(m);
+  return false;
+}
+
+// Contacts that are due at this very moment: feet on the ground that approach, or rest there and are held. Returns whether
+// one has changed.
+TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
+  m.note_parts();
+  if (m.sizes.feet > 1) reconsider_departures(m);
+  for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
+    for (int i : m.mode->free) {
+      int& departure = m.feet[i].departure;
+      if ((departure == DUE) != first) continue;
+      if (departure > UNDER_WAY || (departure != DUE && m.gap_of(i) > m.no_gap(i))) continue;
+      departure = UNDER_WAY;
+      if (impact(m, i) || rest_on_ground(m, i)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace tarsus::modal

@@ -1,0 +1,304 @@
+// What a run by contact modes carries from step to step, and the rows a step works on.
+#pragma once
+#include "laws/laws.hpp"
+#include "march/log.hpp"
+#include "march/march.hpp"
+#include "modal/bias.hpp"
+#include "base/pack.hpp"
+#include "drives/signals.hpp"
+
+namespace tarsus::modal {
+
+// How a free foot begins a step. At the ground its gap starts at zero and rises with the first power of time after a
+// bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
+enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
+
+struct Foot {
+  double since = 0.0;  // [s] begin of its contact
+  double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
+  double momentum = 0.0;  // [N s] of its film as the last step has left it
+  double jumped = 0.0;    // and as the gap has it, with which the next step begins
+  double left = -INF;  // [s] when its pull last outgrew one
+  double rose = 0.0;   // [s] when it last came to the ground or left it
+  double speeds = 0.0, places = 0.0;  // [m/s], [m] the most that has added up to its rate and its gap at this moment
+  int low = 0;         // flights in a row that are lost in the error of a step
+  int departure = UNDER_WAY;
+  Apex apex;
+};
+
+// Node intervals (tau[j - 1], tau[j]] in which a foot may have an event: first to last; last 0: none. at: its scaled time; zero:
+// `no_margin` of the foot once it was asked for.
+struct Doubt {
+  int first = N, last = 0;
+  double at = 2.0, zero = 0.0;
+};
+
+// What was refused where a run tried longer steps than its last: what an error of h^9 promises is not there where a film bends
+// within a step, or where a foot hovers so that no long step can tell whether it lands. Each time that it is refused again, twice
+// as many steps pass before it is tried.
+struct Refused {
+  static constexpr int MOST = 31;
+  int k = -1, wait = 0, left = 0, since = 0;  // the shortest class refused; steps to wait, and left of them; steps since then
+
+  void refuse(int by) {
+    const bool again = k >= 0 && since <= 2 * wait + 2;
+    wait = again ? std::min(2 * wait + 1, MOST) : 0;
+    k = again ? std::max(k, by) : by;
+    left = wait;
+    since = 0;
+  }
+  // The class to try where ``wanted`` is asked for, after a step of class ``last``.
+  int next(int wanted, int last) {
+    since++;
+    if (last <= k) *this = {};
+    if (wanted > k || left == 0) return wanted;
+    left--;
+    return k + 1;
+  }
+};
+
+struct Modal {
+  Book& book;
+  const Sizes sizes;
+  const Nodes& nodes;
+  const Settings units;  // tolerances for a length and a force of one
+  Settings settings;     // and those of the run
+  ActingLaws laws;
+  Player player;
+  Clock clock;
+  Log log;
+  std::vector<double> trace;  // rows: time, length, fraction, contact mode, class, T_JUMPS, state (2 n), nodal inputs
+  std::vector<Foot> feet;
+  Bias biases;
+
+  const ContactMode *mode = nullptr, *next = nullptr;  // the one a run is in, and the one it enters
+  BiasMode* bias = nullptr;                            // what rest gaps and gravity do in it
+  const BiasStep* bias_step = nullptr;                 // and in the step being made
+  int step_class = 0;
+  int last_launch = 0;     // class that the film let pass at the last start
+  bool launching = false;  // the first step in a contact mode
+  Refused refused;
+  bool check = true;       // contacts may be due at this very moment
+  bool strong = false;     // films' momenta count from where a step begins: see rebase
+  bool entering = true;    // ``next`` is to be entered with the state ``physical``
+  std::vector<double> physical, from_offset;
+
+  // a step: values of the inputs at the nodes, volts at the feet; outputs without smooth forces, and with them
+  std::vector<Row> values, volts, linear, outputs, margin;
+  std::vector<uint8_t> constant;  // per input
+  std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
+  std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
+  std::vector<double> gaps;       // [m]
+  std::vector<Doubt> doubts;
+  double film_now = NOT_A_NUMBER;  // one foot's film at the start of the step, where the last one has left it
+  double noted = -INF;             // [s] the moment of `Foot::speeds`
+  double jumped = 0.0;             // [J] what films will have done as their momenta jump: see end_record
+  double rounding = 0.0;           // [m] of the gaps of feet in strong films, which is no error of a step
+  double growth_before = 1.0, growth_after = 1.0;  // of the smooth force that makes the error, over the step
+  bool steady = true;                              // drives and volts are constant over the step
+  int64_t filled = -1;                             // state of the player for which they hold constants
+  double per_gap, per_drive;                       // one over what an error may be
+  double chord[N];  // of each node interval: its width over the widest, squared, by which bounds of chords go
+
+  // landing: Taylor coefficients of an output (zeros behind), inputs by powers of time, those times StepClass::share
+  alignas(64) double line[TERMS + 3 * N] = {};
+  alignas(64) double scaled_times[TERMS] = {};
+  std::vector<Row> powers, shares, volt_powers;
+  int degree = 1;
+
+  std::vector<double> matrix;  // of Newton's method
+  // Where feet follow others (see ContactMode::leading): the smooth inputs of those others with all shares of them, and room to
+  // work in; in every contact mode the inputs that sweeps go through, and whether any asks for gap rates.
+  std::vector<Row> gathered, moved, slopes;
+  std::vector<int> pushing;
+  bool rated = false;
+
+  Modal(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : book(b), sizes(b.sizes), nodes(n), units(s), settings(s), laws(l), player(signals, n, channels), feet(sizes.feet),
+        biases(sizes, b.classes()), physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates),
+        values(sizes.inputs(), Row(0.0)),
+        volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
+        margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
+        doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
+        volt_powers(sizes.feet, Row(0.0)), gathered(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
+        chain_(numbers(2)) {
+    for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
+    values[sizes.last()] = Row(1.0);
+    constant[sizes.last()] = 1;
+  }
+
+  // Whether a foot's pull has outgrown what held it at this very moment.
+  bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
+
+  // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.
+  TARSUS_INLINE double* state() { return state_; }
+  TARSUS_INLINE const double* state() const { return state_; }
+  TARSUS_INLINE double* ahead() { return ahead_; }
+  TARSUS_INLINE double* chain() { return chain_; }  // room for two states
+  void accept() { std::swap(state_, ahead_); }
+
+  // A step of one class in the contact mode a run is in, and what rest gaps and gravity do in it.
+  TARSUS_INLINE const StepClass& take_class(int k) {
+    const StepClass& step = book.step(*mode, k);
+    bias_step = &biases.of(*bias, step);
+    return step;
+  }
+
+  TARSUS_INLINE const double* value(int input) const { return reinterpret_cast<const double*>(&values[input]); }
+  TARSUS_INLINE double* value(int input) { return reinterpret_cast<double*>(&values[input]); }
+
+  double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
+  double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot]; }
+  double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
+  // Sizes of what adds up to a row times the state.
+  double parts(const double* rows, int row) const {
+    const double *r = rows + row * sizes.state(), *w = state();
+    double even = 0.0, odd = 0.0;  // state() is even
+    for (int k = 0; k < sizes.state(); k += 2) {
+      even += std::fabs(r[k] * w[k]);
+      odd += std::fabs(r[k + 1] * w[k + 1]);
+    }
+    return even + odd;
+  }
+  double gap_parts(int foot) const { return parts(mode->outputs, foot) + std::fabs(bias->feed[foot]); }
+  double rate_parts(int foot) const { return parts(mode->outputs, sizes.feet + foot); }
+  // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding. A foot
+  // alone is not looked at again before it has moved on.
+  void note_parts() {
+    if (sizes.feet == 1) return;
+    if (clock.time - noted > settings.least_progress) {
+      noted = clock.time;
+      for (Foot& foot : feet) foot.speeds = foot.places = 0.0;
+    }
+    for (int i : mode->free) {
+      feet[i].speeds = std::max(feet[i].speeds, rate_parts(i));
+      feet[i].places = std::max(feet[i].places, gap_parts(i));
+    }
+  }
+  // Gap [m] and rate [m/s] of a free foot that are zero: by the scene's scales, or for all that rounding leaves of them.
+  double no_gap(int foot) const { return settings.gap_zero + ROUNDING * std::max(feet[foot].places, gap_parts(foot)); }
+  double no_rate(int foot) const {
+    double parts = std::max(feet[foot].speeds, rate_parts(foot));
+    if (strong) {  // a film takes as much speed as it has momentum in what rounding leaves of its gap
+      for (int k : mode->free) {
+        if (!laws.has(k, HAS_MOMENTUM)) continue;
+        const double taken = mode->feed[(sizes.feet + foot) * sizes.inputs() + k] * laws.momentum_slope(k, std::max(gaps[k], 0.0), settings.probe);
+        parts += std::fabs(taken) * std::max(feet[k].places, gap_parts(k));
+      }
+    }
+    return settings.speed_zero + ROUNDING * parts;
+  }
+
+  void shift(const double* rows, int row, double by) {
+    const double* r = rows + row * sizes.state();
+    double* w = state();
+    for (int i = 0; i < sizes.state(); i++) w[i] += r[i] * by;
+  }
+
+  // Momentum [N s] of a foot's film at a gap, from that at its base on.
+  template <class Real>
+  TARSUS_INLINE Real film(int foot, const Real& gap) const {
+    return strong ? laws.momentum_from(foot, feet[foot].from, feet[foot].base, gap) : laws.momentum(foot, gap);
+  }
+  // Let film momenta count from the present gaps (``gaps``), which shifts the flowing state and changes nothing else: in
+  // a strong film little motion were a difference of large numbers.
+  void rebase() {
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      feet[i].from = gaps[i];
+      feet[i].base = laws.momentum(i, gaps[i]);
+    }
+  }
+
+  // Work [J] of the films on the structure where their momenta jump: each at the mean of its foot's rates before and after, so
+  // that it is all that the structure's energy changes by.
+  template <class Before, class After>
+  double work_of_jumps(const Before& before, const After& after) const {
+    const double* feed = mode->feed + size_t(sizes.feet) * sizes.inputs();
+    double work = 0.0;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      double rate = rate_of(i);
+      for (int k : mode->free) {
+        const double factor = feed[i * sizes.inputs() + k];
+        if (factor != 0.0 && laws.has(k, HAS_MOMENTUM)) rate += factor * 0.5 * (before(k) + after(k));
+      }
+      work += (after(i) - before(i)) * rate;
+    }
+    return work;
+  }
+
+  double foot_volts(int foot, double t) const {
+    const int64_t c = laws.laws.volts[foot];
+    return c < 0 ? 0.0 : player.value(int(c), t);
+  }
+
+  // Values of drives and volts at the nodes of the step [t, t + h].
+  TARSUS_INLINE void drive(double t, double h) {
+    if (filled == player.moves && t + h <= player.flat_until) return;  // as they were
+    steady = true;
+    for (int d = 0; d < sizes.drives; d++) {
+      const int i = 2 * sizes.feet + d;
+      constant[i] = player.fill(d, t, h, value(i));
+      steady = steady && constant[i];
+    }
+    for (int i = 0; i < sizes.feet; i++) {
+      const int64_t c = laws.laws.volts[i];
+      if (c >= 0) steady = player.fill(int(c), t, h, reinterpret_cast<double*>(&volts[i])) && steady;
+    }
+    filled = steady ? player.moves : -1;
+  }
+
+  // Keep a step: what ``sample`` and the energy integrals of a run are made of.
+  void record(const StepClass& step, double fraction) {
+    if (!settings.record) return;
+    const int n = sizes.coordinates, nb = mode->blocks_used;
+    const size_t at = trace.size();
+    trace.resize(at + recorded_width(sizes), 0.0);
+    double* row = trace.data() + at;
+    row[0] = clock.time;
+    row[1] = step.length;
+    row[2] = fraction;
+    row[3] = mode->number;
+    row[4] = step.number;
+    row[T_JUMPS] = work_of_jumps([this](int i) { return feet[i].jumped; }, [this](int i) { return values[i][0]; });
+    double *start = row + TRACE_HEAD, *nodal = start + 2 * n;
+    for (int b = 0; b < nb; b++) {
+      start[b] = state()[b];
+      start[nb + b] = state()[sizes.stride + b];
+    }
+    for (int i : acting) store(nodal + N * i, values[i]);
+    store(nodal + N * sizes.last(), values[sizes.last()]);
+  }
+
+  // A step has ended, at its scaled time ``fraction``. The momenta of its films are polynomials that are those of the gaps at its
+  // nodes, to rounding, and less so where it ends between them: they jump as the next step begins.
+  void end_record(double fraction) {
+    if (!settings.record) return;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      feet[i].momentum = values[i][N - 1];
+      if (fraction != 1.0) {  // of what it changes by, which leaves it the least rounding
+        const Row change = values[i] - values[i][0], powers = powers_of(nodes, reinterpret_cast<const double*>(&change));
+        feet[i].momentum = values[i][0] + horner(reinterpret_cast<const double*>(&powers), 0, N, fraction);
+      }
+      feet[i].jumped = film(i, gap_of(i));
+    }
+    jumped = work_of_jumps([this](int i) { return feet[i].momentum; }, [this](int i) { return feet[i].jumped; });
+    trace[trace.size() - recorded_width(sizes) + T_JUMPS] += jumped;
+  }
+
+ private:
+  std::vector<Row> memory_;
+  double *state_, *ahead_, *chain_;
+
+  int rows() const { return (sizes.state() + N - 1) / N; }
+  double* numbers(int state) { return reinterpret_cast<double*>(memory_.data() + state * rows()); }
+  double dot(const double* a, const double* b) const {
+    double sum = 0.0;
+    for (int i = 0; i < sizes.state(); i++) sum += a[i] * b[i];
+    return sum;
+  }
+};
+
+}  // namespace tarsus::modal

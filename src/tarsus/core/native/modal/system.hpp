@@ -1,0 +1,225 @@
+// Robots by contact modes, as the march takes them: a structure of a few modes with exact flow from event to event.
+#pragma once
+#include "modal/contact.hpp"
+#include "modal/one.hpp"
+#include "modal/step.hpp"
+
+namespace tarsus::modal {
+
+// Steps of any feet under any laws, or of one foot: see take_step.
+template <class S>
+struct AnyFeet {
+  const OneFoot& foot;
+  double attempt(Modal& m, const StepClass& step, double t) const { return modal::attempt<S>(m, step, t); }
+  Scan scan(Modal& m, const StepClass& step, double t, double limit) const { return modal::scan<S>(m, step, t, limit); }
+};
+
+template <class S>
+struct OneFree {
+  const OneFoot& foot;
+  TARSUS_INLINE double attempt(Modal& m, const StepClass& step, double t) const { return attempt_free<S>(m, foot, step, t); }
+  TARSUS_INLINE Scan scan(Modal& m, const StepClass& step, double, double limit) const { return scan_one<S>(m, step, limit); }
+};
+
+template <class S>
+struct OneHeld {
+  const OneFoot& foot;
+  TARSUS_INLINE double attempt(Modal& m, const StepClass& step, double t) const { return attempt_held<S>(m, foot, step, t); }
+  TARSUS_INLINE Scan scan(Modal& m, const StepClass& step, double, double limit) const { return scan_one<S>(m, step, limit); }
+};
+
+// Whether feet that are all held stay so for ``left`` at least, under drives that do not change. Each pull sways about its
+// value at rest by no more than its modal amplitudes: with y = state, c y(t) = c y - c T^-1 y' + c T^-1 exp(T t) y', where
+// ``level`` is c T^-1 and ``sway`` the largest norm of c T^-1 exp(T t) in each block.
+template <class S>
+bool stays_held(Modal& m, double left) {
+  const ContactMode& mode = *m.mode;
+  const int ns = m.sizes.stride, ni = m.sizes.inputs();
+  const double t = m.clock.time, *w = m.state();
+  double* z = m.chain();
+  for (int b = 0; b < ns; b++) {
+    z[b] = mode.blocks[b] * w[b] + mode.blocks[ns + b] * w[ns + b];
+    z[ns + b] = mode.blocks[2 * ns + b] * w[b] + mode.blocks[3 * ns + b] * w[ns + b];
+  }
+  for (int r = 0; r < 2 * ns; r++) z[r] += m.bias->inputs[r];
+  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) {
+    for (int r = 0; r < 2 * ns; r++) z[r] += mode.inputs[i * 2 * ns + r] * m.value(i)[0];
+  }
+  for (int i = 0; i < m.sizes.feet; i++) {
+    double most = m.along(mode.outputs, i) + m.bias->feed[i];
+    for (int r = 0; r < 2 * ns; r++) most -= mode.level[i * 2 * ns + r] * z[r];
+    for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) most += mode.feed[i * ni + f] * m.value(f)[0];
+    for (int b = 0; b < mode.blocks_used; b++) most += mode.sway[i * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
+    const Row margin = breaking_pull(m, i, t + m.nodes.times() * left, Row(m.volts[i][0])) - most;
+    if (any_not_below(Row(m.settings.force_zero), margin)) return false;
+  }
+  return true;
+}
+
+// Where nothing can happen until the drives change: the longest step that fits, by its flow alone. False where something
+// can happen or the rest is short enough to be cut from a landing step.
+template <class S>
+TARSUS_APART bool glide(Modal& m, double left) {
+  const std::vector<double>& lengths = m.book.lengths;
+  int k = 0;
+  while (k < int(lengths.size()) && m.mode->terms[k] == 0 && lengths[k] > left) k++;
+  if (k == int(lengths.size()) || m.mode->terms[k] > 0) return false;
+  m.drive(m.clock.time, lengths[k]);
+  if (!m.steady || !stays_held<S>(m, left)) return false;
+  const StepClass& step = m.take_class(k);
+  m.record(step, 1.0);
+  flow<S>(m, step);
+  m.accept();
+  m.clock.time += lengths[k];
+  return true;
+}
+
+// S: how the modes lie in packs.
+template <class S>
+struct ModalSystem : Modal {
+  OneFoot one;
+  double strong_gap = 0.0;  // [m] that a step may err under strong films, but for rounding
+
+  ModalSystem(Book& b, const Nodes& n, const Signals& signals, const Laws& l, const Settings& s, size_t channels)
+      : Modal(b, n, signals, l, s, channels), one(*this) {}
+
+  // Start a run from its data.
+  void begin(const RunData& run) {
+    settings = units.of(run, sizes.feet);
+    per_drive = 1.0 / settings.drive;
+    laws.take(run.parameters);
+    biases.take(run.sources);
+    physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
+    for (Foot& foot : feet) {
+      foot = Foot();
+      foot.apex.integral = settings.track ? 0.0 : NOT_A_NUMBER;
+    }
+    player.restart(run.channels, run.changes);
+    clock = Clock();
+    clock.mark = settings.period;
+    step_class = int(settings.first_class);
+    last_launch = 0;
+    next = &book.require(FootSet(sizes.feet));
+    entering = check = true;
+    take_films(run);
+    one.begin(*this);
+  }
+
+  // Count film momenta as they are, as those do who go through recorded steps with laws of their own.
+  void count_from_zero(const RunData& run) {
+    strong = false;
+    allow(units.of(run, sizes.feet).gap);
+    one.begin(*this);
+  }
+
+  void enter() {
+    if (!entering) return;
+    enter_mode(*this);
+    step_class = launch_class(*this);
+    launching = true;
+    refused = {};
+    if (sizes.feet > 1) check = true;
+  }
+
+  // End of a drive period, or of the run: note the highest gap since the last mark and start anew.
+  void mark() {
+    for (int i : mode->free) {
+      log.add(clock.time, i, PERIOD_MARK, feet[i].apex);
+      feet[i].apex.restart(clock.time);
+    }
+    clock.marks++;
+    clock.mark = (clock.marks + 1) * settings.period;
+  }
+
+  bool resolve_contacts() {
+    if (!check) return false;
+    check = false;
+    player.next_kink(clock.time);
+    if (sizes.feet > 0 && resolve_due_contacts(*this)) check = true;
+    return check;
+  }
+
+  Code step() {
+    const Ahead ahead = look_ahead(*this);
+    if (strong) {
+      add_film_momenta(*this);
+      allow_for_rounding();
+      rebase();
+      remove_film_momenta(*this);
+    }
+    return glides(ahead) ? GOING_ON : go_on(ahead, {step_class, step_class});
+  }
+
+  // Whether nothing can happen ahead, and a long step has been made.
+  TARSUS_INLINE bool glides(const Ahead& ahead) {
+    return mode->free.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
+  }
+
+  // One step, trying first the class of a trial, and what happens at its end.
+  TARSUS_INLINE Code go_on(const Ahead& ahead, const Trial& trial) {
+    const bool all_held = mode->free.empty();
+    return end(all_held && one.in_line    ? take_step<S>(*this, OneHeld<S>{one}, ahead, trial)
+               : !all_held && one.in_film ? take_step<S>(*this, OneFree<S>{one}, ahead, trial)
+                                          : any_step(ahead, trial));
+  }
+
+  // The event at the end of a step.
+  TARSUS_INLINE Code end(const Taken& taken) {
+    if (taken.foot < 0) return taken.code;
+    if (mode->is_held[taken.foot]) {
+      release(*this, taken.foot);
+    } else if (!impact(*this, taken.foot)) {
+      rest_on_ground(*this, taken.foot, true);
+    }
+    check = sizes.feet > 1;
+    return feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
+  }
+
+ private:
+  // A film is strong where it could bring its foot to rest many times within a run. Its momentum per mass is then as many times
+  // what the foot gets around, and would round it (at 1e10 times accounts were open by 1e-5); and what the foot moves is as
+  // many times less than lengths that tolerances refer to: down to a thousandth of them. Not with many feet that move by
+  // themselves: Newton's method has 8 rows for each, and its steps take seconds.
+  void take_films(const RunData& run) {
+    constexpr double MANY = 1e4, least = 1e-3;
+    constexpr int FEW = 8;
+    double most = 0.0;
+    for (int i = 0; i < sizes.feet; i++) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const double damping = -laws.momentum_slope(i, std::max(run.sources[i], 0.0), settings.probe);
+      most = std::max(most, damping * next->mobility[i] * settings.end);
+    }
+    strong = most > MANY;
+    strong_gap = settings.gap;
+    rounding = 0.0;
+    if (strong && std::min(sizes.feet, sizes.coordinates) <= FEW) strong_gap *= std::max(MANY / most, least);
+    allow(strong_gap);
+  }
+
+  void allow(double gap) {
+    settings.gap = gap;
+    per_gap = 1.0 / gap;
+  }
+
+  // A gap is a sum over the modes: its nodes, and through a strong film its momentum, show the rounding of their largest parts.
+  // That is no error of a step, or steps would never grow; and Newton's method settles to no less.
+  void allow_for_rounding() {
+    constexpr double ROUNDED = 4e-14;
+    double most = 0.0;
+    for (int i : mode->free) {
+      if (!laws.has(i, HAS_MOMENTUM)) continue;
+      const double* row = mode->outputs + i * sizes.state();
+      double sum = std::fabs(bias->feed[i]);
+      for (int r = 0; r < sizes.state(); r++) sum += std::fabs(row[r] * state()[r]);
+      most = std::max(most, sum);
+    }
+    allow(std::max(strong_gap, ROUNDED * most));
+    rounding = 2e-15 * most;
+  }
+
+  TARSUS_APART Taken any_step(const Ahead& ahead, const Trial& trial) {
+    return take_step<S>(*this, AnyFeet<S>{one}, ahead, trial);
+  }
+};
+
+}  // namespace tarsus::modal

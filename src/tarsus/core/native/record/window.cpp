@@ -1,0 +1,64 @@
+#include "record/window.hpp"
+
+#include "modal/system.hpp"
+
+namespace tarsus::modal {
+
+namespace {
+
+// A system by contact modes that can start anywhere.
+template <class S>
+struct Begun : ModalSystem<S> {
+  using ModalSystem<S>::ModalSystem;
+
+  size_t recorded() const { return this->trace.size() / recorded_width(this->sizes); }
+
+  void begin_at(const RunData& run, const Beginning& start) {
+    this->begin(run);
+    this->count_from_zero(run);
+    start_clock(this->clock, this->settings, start.time);
+    FootSet on(this->sizes.feet);
+    for (int i = 0; i < this->sizes.feet; i++) {
+      Foot& foot = this->feet[i];
+      foot.apex.restart(start.time);
+      if (start.held[i]) {
+        on.toggle(i);
+        foot.since = start.since[i];
+      } else if (start.leaving[i]) {
+        foot.departure = FROM_REST;
+      }
+    }
+    this->next = &this->book.require(on);
+  }
+};
+
+template <class S>
+WindowResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
+                     const Batch& batch, const std::vector<Beginning>& starts) {
+  Begun<S> system(book, nodes, signals, laws, settings, batch.channels);
+  WindowResult out;
+  Watched<Begun<S>> watched(system, out.notes);
+  for (size_t run = 0; run < batch.runs; run++) {
+    system.begin_at(batch.of(run), starts[run]);
+    out.runs.codes.push_back(march(watched));
+    out.runs.event_end.push_back(int64_t(system.log.events.size()));
+    out.trace_end.push_back(int64_t(system.recorded()));
+    const Clock& clock = system.clock;
+    out.runs.finish.insert(out.runs.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
+  }
+  out.runs.events = std::move(system.log.events);
+  note_end(system, out.runs);
+  out.runs.trace = std::move(system.trace);
+  return out;
+}
+
+}  // namespace
+
+WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
+                         const Batch& batch, const std::vector<Beginning>& starts) {
+  return by_shape(book.sizes.stride, [&](auto shape) {
+    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch, starts);
+  });
+}
+
+}  // namespace tarsus::modal
