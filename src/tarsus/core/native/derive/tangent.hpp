@@ -189,7 +189,7 @@ struct LawTangents {
   Jet value(Hook hook, int foot, std::initializer_list<Jet> arguments) {
     Jet sum(0.0);
     for (const Term& term : laws.terms[hook]) {
-      std::copy(arguments.begin(), arguments.end(), registers_.begin());
+      std::copy_n(arguments.begin(), laws.programs[term.program].arguments, registers_.begin());
       sum = sum + evaluate(laws.programs[term.program], fixed_.data() + size_t(foot) * laws.fixed + term.fixed, registers_.data());
     }
     return sum;
@@ -201,7 +201,9 @@ struct LawTangents {
   // As those of ActingLaws.
   Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
   Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
-  Jet friction(int foot, const Jet& margin, const Jet& held) { return value(FRICTION, foot, {margin, held}); }
+  Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
+    return value(FRICTION, foot, {margin, held, speed});
+  }
   Jet excess(int foot, const Jet& departing) { return value(EXCESS, foot, {departing}); }
   // Its slope by its first argument, by a central difference over a probe.
   Jet momentum_slope(int foot, const Jet& gap, double probe) {
