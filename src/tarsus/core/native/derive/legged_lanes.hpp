@@ -230,7 +230,7 @@ class LeggedLanes : public LeggedMarch {
         place_.of(place_.w, i, d).value = feet[i].w[d];
       }
     }
-    const Rates after = still_.rates(place_);
+    const Rates after = still_.on(place_).rates();
     add_jump(before_, after, shared_);
     shift(place_, after, -shared_);
     for (int lane = 0; lane < count_; lane++) {
@@ -357,10 +357,10 @@ class LeggedLanes : public LeggedMarch {
       shared_ = by;
       shared_at_ = clock.time;
       if (!any_less(Row(0.0), magnitude(by))) continue;
-      const JetPlace here = place();
-      const Rates after = still_.rates(here);
+      JetPlace here = place();
+      const Rates after = still_.on(here).rates();
       drives_.player.cursor[c] = was;
-      const Rates before = still_.rates(here);
+      const Rates before = still_.rates();
       drives_.player.cursor[c] = now;
       place_ = here;
       before_ = before;

@@ -51,8 +51,8 @@ class LeggedTangent : public LeggedTold {
   void happens(int i, Happening kind) {
     known_ = log.events.size();
     place_ = place();
-    before_ = still_.rates(place_);
-    const Jet value = acting_.function(place_, i, kind);
+    before_ = still_.on(place_).rates();
+    const Jet value = acting_.on(place_).function(i, kind);
     const double rate = rate_of(i, kind);
     if (!open_) note_rates();
     at_once_ = fraction_ == 0.0 && shared_at_ == clock.time && shares_moment(i, kind, value.value);
@@ -72,18 +72,19 @@ class LeggedTangent : public LeggedTold {
     const int what = told ? int(log.events.back().kind) : 0;
     Struck out;
     out.when = place_.time;
-    Jet &up = place_.of(place_.w, i, UP), &along = place_.of(place_.w, i, ALONG);
+    acting_.on(place_);
+    Jet& along = acting_.w(i, ALONG);
     if (kind == TOUCH) {
-      out = acting_.strike(place_, i, what);
+      out = acting_.land(i, what);
       if (what == 0 || (what == CONTACT_AT_START && !at_once_)) flag(GRAZING, -1, known_);
       if (feet[i].contact == STUCK) stop_along(along);
     } else if (kind == PULL_OFF) {
-      out.pull = acting_.pull(place_, i);
-      out.strength = acting_.strength(place_, i);
-      up = -acting_.momentum(i, Jet(0.0)) / acting_.mass(i);
+      out.pull = pull_on(acting_, i);
+      out.strength = acting_.strength(i);
+      acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
     } else {
-      out.pull = acting_.along(place_, i);
-      out.strength = acting_.bound(place_, i);
+      out.pull = acting_.along(i);
+      out.strength = acting_.bound(i, Jet(0.0));
       out.doubtful = kind == STOP && is_close(Jet(std::fabs(out.pull.value)), out.strength);
       along = Jet(0.0);
     }
@@ -97,7 +98,8 @@ class LeggedTangent : public LeggedTold {
     const bool whole = std::fabs(clock.time - turns * settings.period) <= 1e-12 * clock.time && clock.time < settings.end;
     const Row by = whole ? data_.period * turns : Row(0.0);
     const bool moves = any_less(Row(0.0), magnitude(by));
-    const Rates now = moves ? still_.rates(place()) : Rates{};
+    JetPlace here = place();
+    const Rates now = moves ? still_.on(here).rates() : Rates{};
     const size_t seen = log.events.size();
     const bool low = x[1] <= lowest_body, high = x[1] >= highest_body;
     std::vector<Apex> apexes;
@@ -137,7 +139,7 @@ class LeggedTangent : public LeggedTold {
     };
     for (auto* part : {&on.x, &on.v, &on.u, &on.w, &on.since}) still(*part);
     shift(on, before_, Row(1.0));
-    return still_.function(on, i, kind).slope[0];
+    return still_.on(on).function(i, kind).slope[0];
   }
 
   // Whether an event at the start of a step comes with what happened just before it: a jump beyond rounding, or a foot that

@@ -92,9 +92,10 @@ class LeggedTold : public LeggedLanes {
     note_sample(to);
   }
 
-  void note_sample(const JetPlace& to) {
+  void note_sample(JetPlace& to) {
+    acting_.on(to);
     std::vector<Row>& out = slopes.samples;
-    const auto leg_rate = [&](int i, int d) { return d == UP && feet[i].filmed() ? acting_.rate(to, i) : to.of(to.w, i, d); };
+    const auto leg_rate = [&](int i, int d) { return d == UP && feet[i].filmed() ? acting_.rate(i) : to.of(to.w, i, d); };
     for (const Jet& one : to.x) out.push_back(slope_of(one));
     for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.u, i, ALONG)), slope_of(to.of(to.u, i, UP))});
     for (const Jet& one : to.v) out.push_back(slope_of(one));
@@ -107,8 +108,8 @@ class LeggedTold : public LeggedLanes {
       const Jet gap = to.of(to.u, i, UP) + acting_.gap(i), rate = leg_rate(i, UP);
       const bool free = feet[i].contact == AIR;
       resistive.push_back(free && feet[i].film ? slope_of(laws_.momentum_slope(body.legs[i].foot, gap, settings.probe) * rate) : Row(0.0));
-      smooth.push_back(free ? slope_of(acting_.force(to, i, gap, rate)) : Row(0.0));
-      pull.push_back(free ? Row(0.0) : slope_of(acting_.structure(to, i, UP, -acting_.gap(i))));
+      smooth.push_back(free ? slope_of(acting_.smooth(i, gap, rate)) : Row(0.0));
+      pull.push_back(free ? Row(0.0) : slope_of(structure_force(acting_, i, UP, -acting_.gap(i))));
       if (!free) out[gaps + body.legs[i].foot] = Row(0.0);
     }
     for (const auto* part : {&resistive, &smooth, &pull}) out.insert(out.end(), part->begin(), part->end());
