@@ -52,7 +52,7 @@ class StepAdjoint : public Lens {
                const RunData& run, const Beginning& start, const std::vector<DataTangents>& data, size_t channels,
                const std::vector<int64_t>& groups, const std::vector<int64_t>& degrees, const Directions& directions)
       : Lens(book, nodes, halves, signals, laws, settings, run, start, data[0], channels, directions, 0), groups_(groups),
-        back_(signals, nodes, run, degrees), bar_(sizes_), room_(sizes_), seed_(sizes_), by_channel_(channels * N) {
+        back_(signals, nodes, run, degrees), bar_(sizes_), unit_(sizes_), seed_(sizes_), by_channel_(channels * N) {
     list_rates(laws, run);
     const int m = sizes_.feet;
     DataAdjoint& to = result_.data;
@@ -64,7 +64,7 @@ class StepAdjoint : public Lens {
     to.end = to.begin;
     to.loops.assign(signals.loop.size(), 0.0);
     to.changes.assign(3 * channels, 0.0);
-    by_state_.assign(sizes_.state(), 0.0);
+    by_state_ = nothing_ = std::vector<double>(sizes_.state(), 0.0);
     for (auto* one : {&by_since_, &apex_, &apex_time_, &integral_}) one->assign(m, 0.0);
     by_gap_.assign(m, Row(0.0));
     next_.assign(m, 0);
@@ -78,14 +78,17 @@ class StepAdjoint : public Lens {
   AdjointResult result_;
   Passed passed_;
   Entering<double> bar_;
-  Inside<double> room_;
+  Entering<Row> unit_;  // directions of what enters a step
   Shown<double> seed_;
   // Derivatives of the number by: the state; since when feet are held; of the flights that end next, the highest gaps and when,
-  // and the integrals; outputs and inputs of an instant; what is shown; channels, and right sides, at the nodes.
-  std::vector<double> by_state_, by_since_, apex_, apex_time_, integral_, out_by_, in_by_, shown_by_, by_channel_, right_by_;
-  std::vector<Row> by_gap_, forces_by_, head_;
-  std::vector<std::unique_ptr<BackTables>> backs_;  // by contact mode and step
-  const BackTables* tables_back_ = nullptr;         // of the step
+  // and the integrals; outputs and inputs of an instant; channels, and right sides, at the nodes.
+  std::vector<double> nothing_, by_state_, by_since_, apex_, apex_time_, integral_, out_by_, in_by_, by_channel_, right_by_;
+  std::vector<Row> by_gap_, forces_by_;
+  // What is shown at a moment, of directions and of the number.
+  static constexpr std::pair<std::vector<Row> Shown<Row>::*, std::vector<double> Shown<double>::*> PARTS[] = {
+      {&Shown<Row>::place, &Shown<double>::place},         {&Shown<Row>::gap, &Shown<double>::gap},
+      {&Shown<Row>::rate, &Shown<double>::rate},           {&Shown<Row>::resistive, &Shown<double>::resistive},
+      {&Shown<Row>::smooth, &Shown<double>::smooth}, {&Shown<Row>::pull, &Shown<double>::pull}};
   // Terms of a series, of which each must be so much smaller than the one before: else elimination costs less.
   static constexpr int BACK_SERIES = 16;
   static constexpr double FALLING = 0.1;
@@ -117,55 +120,62 @@ class StepAdjoint : public Lens {
   // From the end of a step to its start.
   void go_back(size_t r) {
     const ContactMode& mode = *step_.mode;
+    const bool whole = step_.fraction == 1.0;
     std::fill(bar_.inputs.begin(), bar_.inputs.end(), 0.0);
-    tables_back_ = &back_of(mode);
-    if (margin_ != 0.0) {
+    std::fill(bar_.state.begin(), bar_.state.end(), 0.0);
+    if (margin_ != 0.0 || !whole) {
       (mode.is_held[margin_foot_] ? seed_.pull : seed_.gap)[margin_foot_] = margin_;
-      show_back(mode, nodes_, step_.length, step_.fraction, acting_, seed_, by_state_, bar_);
-      seed_.pull[margin_foot_] = seed_.gap[margin_foot_] = 0.0;
+      moment_back(step_.fraction, whole ? nothing_ : by_state_);
     }
-    head_.assign(tables_back_->head, Row(0.0));
-    if (step_.fraction == 1.0) {
-      for (int i : acting_) store(bar_.input(i), load(bar_.input(i)) + tables_back_->end_input(i, by_state_.data()));
-      tables_back_->end(by_state_.data(), head_.data());
-      std::fill(by_state_.begin(), by_state_.end(), 0.0);
+    if (whole) {
+      end_back(*tables_, acting_, by_state_.data(), bar_);
     } else {
-      within_back(book_, nodes_, halves_, mode, step_.step_class, step_.fraction, acting_, room_, by_state_, bar_);
+      by_state_ = nothing_;
     }
     for (size_t n = passed_.samples[r]; n < passed_.samples[r + 1]; n++) sampled(n);
     tracked(r);
     linearise_back();
-    const double* head = reinterpret_cast<const double*>(head_.data());
-    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += head[k];
-    for (int q = 0; q < sizes_.sources(); q++) bar_.sources[q] += head[sizes_.state() + q];
+    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += bar_.state[k];
   }
 
-  const BackTables& back_of(const ContactMode& mode) {
-    const size_t place = size_t(mode.number) * book_.classes() + step_.step_class;
-    if (place >= backs_.size()) backs_.resize(place + 1);
-    if (backs_[place] == nullptr) backs_[place] = std::make_unique<BackTables>(*tables_);
-    return *backs_[place];
-  }
-
-  // What is shown at scaled time s, by ``seed_``, which is left at nothing.
-  void shown(double s) {
-    shown_by_.assign(sizes_.state(), 0.0);
-    show_back(*step_.mode, nodes_, step_.length, s, acting_, seed_, shown_by_, bar_);
-    within_back(book_, nodes_, halves_, *step_.mode, step_.step_class, s, acting_, room_, shown_by_, bar_);
-    for (int k = 0; k < sizes_.state(); k++) by_state_[k] += shown_by_[k];
-    for (auto* part : {&seed_.place, &seed_.gap, &seed_.rate, &seed_.resistive, &seed_.smooth, &seed_.pull}) {
-      std::fill(part->begin(), part->end(), 0.0);
+  // What is there at scaled time s of the step, by its state and by ``seed_``, which is left at nothing: the way there on eight
+  // unit directions at a time.
+  void moment_back(double s, const std::vector<double>& by_state) {
+    const ContactMode& mode = *step_.mode;
+    std::vector<std::pair<Row*, double*>> entries;
+    for (int k = 0; k < sizes_.state(); k++) entries.push_back({&unit_.state[k], &bar_.state[k]});
+    for (int i : acting_) {
+      for (int j = 0; j < N; j++) entries.push_back({unit_.input(i) + j, bar_.input(i) + j});
     }
+    for (int q = 0; q < sizes_.sources(); q++) entries.push_back({&unit_.sources[q], &bar_.sources[q]});
+    for (size_t first = 0; first < entries.size(); first += LANES) {
+      const size_t last = std::min(first + LANES, entries.size());
+      for (size_t n = first; n < last; n++) *entries[n].first = unit(int(n - first));
+      within_step(book_, nodes_, halves_, mode, step_.step_class, s, acting_, unit_, slope_room_, inside_);
+      show(mode, nodes_, step_.length, s, acting_, unit_, inside_, shown_);
+      Row sum = Row(0.0);
+      const auto add = [&](const std::vector<Row>& found, const std::vector<double>& by) {
+        for (size_t k = 0; k < by.size(); k++) sum += found[k] * by[k];
+      };
+      add(inside_, by_state);
+      for (auto part : PARTS) add(shown_.*part.first, seed_.*part.second);
+      for (size_t n = first; n < last; n++) {
+        *entries[n].second += sum[n - first];
+        *entries[n].first = Row(0.0);
+      }
+    }
+    for (auto part : PARTS) std::fill((seed_.*part.second).begin(), (seed_.*part.second).end(), 0.0);
   }
 
   void sampled(size_t n) {
     const double* from = objective_->samples + n * (sample_width(sizes_) - sizes_.feet);
     if (std::all_of(from, from + sample_width(sizes_) - sizes_.feet, [](double x) { return x == 0.0; })) return;
-    for (auto* part : {&seed_.place, &seed_.gap, &seed_.rate, &seed_.resistive, &seed_.smooth, &seed_.pull}) {
-      std::copy_n(from, part->size(), part->begin());
-      from += part->size();
+    for (auto part : PARTS) {
+      std::vector<double>& to = seed_.*part.second;
+      std::copy_n(from, to.size(), to.begin());
+      from += to.size();
     }
-    shown(std::min(std::max((objective_->times[n] - step_.time) / step_.length, 0.0), step_.fraction));
+    moment_back(std::min(std::max((objective_->times[n] - step_.time) / step_.length, 0.0), step_.fraction), nothing_);
   }
 
   // As StepTangents::track.
@@ -184,7 +194,7 @@ class StepAdjoint : public Lens {
       seed_.gap[i] = apex_[i];
       if (s > 0.0 && s < step_.fraction && bend < 0.0) seed_.rate[i] = apex_time_[i] * (-step_.length * step_.length / bend);
       apex_[i] = apex_time_[i] = 0.0;
-      shown(s);
+      moment_back(s, nothing_);
     }
   }
 
@@ -208,13 +218,7 @@ class StepAdjoint : public Lens {
 
   // An output by state, drives and sources.
   void drives_back(int output, const Row& by) {
-    alignas(64) double each[N];
-    store(each, by);
-    tables_back_->output(output, each, head_.data());
-    for (size_t n = smooth_.size(); n < acting_.size(); n++) {
-      double* to = bar_.input(acting_[n]);
-      store(to, load(to) + tables_back_->input(output, acting_[n], each));
-    }
+    output_back(*tables_, acting_.data() + smooth_.size(), acting_.size() - smooth_.size(), output, by, bar_);
   }
 
   void forces_back() {
@@ -226,7 +230,7 @@ class StepAdjoint : public Lens {
       Row by = load(bar_.input(i));
       for (int o : step_.mode->free) {
         if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE) || integral_[o] == 0.0) continue;
-        by += tables_back_->input(o, i, reinterpret_cast<const double*>(&by_gap_[o]));
+        by += input_back(*tables_, o, i, by_gap_[o]);
       }
       forces_by_.push_back(by);
     }
@@ -253,7 +257,7 @@ class StepAdjoint : public Lens {
   // What unknown outputs make of an input.
   Row outputs_back(int input, const std::vector<double>& by) const {
     Row sum = Row(0.0);
-    for (size_t a = 0; a < unknown_.size(); a++) sum += tables_back_->input(unknown_[a], input, &by[N * a]);
+    for (size_t a = 0; a < unknown_.size(); a++) sum += input_back(*tables_, unknown_[a], input, load(&by[N * a]));
     return sum;
   }
 
