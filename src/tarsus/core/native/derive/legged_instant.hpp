@@ -1,6 +1,7 @@
 // One moment of a legged robot with derivatives: what acts on its feet then, how fast everything changes, and what an impact does.
 #pragma once
 #include "derive/legged_beside.hpp"
+#include "derive/shell.hpp"
 #include "legged/ground.hpp"
 
 namespace tarsus::legged {
@@ -17,12 +18,6 @@ struct JetPlace {
 struct Rates {
   std::vector<double> x, v, u, w, slipped;
   Energies power;
-};
-
-// Numbers of an event, as in the log; doubtful: a decision is within CLOSE of its threshold.
-struct Struck {
-  Jet when, before = Jet(0.0), after = Jet(0.0), pull = Jet(0.0), strength = Jet(0.0), energy = Jet(0.0), adhesion = Jet(0.0);
-  bool doubtful = false;
 };
 
 // What acts at a moment of a robot's run, by laws and drives with derivatives, or with none of their own: what the maps of
@@ -147,10 +142,10 @@ class Acting {
   }
 
   // A foot reaches the ground: its state after what the log says of it, or, ``kind`` 0, after it has just left.
-  Struck land(int i, int kind) {
+  EventNumbers land(int i, int kind) {
     const int f = leg(i).foot;
     Landing<Jet> at = meet_ground(*this, i);
-    Struck out;
+    EventNumbers out;
     out.when = at_->time;
     if (kind == 0) {
       w(i, UP) = leaving_rate(*this, i, at.speed.value < 0.0 ? -at.speed : Jet(0.0));
