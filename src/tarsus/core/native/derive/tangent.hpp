@@ -5,6 +5,7 @@
 #pragma once
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
+#include "march/batch.hpp"
 
 namespace tarsus {
 
