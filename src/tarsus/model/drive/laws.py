@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from tarsus.base.dual import columns, value_of
 from tarsus.base.spec import Amount, quantity
 from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
-from tarsus.model.drive.plays import last_directions, visited
+from tarsus.model.drive.plays import ROUNDING, last_directions, visited
 from tarsus.model.drive.track import Track
 
 __all__ = [
@@ -47,7 +48,7 @@ class LinearForce(VoltageLaw):
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch."""
-        return whole_parts(track, np.array([self.offset, self.gain, 0.0, 0.0]))
+        return whole_parts(track, track.of_run(columns((self.offset, self.gain, 0.0, 0.0))))
 
 
 class TwoBranch(VoltageLaw):
@@ -68,24 +69,39 @@ class TwoBranch(VoltageLaw):
         past = visited(history)
         v = np.atleast_1d(np.asarray(volts, dtype=np.float64))
         way = np.concatenate([past, v])
-        branch = last_directions(np.diff(way), -1.0, np.abs(way).max())[len(past) - 1 :]
+        steps, ends = np.diff(way), np.full(len(way) - 1, np.abs(way).max())
+        branch = last_directions(steps, -np.ones(len(steps)), ends, np.zeros(len(steps)))[len(past) - 1 :]
         return np.where(branch > 0.0, self.rising(v), self.falling(v))
 
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """One part for each stretch, on the branch of its direction."""
-        past = visited(history)
-        largest = max(float(np.abs(one).max(initial=0.0)) for one in (past, track.first, track.last))
-        before = last_directions(np.diff(past), -1.0, largest)[-1] if len(past) > 1 else -1.0
-        moves = np.empty(2 * track.count)
-        moves[0::2] = track.first - np.append(past[-1], track.last[:-1])
-        moves[1::2] = track.last - track.first
-        branch = last_directions(moves, float(before), largest)[1::2]
-        law = np.where((branch > 0.0)[:, None], self.rising.coefficients(), self.falling.coefficients())
-        kink = track.kink.copy()
-        kink[1:] |= branch[1:] != branch[:-1]
-        if track.periodic:
-            kink[track.loop] |= branch[track.loop] != branch[-1]  # holds for the wrap as well
+        rising = self._rises(track.plain, history)
+        law = np.where(
+            rising[:, None], *(track.of_run(one.coefficients()) for one in (self.rising, self.falling))
+        )
+        changed = rising != rising[track.before()]
+        fresh = track.runs[:-1]
+        changed[fresh[track.loops != 0]] = False
+        kink = track.kink | changed
+        again = np.flatnonzero(track.loops > 0)  # where a run repeats from: also on the way back
+        loop = fresh[again] + track.loops[again]
+        kink[loop] |= rising[loop] != rising[track.runs[again + 1] - 1]
         return whole_parts(track, law, kink)
+
+    def _rises(self, track: Track, history: Sequence[float]) -> NDArray[np.bool_]:
+        """Whether each stretch (S,) is on the rising branch."""
+        past = value_of(columns((0.0, *history)))
+        past = np.broadcast_to(past, (len(track.loops), past.shape[-1]))
+        ways = np.abs(np.stack([track.first, track.last], axis=1)).max(axis=1)
+        largest = np.maximum(np.maximum.reduceat(ways, track.runs[:-1]), np.abs(past).max(axis=1))
+        before = -np.ones(len(past))
+        for step in np.diff(past, axis=1).T:
+            before = np.where(np.abs(step) > ROUNDING * largest, np.sign(step), before)
+        since = track.last[track.before()]
+        since[track.runs[:-1]] = past[:, -1]
+        moves = np.stack([track.first - since, track.last - track.first], axis=1).ravel()
+        of, begin = np.repeat(track.run, 2), np.repeat(2 * track.runs[track.run], 2)
+        return last_directions(moves, before[of], largest[of], begin)[1::2] > 0.0
 
 
 ForceLaw = Annotated[LinearForce | TwoBranch | PrandtlIshlinskii, Field(discriminator="kind")]

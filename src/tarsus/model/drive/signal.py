@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import Description
-from tarsus.model.drive.track import Track, TrackSlopes
+from tarsus.model.drive.track import Track
 
 __all__ = ["Signal"]
 
@@ -29,11 +27,8 @@ class Signal(Description, ABC):
 
     @abstractmethod
     def track(self) -> Track:
-        """The voltage as monotone stretches in closed form."""
+        """The voltage as monotone stretches in closed form.
 
-    def sloped(self, moves: Mapping[str, NDArray[np.float64]]) -> tuple[Track, TrackSlopes] | None:
-        """The track, cut wherever it may come to have a kink, and its derivatives in closed form; None without one.
-
-        moves: by name of a field of n numbers, how these move (n, P) along P directions.
+        Numbers of the waveform may be arrays (nr,), one number a run, and carry derivatives (`tarsus.base.dual`): what
+        `tarsus.model.drive.track` builds takes either, and what is reckoned from them by numpy is of all runs at once.
         """
-        return None
