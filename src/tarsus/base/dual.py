@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Dual", "columns", "dot", "slope_of", "value_of"]
+__all__ = ["Dual", "alike", "columns", "dot", "slope_of", "value_of"]
 
 Floats = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.cumsum: _both(np.cumsum),
     np.roll: _both(np.roll),
     np.repeat: _both(np.repeat),
-    np.broadcast_to: lambda a, shape: Dual(np.broadcast_to(a.value, shape), _slope(a, shape, a)),
+    np.broadcast_to: lambda a, shape: Dual(value := np.broadcast_to(a.value, shape), _slope(a, value.shape, a)),
     np.shape: lambda a: a.shape,
     np.ndim: lambda a: a.ndim,
 }
@@ -152,8 +152,21 @@ def columns(values: Any) -> Any:
         return values
     if all(isinstance(one, (int, float)) for one in values):
         return np.array(values, dtype=np.float64)
-    shape = np.broadcast_shapes(*(np.shape(one) for one in values))
-    return np.stack([np.broadcast_to(one, shape) for one in values], axis=-1)
+    size = max(np.size(value_of(one)) for one in values if np.ndim(one)) if any(map(np.ndim, values)) else None
+    if any(isinstance(one, Dual) for one in values):
+        shape = () if size is None else (size,)
+        return np.stack([np.broadcast_to(one, shape) for one in values], axis=-1)
+    out = np.empty((len(values),) if size is None else (size, len(values)))
+    for k, one in enumerate(values):
+        out[..., k] = one
+    return out
+
+
+def alike(*values: Any) -> list[Any]:
+    """Numbers, or one number (nr,) a run, all as (nr,)."""
+    rows = columns(values)
+    rows = rows if rows.ndim > 1 else rows[None]
+    return [rows[:, k] for k in range(len(values))]
 
 
 def dot(rows: Any, weights: Any) -> Any:

@@ -19,7 +19,7 @@ from tarsus.base.linear import largest_of, product, solve
 from tarsus.core import _native
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import TERMS, Pieces
+from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
@@ -284,12 +284,8 @@ def initial_column(scene: Scene, path: str) -> int | None:
 
 def pack(channels: Sequence[Pieces]) -> _native.Signals:
     """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
-    loops = np.array([pieces.loop for pieces in channels], dtype=np.int64)
-    counts = np.array([pieces.count for pieces in channels], dtype=np.int64)
-    starts = np.concatenate([np.zeros(0), *(pieces.start for pieces in channels)])
-    coefs = np.concatenate([np.zeros((0, TERMS)), *(pieces.coef for pieces in channels)])
-    kinks = np.concatenate([np.zeros(0, dtype=bool), *(pieces.kink for pieces in channels)])
-    return _native.Signals(counts, loops, starts, coefs, kinks)
+    of = Channels.of(channels)
+    return _native.Signals(of.counts, of.loops, of.starts, of.coef, of.kink)
 
 
 SMALLEST = 1e-12

@@ -94,28 +94,40 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
         coef = np.where(flat[:, None], level, coef)
     left, right = track.begin[stretch], track.end[stretch]
     begin = np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left))
-    return _without_slivers(track, stretch, begin, coef, kink)
+    end = np.where(high == 1.0, right, left + 0.5 * (high + 1.0) * (right - left))
+    if not all(np.isfinite(value_of(one)).all() for one in (begin, end, coef)):
+        raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
+    return _without_slivers(track, stretch, begin, end, coef, kink)
 
 
-def _without_slivers(track: Track, stretch: Ints, begin: Any, coef: Any, kink: NDArray[np.bool_]) -> Channels:
+def _without_slivers(
+    track: Track, stretch: Ints, begin: Any, end: Any, coef: Any, kink: NDArray[np.bool_]
+) -> Channels:
     """The pieces without those that are shorter than the resolution of time."""
     run = track.run[stretch]
-    last = np.append(run[1:] != run[:-1], True)
-    close = track.end[track.runs[1:] - 1]
-    times = value_of(begin)
-    if not (np.isfinite(times).all() and np.isfinite(value_of(close)).all() and np.isfinite(value_of(coef)).all()):
-        raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
-    long = np.where(last, value_of(close)[run], np.append(times[1:], 0.0)) - times > 0.0
+    close = value_of(track.end)[track.runs[1:] - 1]
+    until = _ends(value_of(begin), run, close)
+    long = until > value_of(begin)
     if not long.all():
         kept = np.flatnonzero(long)
         opens = np.append(True, run[kept][1:] != run[kept][:-1])  # a run's first piece begins where the run does
         since = np.where(opens, np.searchsorted(run, run[kept]), np.append(0, kept[:-1] + 1))
         kink = np.logical_or.reduceat(kink, since)
-        coef, stretch, begin, run = coef[kept], stretch[kept], begin[kept], run[kept]
+        coef, stretch, begin, end, run = coef[kept], stretch[kept], begin[kept], end[kept], run[kept]
+        until = _ends(value_of(begin), run, close)
     counts = np.bincount(run, minlength=len(track.loops))
     first = np.cumsum(counts) - counts
     loops = np.searchsorted(stretch, track.runs[:-1] + np.maximum(track.loops, 0)) - first
-    return Channels(counts, np.where(track.loops >= 0, loops, -1), begin, close, coef, np.array(kink), track.periods)
+    return Channels(
+        counts, np.where(track.loops >= 0, loops, -1), begin, Dual(until, end.slope) if isinstance(end, Dual) else until, coef,
+        np.array(kink), track.periods,
+    )  # fmt: skip
+
+
+def _ends(begin: Floats, run: Ints, close: Floats) -> Floats:
+    """Ends (Q,) of pieces, where the next one of the run begins or, of its last, at the close (nr,) of the run."""
+    last = np.append(run[1:] != run[:-1], True)
+    return np.where(last, close[run], np.roll(begin, -1))
 
 
 def _degrees(rows: Any, run: Ints, runs: int) -> Ints:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.dual import value_of
 from tarsus.base.errors import InputError
 
 TERMS = 12
@@ -58,8 +59,8 @@ class Channels(Sequence[Pieces]):
     """(nc,) as `Pieces.loop`."""
     begin: Any
     """(Q,) [s] start of each piece."""
-    close: Any
-    """(nc,) [s] end of the last piece of each."""
+    end: Any
+    """(Q,) [s] end of each piece: the start of the next one, which may have other derivatives."""
     coef: Any
     """(Q, 12) as `Pieces.coef`."""
     kink: NDArray[np.bool_]
@@ -77,7 +78,8 @@ class Channels(Sequence[Pieces]):
         return cls(
             np.array([one.count for one in pieces], dtype=np.intp), loops,
             np.concatenate([np.zeros(0), *(one.start[:-1] for one in pieces)]),
-            np.array([one.start[-1] for one in pieces]), np.concatenate([np.zeros((0, TERMS)), *(one.coef for one in pieces)]),
+            np.concatenate([np.zeros(0), *(one.start[1:] for one in pieces)]),
+            np.concatenate([np.zeros((0, TERMS)), *(one.coef for one in pieces)]),
             np.concatenate([np.zeros(0, dtype=bool), *(one.kink for one in pieces)]), np.array(periods),
         )  # fmt: skip
 
@@ -96,12 +98,8 @@ class Channels(Sequence[Pieces]):
     @property
     def starts(self) -> NDArray[np.float64]:
         """(Q + nc,) [s] starts of the pieces of each channel, with the end of its last."""
-        place = np.cumsum(self.counts) + np.arange(len(self.counts))
-        out = np.empty(len(self.kink) + len(self.counts))
-        inner = np.ones(len(out), dtype=bool)
-        inner[place] = False
-        out[place], out[inner] = self.close, self.begin
-        return out
+        after = np.cumsum(self.counts)
+        return np.insert(value_of(self.begin), after, value_of(self.end)[after - 1])
 
     def __len__(self) -> int:
         return len(self.counts)
@@ -109,8 +107,8 @@ class Channels(Sequence[Pieces]):
     def __getitem__(self, channel: Any) -> Any:
         first = self.first[channel]
         own = slice(first, first + self.counts[channel])
-        start = np.append(self.begin[own], self.close[channel])
-        return Pieces(start, self.coef[own], self.kink[own], int(self.loops[channel]))
+        begin, end, coef = (value_of(one)[own] for one in (self.begin, self.end, self.coef))
+        return Pieces(np.append(begin, end[-1]), coef, self.kink[own], int(self.loops[channel]))
 
     def __iter__(self) -> Iterator[Pieces]:
         return (self[channel] for channel in range(len(self)))

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.dual import Dual
 from tarsus.base.spec import Description
 from tarsus.model.drive.track import Track
 
@@ -17,9 +18,11 @@ class Signal(Description, ABC):
 
     @property
     def period(self) -> float | None:
-        """Period [s], None if the waveform does not repeat."""
-        track = self.track()
-        return track.period if track.periodic else None
+        """Period [s], None if the waveform does not repeat; (nr,) of numbers that are one a run, NaN there."""
+        periods = self.track().periods
+        if len(periods) > 1 or isinstance(periods, Dual):
+            return periods
+        return None if np.isnan(periods[0]) else float(periods[0])
 
     @abstractmethod
     def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

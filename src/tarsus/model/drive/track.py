@@ -12,7 +12,7 @@ those of the track, and of all that is made of it, follow.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tarsus.base.dual import Dual, columns, value_of
+from tarsus.base.dual import Dual, alike, columns, value_of
 from tarsus.base.errors import InputError
 
 Floats = NDArray[np.float64]
@@ -200,13 +200,19 @@ def joined(tracks: Sequence[Track]) -> Track:
     )  # fmt: skip
 
 
-def chosen(condition: Any, one: Track, other: Track) -> Track:
-    """One track for the runs (nr,) where a condition holds, another for those where it does not."""
-    holds = np.broadcast_to(condition, len(other.loops))
+def chosen(condition: Any, one: Callable[[], Track], other: Callable[[], Track]) -> Track:
+    """One track for the runs (nr,) where a condition holds, another for those where it does not; each of all runs, or of
+    one that stands for them."""
+    holds = np.atleast_1d(condition)
     if not holds.any():
-        return other
-    if len(one.loops) == 1:
-        one = one.picked(np.zeros(len(holds), dtype=np.intp))
+        return other()
+    tracks = (one(),) if holds.all() else (one(), other())
+    count = max(len(holds), *(len(track.loops) for track in tracks))
+    of_each = np.zeros(count, dtype=np.intp)
+    one, other = (track if len(track.loops) == count else track.picked(of_each) for track in (tracks[0], tracks[-1]))
+    holds = holds if len(holds) == count else np.repeat(holds, count)
+    if len(tracks) == 1:
+        return one
     return joined([one, other]).picked(np.arange(len(holds)) + np.where(holds, 0, len(holds)))
 
 
@@ -298,7 +304,7 @@ def linear_track(
     """
     t, v0, v1 = (_of_runs(columns(one)) for one in (start, first, last))
     count = max(len(t), len(v0), len(v1))
-    t, v0, v1 = (np.broadcast_to(one, (count, one.shape[1])) for one in (t, v0, v1))
+    t, v0, v1 = (_in_rows(one, count) for one in (t, v0, v1))
     keep = np.broadcast_to(keep, v0.shape)
     if hold:
         end, value = t[:, -1:], v1[:, -1:]
@@ -323,6 +329,10 @@ def linear_track(
     return replace(track, kink=kink)
 
 
+def _in_rows(one: Any, count: int) -> Any:
+    return one if len(one) == count else np.broadcast_to(one, (count, one.shape[1]))
+
+
 def _of_runs(values: Any) -> Any:
     values = values if isinstance(values, Dual) else np.asarray(values, dtype=np.float64)
     return values[None] if values.ndim == 1 else values
@@ -345,8 +355,11 @@ def constant_track(volts: Any) -> Track:
 
 def sine_track(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
     """One period of offset + amplitude sin(2 pi t / period + phase), cut at its extremes; numbers, or one a run (nr,)."""
-    shape = np.broadcast_shapes((1,), *(np.shape(one) for one in (amplitude, period, phase, offset)))
-    amplitude, period, phase, offset = (np.broadcast_to(one, shape) for one in (amplitude, period, phase, offset))
+    return chosen(amplitude == 0.0, lambda: constant_track(offset), lambda: _sines(*alike(amplitude, period, phase, offset)))
+
+
+def _sines(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
+    """That of sines, all numbers (nr,)."""
     begin, sign = _fold(phase)
     turn = (0.5 * np.pi - begin) / (2.0 * np.pi)
     start = period[:, None] * columns([0.0, turn, turn + 0.5, 1.0])
@@ -354,14 +367,13 @@ def sine_track(amplitude: Any, period: Any, phase: Any, offset: Any) -> Track:
     scale = (sign * amplitude)[:, None] * np.array([1.0, -1.0, 1.0])
     keep = np.diff(value_of(start), axis=1) > 1e-14 * value_of(period)[:, None]
     runs, begin, end = _kept(start, keep)
-    above = np.broadcast_to(offset[:, None], scale.shape)
+    above = offset[:, None] + 0.0 * scale
     first, last = above + scale * np.sin(psi0), above + scale * np.sin(psi1)
     inner = polynomial((0.5 * (psi0 + psi1))[keep], (0.5 * (psi1 - psi0))[keep])
-    wave = Track(
+    return Track(
         runs, begin, end, inner, scale[keep], above[keep], first[keep], last[keep], np.zeros(runs[-1], dtype=bool),
-        np.zeros(shape[0], dtype=np.intp), period,
+        np.zeros(len(runs) - 1, dtype=np.intp), period,
     )  # fmt: skip
-    return chosen(amplitude == 0.0, constant_track(offset), wave)
 
 
 def _fold(phase: Any) -> tuple[Any, Floats]:
@@ -374,11 +386,9 @@ def _fold(phase: Any) -> tuple[Any, Floats]:
     return phase + (np.maximum(value_of(phase), -0.5 * np.pi) - value_of(phase)), sign
 
 
-def each_run(track_of: Any, *numbers: Any) -> Track:
-    """The runs that a function makes one by one, of its numbers, or of one each a run (nr,)."""
-    count = max((len(one) for one in numbers if np.ndim(one)), default=1)
-    rows = [np.broadcast_to(one, (count, *np.shape(one)[1:])) for one in numbers]
-    return joined([track_of(*(one[i : i + 1] for one in rows)) for i in range(count)])
+def each_run(track_of: Callable[..., Track], *numbers: Any) -> Track:
+    """The runs that a function makes one by one, of what each has of the numbers (nr, ...)."""
+    return joined([track_of(*(one[i : i + 1] for one in numbers)) for i in range(len(numbers[0]))])
 
 
 def swept_track(
@@ -386,9 +396,8 @@ def swept_track(
 ) -> Track:
     """offset + amplitude sin(2 pi (f0 t + (f1 - f0) t^2 / (2 duration))) until `duration`, then held; numbers, or one a
     run (nr,)."""
-    sweep = each_run(_one_sweep, amplitude, start_frequency, stop_frequency, duration, offset)
-    held = np.broadcast_to(np.asarray(offset) if not isinstance(offset, Dual) else offset, len(sweep.loops))
-    return chosen(np.broadcast_to(amplitude, len(sweep.loops)) == 0.0, constant_track(held), sweep)
+    numbers = amplitude, start_frequency, stop_frequency, duration, offset
+    return chosen(amplitude == 0.0, lambda: constant_track(offset), lambda: each_run(_one_sweep, *alike(*numbers)))
 
 
 def _one_sweep(amplitude: Any, low: Any, high: Any, duration: Any, offset: Any) -> Track:
@@ -434,10 +443,10 @@ def polyline_track(edges: Any, first: Any, last: Any, begin: Any, period: Any) -
     `begin` [cycles]. Each is a list of numbers, or of one number a run (nr,); begin and period [s] a number, or one a run.
     """
     u, v0, v1 = (_of_runs(columns(one)) for one in (edges, first, last))
-    begin, period = (_of_runs(columns([one]))[:, 0] for one in (begin, period))
+    begin, period = alike(begin, period)
     runs = max(len(one) for one in (u, v0, v1, begin, period))
-    u, v0, v1 = (np.broadcast_to(one, (runs, one.shape[1])) for one in (u, v0, v1))
-    begin, period = (np.broadcast_to(one, (runs,)) for one in (begin, period))
+    u, v0, v1 = (_in_rows(one, runs) for one in (u, v0, v1))
+    begin, period = (np.broadcast_to(one, (runs,)) for one in (begin, period)) if len(begin) != runs else (begin, period)
     size, each = v0.shape[1], np.arange(runs)
     begin = u[:, 0] + np.remainder(begin - u[:, 0], 1.0)
     at, knots = value_of(begin), value_of(u)

@@ -49,8 +49,9 @@ class OnOff(Signal):
         """The plateaus."""
         levels, durations = (np.stack([one]) if one.ndim == 1 else one for one in map(columns, (self.levels, self.durations)))
         start = np.concatenate([0.0 * durations[:, :1], np.cumsum(durations, axis=1)], axis=1)
-        once = linear_track(start, levels, levels, periodic=False, hold=True)
-        if not self.repeat:
-            return once
-        same = (levels == levels[:, :1]).all(axis=1)
-        return chosen(same, once, linear_track(start, levels, levels, periodic=True))
+        once = (levels == levels[:, :1]).all(axis=1) if self.repeat else True
+        return chosen(
+            once,
+            lambda: linear_track(start, levels, levels, periodic=False, hold=True),
+            lambda: linear_track(start, levels, levels, periodic=True),
+        )

@@ -45,10 +45,12 @@ class RampedSquare(Periodic):
     def track(self) -> Track:
         """Ramps and plateaus of one period."""
         top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
-        if np.all(top == bottom):
-            return constant_track(top)
         w = 0.25 * self.duty
         edges = [-w, w, 0.5 - w, 0.5 + w, 1.0 - w]
         first, last = [bottom, top, top, bottom], [top, top, bottom, bottom]
-        wave = polyline_track(edges, first, last, self.phase / (2.0 * math.pi), self.period)
-        return chosen(top == bottom, constant_track(top), wave)
+        begin = self.phase / (2.0 * math.pi)
+        return chosen(
+            top == bottom,
+            lambda: constant_track(top),
+            lambda: polyline_track(edges, first, last, begin, self.period),
+        )

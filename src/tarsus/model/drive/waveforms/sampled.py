@@ -97,9 +97,10 @@ class Sampled(Signal):
     def track(self) -> Track:
         """Lines or monotone cubics between the samples, and the hold."""
         times, levels = self.samples()
-        times, levels = (one if one.ndim > 1 else one[None] for one in (times, levels))
+        shape = np.broadcast_shapes((1, times.shape[-1]), times.shape, levels.shape)
+        times, levels = (np.broadcast_to(one, shape) for one in (times, levels))
         for run in np.flatnonzero((np.diff(value_of(times), axis=1) <= 0.0).any(axis=1)):
-            _check(value_of(times)[run], value_of(levels)[0])
+            _check(value_of(times)[run], value_of(levels)[run])
         if self.interpolation is Interpolation.CUBIC and times.shape[1] >= 3:
             return each_run(_cubics, times, levels)
         late = value_of(times)[:, 0] > 0.0

@@ -33,10 +33,9 @@ class Square(Periodic):
         top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
         never = self.duty == 0.0
         constant = (top == bottom) | never | (self.duty == 1.0)
-        if np.all(constant):
-            return constant_track(np.where(never, bottom, top))
-        levels = [top, bottom]
-        wave = polyline_track(
-            [0.0, self.duty, 1.0], levels, levels, self.phase / (2.0 * math.pi), self.period
+        edges, levels, begin = [0.0, self.duty, 1.0], [top, bottom], self.phase / (2.0 * math.pi)
+        return chosen(
+            constant,
+            lambda: constant_track(np.where(never, bottom, top)),
+            lambda: polyline_track(edges, levels, levels, begin, self.period),
         )
-        return chosen(constant, constant_track(np.where(never, bottom, top)), wave)
