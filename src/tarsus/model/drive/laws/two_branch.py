@@ -1,54 +1,22 @@
-"""Laws from voltage to force: linear, the printed two branches (2.9), and the closed hysteresis operator."""
+"""The printed law of two branches, (2.9)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
 
 from tarsus.base.dual import columns, value_of
-from tarsus.base.spec import Amount, quantity
-from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.law import Cubic, VoltageLaw
 from tarsus.model.drive.parts import Parts, whole_parts
 from tarsus.model.drive.plays import ROUNDING, last_directions, visited
 from tarsus.model.drive.track import Track
 
-__all__ = [
-    "Cubic",
-    "ForceLaw",
-    "LinearForce",
-    "PrandtlIshlinskii",
-    "TwoBranch",
-    "VoltageLaw",
-    "fit_branches",
-]
+__all__ = ["TwoBranch"]
 
 Floats = NDArray[np.float64]
-
-
-class LinearForce(VoltageLaw):
-    """Force = offset + gain V."""
-
-    kind: Literal["linear"] = "linear"
-    gain: Amount = quantity("N/V", "force per volt")
-    offset: Amount = quantity("N", "force at 0 V", default=0.0)
-
-    @property
-    def has_memory(self) -> bool:
-        """False."""
-        return False
-
-    def force(self, volts: ArrayLike, history: Sequence[float] = ()) -> Floats:
-        """Force [N] at `volts` [V], any shape."""
-        return self.offset + self.gain * np.asarray(volts, dtype=np.float64)
-
-    def parts(self, track: Track, history: Sequence[float]) -> Parts:
-        """One part for each stretch."""
-        return whole_parts(track, track.of_run(columns((self.offset, self.gain, 0.0, 0.0))))
 
 
 class TwoBranch(VoltageLaw):
@@ -102,7 +70,3 @@ class TwoBranch(VoltageLaw):
         moves = np.stack([track.first - since, track.last - track.first], axis=1).ravel()
         of, begin = np.repeat(track.run, 2), np.repeat(2 * track.runs[track.run], 2)
         return last_directions(moves, before[of], largest[of], begin)[1::2] > 0.0
-
-
-ForceLaw = Annotated[LinearForce | TwoBranch | PrandtlIshlinskii, Field(discriminator="kind")]
-"""Any law from volts to force; `kind` tells which."""
