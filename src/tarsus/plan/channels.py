@@ -20,6 +20,7 @@ from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.track import NoSlopeError, Track, joined
 from tarsus.model.drive.waveforms import Constant
 from tarsus.model.scene import Drive, Scene
+from tarsus.plan.lowering import distinct
 
 __all__ = ["Course", "Sloped", "SlopedDrive", "drive_courses", "felt", "sloped_drives"]
 
@@ -76,7 +77,7 @@ def drive_courses(
     """
     out = {}
     for name, (wave, own, of_drive) in _varied(scene, values).items():
-        rows, which = np.unique(np.stack([*own.values(), *of_drive.values()], axis=1), axis=0, return_inverse=True)
+        rows, which = distinct(np.stack([*own.values(), *of_drive.values()], axis=1))
         split = len(own)
         signal = dict(zip(own, rows[:, :split].T, strict=True))
         drive = dict(zip(of_drive, rows[:, split:].T, strict=True))
@@ -85,7 +86,7 @@ def drive_courses(
         law = with_columns(scene.robot.drives[name], drive)
         force, volts = lower_track(track, law.law, law.history, volts=name in charged)
         period = np.broadcast_to(np.nan if wave.period is None else wave.period, len(rows))
-        out[name] = Course(force, volts, which.reshape(-1), period[which.reshape(-1)])
+        out[name] = Course(force, volts, which, period[which])
     return out
 
 

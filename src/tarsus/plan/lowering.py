@@ -316,9 +316,9 @@ def scales(
     forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
     for name, law in laws.acting.items():
         first, fields = laws.columns[name], law.names()
-        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        rows, which = distinct(parameters[:, 0, first : first + len(fields)])
         changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
-        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which]
         lengths.append(own[:, :1])
         forces.append(own[:, 1:])
     length = np.concatenate(lengths, axis=1)
@@ -330,6 +330,14 @@ def scales(
         forces.append(near[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
     force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
     return near, np.where(force > 0.0, force, 1e-9)
+
+
+def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:
+    """The different rows (nr, k), and the number of that which each one is."""
+    if len(rows) == 1:
+        return rows, np.zeros(1, dtype=np.intp)
+    found, which = np.unique(rows, axis=0, return_inverse=True)
+    return found, which.reshape(-1)
 
 
 def _rate(system: LinearSystem) -> float:

@@ -25,7 +25,7 @@ from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import drive_courses
-from tarsus.plan.lowering import Plan, initial_column, law_column, pack, scales
+from tarsus.plan.lowering import Plan, distinct, initial_column, law_column, pack, scales
 
 __all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots", "unit_of"]
 
@@ -225,17 +225,17 @@ def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
     bearing = {path: column for path, column in values.items() if not path.startswith(idle)}
     if not bearing:
         return
-    distinct, which = np.unique(np.stack(list(bearing.values()), axis=1), axis=0, return_inverse=True)
+    rows, which = distinct(np.stack(list(bearing.values()), axis=1))
     starts = np.array(
         [
             equilibrium(
                 with_values(scene, dict(zip(bearing, row.tolist(), strict=True))),
                 driven=scene.initial.standing.driven,
             )
-            for row in distinct
+            for row in rows
         ]
     )
-    initial[:, : starts.shape[1]] = starts[which.reshape(-1)]
+    initial[:, : starts.shape[1]] = starts[which]
 
 
 def _driven(
