@@ -5,6 +5,7 @@
 #pragma once
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
+#include "march/batch.hpp"
 
 namespace tarsus {
 
@@ -26,8 +27,6 @@ enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
 };
-
-constexpr double CLOSE = 1e-7;  // part of a force or speed: a run itself knows them to some 1e-9
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
 // numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
@@ -191,7 +190,7 @@ struct LawTangents {
   Jet value(Hook hook, int foot, std::initializer_list<Jet> arguments) {
     Jet sum(0.0);
     for (const Term& term : laws.terms[hook]) {
-      std::copy(arguments.begin(), arguments.end(), registers_.begin());
+      std::copy_n(arguments.begin(), laws.programs[term.program].arguments, registers_.begin());
       sum = sum + evaluate(laws.programs[term.program], fixed_.data() + size_t(foot) * laws.fixed + term.fixed, registers_.data());
     }
     return sum;
@@ -200,6 +199,13 @@ struct LawTangents {
   Jet force(int foot, const Jet& gap, const Jet& rate, const Jet& volts, const Jet& time) {
     return value(FORCE, foot, {gap, rate, volts, time});
   }
+  // As those of ActingLaws.
+  Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
+  Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
+  Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
+    return value(FRICTION, foot, {margin, held, speed});
+  }
+  Jet excess(int foot, const Jet& departing) { return value(EXCESS, foot, {departing}); }
   // Its slope by its first argument, by a central difference over a probe.
   Jet momentum_slope(int foot, const Jet& gap, double probe) {
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
