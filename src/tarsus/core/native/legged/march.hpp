@@ -135,7 +135,7 @@ struct LeggedMarch : Legged {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
         const double film =
-            d == UP && feet[i].filmed() ? momentum_at(*this, i, at.u + body.legs[i].gap) : 0.0;
+            d == UP && feet[i].filmed() ? this->film(i, at.u + body.legs[i].gap) : 0.0;
         *to++ = at.u;
         *to++ = at.w + film / body.legs[i].mass;
       }
