@@ -67,7 +67,7 @@ inline void going_on(const Legged& s, double h, Row* matrix) {
 }
 
 // First motion of the body and of the feet in the air, which go on as before, and first forces at the feet.
-inline void first_guess(Legged& s, double h) {
+inline void first_guess(Legged& s, int k, double h) {
   Row matrix[N];
   const bool known = s.length > 0.0;
   if (known) going_on(s, h, matrix);
@@ -87,7 +87,10 @@ inline void first_guess(Legged& s, double h) {
     const double gap = foot.u[UP] + leg.gap;
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
-    if (foot.film) r.film = s.film(i, r.gap);
+    if (foot.film) {
+      r.film = s.film(i, r.gap);
+      r.stiff = is_stiff(s, s.tables.of(k, leg.kind[UP]).reach_film, leg.foot, r.gap);
+    }
     if (!foot.force) continue;
     r.rate = Row(foot.w[UP]);
     if (foot.film) r.rate += r.film * (1.0 / leg.mass);
@@ -158,7 +161,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Row hip = spring(s, leg, UP);
   const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
   const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
-  const bool stiff = foot.film && is_stiff(s, table.reach_film, leg.foot, r.gap);
+  const bool stiff = foot.film && r.stiff;
   const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
   Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
   const auto find_rate = [&] {
@@ -288,8 +291,7 @@ struct Attempt {
 inline Attempt attempt(Legged& s, int k) {
   const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
   fill_drives(s, h);
-  first_guess(s, h);
-  make_solvers(s, k);
+  first_guess(s, k, h);
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
