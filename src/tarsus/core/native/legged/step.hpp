@@ -16,6 +16,10 @@
 namespace tarsus::legged {
 
 constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
+// After so many sweeps, which may still find their way, each must leave less than that share of what the one before left: more
+// would not settle in those that a step may take.
+constexpr int WILD_SWEEPS = SWEEPS / 4;
+constexpr double CONTRACTING = 0.8;
 constexpr double UNSETTLED = -1.0,
                  UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
 
@@ -305,7 +309,7 @@ inline Attempt attempt(Legged& s, int k) {
     }
     const double change = std::max(highest(sweep.change), moved);
     if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
-    if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
+    if (n > WILD_SWEEPS && change > CONTRACTING * before) return {UNSETTLED, n};
     before = change;
   }
   return {UNSETTLED, SWEEPS};
