@@ -254,7 +254,9 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   }
 }
 
-// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives.
+// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives. The highest Legendre
+// coefficient of a force counts as a constant one would, for its errors add up from step to step; that of a film's momentum,
+// which is what the force takes or gives in all, by what the nodes miss of it within the step.
 inline double error_of(const Legged& s, int k, double h) {
   const Nodes& nodes = s.nodes;
   double worst = 0.0;
@@ -268,8 +270,8 @@ inline double error_of(const Legged& s, int k, double h) {
         const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
         // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
         const double yields =
-            swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
-        error += nodes.truncation(r.film) * table.reach_film / (1.0 + yields);
+            swing > 0.0 ? table.missed_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
+        error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);
       }
       worst = std::max(worst, error);
     }
