@@ -34,7 +34,13 @@ class StribeckFriction(FrictionLaw):
 
     @staticmethod
     def bound(
-        margin: float, strength: float, slip: float, static: float, dynamic: float, speed: float, exponent: float
+        margin: float,
+        strength: float,
+        slip: float,
+        static: float,
+        dynamic: float,
+        speed: float,
+        exponent: float,
     ) -> float:
         """Largest friction force [N] at the margin ``N + f_a >= 0`` [N] and the slip speed [m/s]."""
         fall = math.exp(-((slip / speed) ** exponent))
@@ -44,8 +50,8 @@ class StribeckFriction(FrictionLaw):
 class RateWeakeningFriction(FrictionLaw):
     r"""Friction :math:`|F_t| \le \mu(v)\,(N + f_a)` with :math:`\mu(v) = \mu_d + (\mu_s - \mu_d)/(1 + v/v_c)`.
 
-    From the static coefficient :math:`\mu_s` at the slip speed :math:`v = 0` towards the dynamic one :math:`\mu_d`, half
-    of the way at the speed :math:`v_c`: a fall without an end, which is steepest at rest.
+    From the static coefficient :math:`\mu_s` at the slip speed :math:`v = 0` towards the dynamic one :math:`\mu_d`,
+    half of the way at the speed :math:`v_c`: a fall without an end, which is steepest at rest.
     """
 
     slot = "friction"

@@ -7,6 +7,10 @@
 namespace tarsus::legged {
 
 constexpr int SLIP_ROUNDS = 12;
+// Most powers of e by which friction that falls with the speed may drive a foot from its motion within a step. An implicit step
+// of an unstable motion is right as long as its own growth is some e; far longer ones find a motion of the other sign.
+constexpr double MOST_GROWTH = 1.0;
+constexpr double SAME_SPEED = 1e-6;  // part of the speeds that Newton's last step may change: its square is rounding
 
 // Whether friction brakes a foot by a bound that depends on its slip speed.
 inline bool slips_by_speed(const Legged& s, int i) {
@@ -33,9 +37,10 @@ inline void sliding_bound(const Legged& s, int i, const LegRows& r, const Row& s
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the
-// speeds of the rows; the bound there becomes that of the rows. False where it does not come to rest, as where friction falls so
-// fast with the speed that a step is too long to follow the foot.
+// speeds of the rows; the bound there becomes that of the rows. False where it does not settle, or where friction falls so fast
+// with the speed that the step is too long to follow the foot.
 TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, double h, const Row& alone, LegRows& r) {
+  const Leg& leg = s.body.legs[i];
   const double sense = s.feet[i].sense, tolerance = SETTLED * s.settings.gap / h;
   Row w = r.w[ALONG], bound, slope, columns[N];
   w.set(0, s.feet[i].w[ALONG]);
@@ -49,7 +54,8 @@ TARSUS_APART inline bool slide(const Legged& s, const LegStep& table, int i, dou
     if (!solve_columns(columns, step) || !finite(step)) return false;
     w += step;
     r.bound = bound + slope * step * sense;
-    if (highest(magnitude(step)) <= tolerance) return true;
+    if (highest(magnitude(step)) > std::min(tolerance, SAME_SPEED * highest(magnitude(w)))) continue;
+    return (-lowest(slope) - leg.damping[ALONG]) * h <= MOST_GROWTH * leg.mass;
   }
   return false;
 }
