@@ -124,8 +124,9 @@ inline void begin_contact(Legged& s, int i) {
   foot.since = s.clock.time;
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, 0.0) != 0.0;
   double& along = foot.w[ALONG];
+  const auto bound = [&](double speed) { return s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, speed); };
+  const bool rubs = bound(0.0) != 0.0 || bound(std::fabs(along)) != 0.0;
   const bool stands = rubs && std::fabs(along) <= s.settings.speed_zero;
   if (stands) along = 0.0;
   foot.contact = stands ? STUCK : SLIPPING;

@@ -117,6 +117,8 @@ struct Half {
   std::vector<double> push;
 };
 
+typedef std::vector<std::vector<double>> Shares;  // of laws that act together, in one step: coefficients of each
+
 // The vectors of the steps of one contact mode, and the forms of their energies.
 //
 // Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); drives; the
@@ -125,6 +127,7 @@ struct Half {
 class ModeEnergies {
  public:
   typedef std::vector<Row> Form;  // (width, rows of l): G
+  static constexpr int TOGETHER = 4;  // steps that share the loading of a form
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
   ModeEnergies(Book& book, const ContactMode& mode, const Carriers& by, const Legendre& legendre, const double* sources,
@@ -145,7 +148,7 @@ class ModeEnergies {
     copy_mode(sources);
     find_rest();
     one_.assign(room(), 0.0);
-    done_.assign(rows_, Row(0.0));
+    done_.assign(TOGETHER * size_t(rows_), Row(0.0));
     first_.assign(room(), 0.0);
     series_.assign(size_t(SERIES + 1) * state_, 0.0);
     flowing_.assign(state_, Row(0.0));
@@ -200,18 +203,26 @@ class ModeEnergies {
     }
   }
 
-  // Add the energies of a whole step of class k to ``out`` (ENERGIES), and the work of laws that have a share of it behind: each share
-  // by its coefficients, of resistive laws first.
-  void add_whole(int k, const double* z, const std::vector<std::vector<double>>& shares, int resistive, double* out) {
-    apply(form(k), z);
-    for (int e = 0; e < ENERGIES; e++) out[e] += product(parts_[e], z + parts_[e].first);
-    for (size_t s = 0; s < shares.size(); s++) {
-      out[ENERGIES + s] += product(parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[s].data());
+  // Add the energies of whole steps of class k, up to TOGETHER of them whose vectors lie ``room`` apart, to ``out`` (ENERGIES) of each,
+  // and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws first.
+  void add_whole(int k, const double* z, const Shares* shares, int count, int resistive, double* const* out) {
+    const Form& g = form(k);
+    if (count > 1) {
+      apply<TOGETHER>(g, z);
+    } else {
+      apply<1>(g, z);
+    }
+    for (int n = 0; n < count; n++, z += room()) {
+      const Row* done = done_.data() + n * rows_;
+      for (int e = 0; e < ENERGIES; e++) out[n][e] += product(done, parts_[e], z + parts_[e].first);
+      for (size_t s = 0; s < shares[n].size(); s++) {
+        out[n][ENERGIES + s] += product(done, parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[n][s].data());
+      }
     }
   }
 
   // The same of a step up to its scaled time ``along``; z and the shares become those of the part that is left.
-  void add_ended(int k, double along, double* z, std::vector<std::vector<double>>& shares, int resistive, double* out) {
+  void add_ended(int k, double along, double* z, Shares& shares, int resistive, double* out) {
     while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
       const std::array<Half, 2>& halves = this->halves(++k);
       const bool late = along >= 0.5;
@@ -219,7 +230,7 @@ class ModeEnergies {
         std::copy(z, z + room(), first_.begin());
         first_shares_ = shares;
         to_half(halves[0], first_.data(), first_shares_);
-        add_whole(k, first_.data(), first_shares_, resistive, out);
+        add_whole(k, first_.data(), &first_shares_, 1, resistive, &out);
       }
       to_half(halves[late], z, shares);
       along = 2.0 * along - late;
@@ -284,7 +295,7 @@ class ModeEnergies {
   // room to work in: unit vectors, the first half of a step, Taylor series, z G, motion and dampers' forces
   std::vector<double> one_, first_, series_;
   std::vector<Row> done_;
-  std::vector<std::vector<double>> first_shares_;
+  Shares first_shares_;
   std::vector<Row> flowing_, damped_;
   Motion last_;
 
@@ -430,7 +441,7 @@ class ModeEnergies {
     if (count == N) store(x, combine(matrix, load(x)));
   }
 
-  void to_half(const Half& half, double* z, std::vector<std::vector<double>>& shares) const {
+  void to_half(const Half& half, double* z, Shares& shares) const {
     if (half.flow != nullptr) {
       const double* e = half.flow;
       for (int b = 0; b < blocks_; b++) {
@@ -451,26 +462,37 @@ class ModeEnergies {
 
   // ---- forms
 
-  // z G, and the product of some columns of it with what passes energy on.
-  TARSUS_INLINE void apply(const Form& form, const double* z) {
-    int row = 0;
-    for (; row + 8 <= rows_; row += 8) apply_rows<8>(form.data() + row, z, done_.data() + row);
-    for (; row + 4 <= rows_; row += 4) apply_rows<4>(form.data() + row, z, done_.data() + row);
-    for (; row < rows_; row++) apply_rows<1>(form.data() + row, z, done_.data() + row);
-  }
-  template <int ROWS>
-  TARSUS_INLINE void apply_rows(const Row* g, const double* z, Row* to) const {
-    Row sum[ROWS];
-    for (int r = 0; r < ROWS; r++) sum[r] = Row(0.0);
-    for (int b = 0; b < width_; b++, g += rows_) {
-      for (int r = 0; r < ROWS; r++) sum[r] += g[r] * z[b];
+  // z G of some steps, up to four rows of it at a time; and the product of some columns with what passes energy on.
+  template <int COUNT>
+  void apply(const Form& form, const double* z) {
+    for (int row = 0, chunks = (rows_ + 3) / 4; chunks > 0; chunks--) {
+      const int some = (rows_ - row + chunks - 1) / chunks;
+      const Row* g = form.data() + row;
+      Row* to = done_.data() + row;
+      switch (some) {
+        case 1: apply_rows<COUNT, 1>(g, z, to); break;
+        case 2: apply_rows<COUNT, 2>(g, z, to); break;
+        case 3: apply_rows<COUNT, 3>(g, z, to); break;
+        default: apply_rows<COUNT, 4>(g, z, to);
+      }
+      row += some;
     }
-    for (int r = 0; r < ROWS; r++) to[r] = sum[r];
+  }
+  template <int COUNT, int ROWS>
+  void apply_rows(const Row* g, const double* z, Row* to) const {
+    Row sum[COUNT][ROWS];
+    for (auto& own : sum) std::fill(own, own + ROWS, Row(0.0));
+    for (int b = 0; b < width_; b++, g += rows_) {
+      for (int n = 0; n < COUNT; n++) {
+        for (int r = 0; r < ROWS; r++) sum[n][r] += g[r] * z[n * room() + b];
+      }
+    }
+    for (int n = 0; n < COUNT; n++) std::copy(sum[n], sum[n] + ROWS, to + n * rows_);
   }
   // ``by``: (count), and readable up to the next row of 8.
-  TARSUS_INLINE double product(const Part& part, const double* by) const {
+  static double product(const Row* done, const Part& part, const double* by) {
     Row sum = Row(0.0);
-    for (int r = 0; r < part.rows(); r++) sum += done_[part.row + r] * load(by + N * r);
+    for (int r = 0; r < part.rows(); r++) sum += done[part.row + r] * load(by + N * r);
     return total(sum);
   }
 
@@ -689,7 +711,7 @@ class LawShares {
   void begin() { player_.restart(run_.channels, run_.changes); }
 
   // Coefficients of each share in a recorded step, of resistive laws first.
-  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, std::vector<std::vector<double>>& shares) {
+  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, Shares& shares) {
     const ContactMode& mode = *r.mode;
     const Sizes& s = mode.sizes;
     enter_recorded(r, run_.sources, entering_);
@@ -763,40 +785,68 @@ struct StepsOfMode {
   }
 };
 
+// Whole steps of one class that wait for the others with which their energies are found.
+struct Waiting {
+  static constexpr int MOST = ModeEnergies::TOGETHER;
+  std::vector<double> z;  // (MOST, room)
+  Shares shares[MOST];
+  double* to[MOST];
+  int count = 0;
+};
+
+// Add what each step of a contact mode passes on to its row of ``out``.
+inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, ModeEnergies& energies, LawShares* laws,
+                      EnergySums& out, double* low, double* high) {
+  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
+  std::vector<Waiting> waiting(book.classes());
+  const auto finish = [&](int k) {
+    Waiting& some = waiting[k];
+    if (some.count) energies.add_whole(k, some.z.data(), some.shares, some.count, resistive, some.to);
+    some.count = 0;
+  };
+  if (parts) laws->begin();
+  for (size_t r : steps.rows) {
+    const Recorded step = trace.step(r);
+    Waiting& some = waiting[step.step_class];
+    if (some.z.empty()) {
+      some.z.assign(Waiting::MOST * energies.room(), 0.0);
+      for (Shares& shares : some.shares) shares.resize(parts);
+    }
+    double *z = some.z.data() + some.count * energies.room(), *to = out.rows.data() + r * width;
+    to[0] = step.time + step.length * step.fraction;
+    energies.fill(step, z, low, high);
+    if (parts) laws->fill(step, book.step(*step.mode, step.step_class), energies, some.shares[some.count]);
+    if (step.fraction != 1.0) {
+      energies.add_ended(step.step_class, step.fraction, z, some.shares[some.count], resistive, to + 1);
+      continue;
+    }
+    some.to[some.count] = to + 1;
+    if (++some.count == Waiting::MOST) finish(step.step_class);
+  }
+  for (int k = 0; k < book.classes(); k++) finish(k);
+}
+
 inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carriers& by, const double* sources, const double* trace,
                               size_t count, LawShares* laws) {
   const Sizes& s = book.sizes;
-  const int parts = laws == nullptr ? 0 : laws->count(), width = 1 + ENERGIES + parts;
+  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
   EnergySums out{std::vector<double>(count * width, 0.0), std::vector<double>(s.feet, 0.0)};
-  std::vector<double> low(s.feet, INF), high(s.feet, -INF), z;
-  std::vector<std::vector<double>> shares(parts);
+  std::vector<double> low(s.feet, INF), high(s.feet, -INF);
   Recording recording(book, trace);
   std::map<int, StepsOfMode> by_mode;
   for (size_t r = 0; r < count; r++) by_mode[int(recording.row(r)[3])].add(s, r, recording.row(r));
   for (auto& [number, steps] : by_mode) {
-    const ContactMode& mode = book.numbered(number);
     steps.level(s.feet);
-    ModeEnergies energies(book, mode, by, legendre, sources, steps.columns);
+    ModeEnergies energies(book, book.numbered(number), by, legendre, sources, steps.columns);
     if (steps.shortest >= 0) energies.form(steps.shortest);
-    if (parts) laws->begin();
-    z.resize(energies.room());
-    for (size_t r : steps.rows) {
-      const Recorded step = recording.step(r);
-      energies.fill(step, z.data(), low.data(), high.data());
-      if (parts) laws->fill(step, book.step(mode, step.step_class), energies, shares);
-      double* to = out.rows.data() + r * width;
-      to[0] = step.time + step.length * step.fraction;
-      const int resistive = parts ? laws->resistive() : 0;
-      if (step.fraction == 1.0) {
-        energies.add_whole(step.step_class, z.data(), shares, resistive, to + 1);
-      } else {
-        energies.add_ended(step.step_class, step.fraction, z.data(), shares, resistive, to + 1);
-      }
-      // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
-      const double jumps = recording.row(r)[T_JUMPS], whole = to[1 + RESISTIVE];
-      for (int p = 0; p < resistive && whole != 0.0; p++) to[1 + ENERGIES + p] *= 1.0 + jumps / whole;
-      to[1 + RESISTIVE] += jumps;
-    }
+    add_steps(book, recording, steps, energies, laws, out, low.data(), high.data());
+  }
+  for (size_t r = 0; r < count; r++) {
+    double* own = out.rows.data() + r * width + 1;
+    // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
+    const double jumps = recording.row(r)[T_JUMPS], whole = own[RESISTIVE];
+    for (int p = 0; p < resistive && whole != 0.0; p++) own[ENERGIES + p] *= 1.0 + jumps / whole;
+    own[RESISTIVE] += jumps;
   }
   for (size_t r = 1; r < count; r++) {
     for (int e = 1; e < width; e++) out.rows[r * width + e] += out.rows[(r - 1) * width + e];
