@@ -172,7 +172,8 @@ def test_friction_that_depends_on_the_slip_speed_in_closed_form(tmp_path):
     rate, left = growth * GRAVITY, 1.0 + growth * speed / mu
     stopped = [run.event_gradients[path]["time"][1] for path in paths]
     by_growth = speed / (mu * left * rate) - math.log(left) / (rate * growth)
-    assert stopped == pytest.approx([-growth * speed / (mu**2 * left * rate), by_growth, 1.0 / (mu * left * GRAVITY)], rel=1e-9)
+    wanted = [-growth * speed / (mu**2 * left * rate), by_growth, 1.0 / (mu * left * GRAVITY)]
+    assert stopped == pytest.approx(wanted, rel=1e-9)
     fall = math.exp(-rate * at)
     slowed = [found.v[2, 0] for found in run.state_gradients([at]).values()]
     by_growth = -(speed + mu / growth) * GRAVITY * at * fall + mu / growth**2 * (1.0 - fall)
@@ -181,7 +182,11 @@ def test_friction_that_depends_on_the_slip_speed_in_closed_form(tmp_path):
 
 def test_a_trotter_on_friction_by_speed_differs_as_its_derivatives_say(tmp_path):
     scene = trotter(ground=sticky(friction=None, laws=rubbing(tmp_path, 0.25, 40.0)))
-    paths = ["ground.laws.rubbing.growth", "robot.drives.leg0.law.gain", "robot.structure.legs.leg1.stiffness_l"]
+    paths = [
+        "ground.laws.rubbing.growth",
+        "robot.drives.leg0.law.gain",
+        "robot.structure.legs.leg1.stiffness_l",
+    ]
     assert_as_differences(scene, paths, 0.008, (1e-4, 5e-5), 1e-6)
 
 

@@ -454,12 +454,26 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    const Row speed = magnitude(r.w[ALONG]), arguments[3] = {r.margin, r.strength, speed};
-    laws_.slopes(FRICTION, foot, arguments, 3, f.by_margin, f.by_strength);
-    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(speed[j])); });
+    // beyond a stop, where the step goes on, the run's bound goes on straight: its own part from there as far as it has come
+    const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
+    const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
+    const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
+      const Row arguments[FRICTION_ARGUMENTS] = {r.margin, r.strength, at};
+      laws_.slopes(FRICTION, foot, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
+    };
+    slopes(forward, f.by_margin, f.by_strength);
+    own_rows(i, &OwnPart::bound, [&](int j) {
+      return speed[j] < 0.0 && f.speeds ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
+    });
     if (!f.speeds) return;
-    Row none;
-    laws_.slopes(FRICTION, foot, arguments, 3, f.by_speed, none, SLIP_SPEED);
+    if (any_less(speed, Row(0.0))) {
+      Row by_margin, by_strength;
+      slopes(magnitude(speed), by_margin, by_strength);
+      f.by_margin = f.by_margin * 2.0 - by_margin;
+      f.by_strength = f.by_strength * 2.0 - by_strength;
+    }
+    Row most;
+    sliding_bound(*this, i, r, speed, most, f.by_speed);
     if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 

@@ -212,14 +212,14 @@ struct LawTangents {
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
   }
 
-  // Slopes of a hook's function by two arguments, the first ones or others from ``from`` on, at eight nodes; of ``count`` arguments. A value that is none, which
+  // Slopes of a hook's function by its first two arguments at eight nodes; of ``count`` arguments. A value that is none, which
   // is only below the ground, is held there by the engine: it has no slope.
-  void slopes(Hook hook, int foot, const Row* arguments, int count, Row& first, Row& second, int from = 0) {
+  void slopes(Hook hook, int foot, const Row* arguments, int count, Row& first, Row& second) {
     first = second = Row(0.0);
     for (const Term& term : laws.terms[hook]) {
       for (int a = 0; a < count; a++) {
         rows_[a] = Dual<Row, 2>(arguments[a]);
-        if (from <= a && a < from + 2) rows_[a].slope[a - from] = Row(1.0);
+        if (a < 2) rows_[a].slope[a] = Row(1.0);
       }
       const auto& found = evaluate(laws.programs[term.program],
                                    plain_.fixed.data() + size_t(foot) * laws.fixed + term.fixed, rows_.data());
