@@ -17,7 +17,7 @@ from example_laws import EXAMPLES, OWN
 from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.model.laws import Law, LegElectrostatic, RestituteFirst
-from tarsus.model.laws.program import Builder, Op, Program, add_programs
+from tarsus.model.laws.program import Builder, Op, Program
 from tarsus.model.laws.translate import translate
 
 ROOT = Path(__file__).parents[2]
@@ -345,18 +345,6 @@ def test_a_list_that_is_no_program_is_refused():
         if code:
             with pytest.raises(ValueError, match="of a program"):
                 _native.evaluate(np.array(code, dtype=np.int32), np.zeros(0), np.zeros((1, 3)), np.zeros(0))
-
-
-def test_laws_that_act_together_add_up():
-    film, own = LAWS[0], LAWS[7]
-    together = add_programs([of(film), of(own), of(film)])
-    gaps = points(film)
-    parameters = (*film.parameters(), *own.parameters(), 1e-21, 1e-6)
-    separate = [values(of(a), gaps, p) for a, p in ((film, film.parameters()), (own, own.parameters()))]
-    separate.append(values(of(film), gaps, (1e-21, 1e-6)))
-    np.testing.assert_array_equal(values(together, gaps, parameters), separate[0] + separate[1] + separate[2])
-    with pytest.raises(InputError, match="take the same arguments"):
-        add_programs([of(film), of(LAWS[1])])
 
 
 # ---- expressions at random

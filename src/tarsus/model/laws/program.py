@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum, auto
 from functools import cached_property
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Builder", "Number", "Op", "Program", "Value", "add_programs"]
+__all__ = ["Builder", "Number", "Op", "Program", "Value"]
 
 LIMIT = 4000
 """Operations of a program at most: the core numbers values in 16 bits, and a longer law takes longer than a step."""
@@ -268,36 +268,6 @@ class Builder:
             self._known[key] = len(self._rows)
             self._rows.append(row)
         return self._known[key]
-
-
-def add_programs(programs: Sequence[Program]) -> Program:
-    """The sum of laws of one kind: the same arguments, the parameters of all laid end to end.
-
-    Raises
-    ------
-    InputError
-        Where there is none, or they take different arguments.
-    """
-    if len({program.arguments for program in programs}) != 1:
-        raise InputError("laws that act together take the same arguments")
-    arguments = programs[0].arguments
-    builder = Builder(arguments, sum(program.parameters for program in programs))
-    total: Number | None = None
-    taken = arguments
-    for program in programs:
-        own = slice(taken, taken + program.parameters)
-        taken += program.parameters
-        values: list[Number] = [
-            *builder.inputs[:arguments],
-            *builder.inputs[own],
-            *program.constants.tolist(),
-        ]
-        for number, *operands in program.code.tolist():
-            op = Op(number)
-            values.append(builder.apply(op, *(values[o] for o in operands[: op.operands])))
-        total = values[-1] if total is None else builder.apply(Op.ADD, total, values[-1])
-    assert total is not None
-    return builder.finish(total)
 
 
 # What is known already, as Python computes it.
