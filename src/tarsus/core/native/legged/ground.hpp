@@ -22,7 +22,7 @@ inline double structure_force(const Legged& s, int i, int d, double u) {
 // Pull [N] on a foot on the ground, its smooth force there included.
 inline double pull_on(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  double pull = structure_force(s, i, UP, -leg.gap);
+  double pull = structure_force(s, i, UP, leg.standing());
   if (s.feet[i].force) pull += s.laws.force(leg.foot, 0.0, 0.0, s.volts_now(leg.foot), s.clock.time);
   return pull;
 }
@@ -30,7 +30,7 @@ inline double pull_on(const Legged& s, int i) {
 // Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + leg.gap) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
   for (int n = leg.first; n < leg.last; n++) {
     parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }
@@ -43,7 +43,7 @@ inline double no_pull(const Legged& s, int i) {
 inline double no_rate(const Legged& s, int i, double momentum) {
   const Leg& leg = s.body.legs[i];
   double parts = std::fabs(momentum);
-  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * leg.gap;
+  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * std::fabs(leg.standing());
   return s.settings.speed_zero + ROUNDING * (std::fabs(s.feet[i].w[UP]) + parts / leg.mass);
 }
 
@@ -64,7 +64,7 @@ inline void begin_flight(Legged& s, int i, double rate) {
 // Put a foot on the ground; what it has along the ground stays.
 inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
-  foot.u[UP] = -s.body.legs[i].gap;
+  foot.u[UP] = s.body.legs[i].standing();
   foot.w[UP] = 0.0;
   foot.since = s.clock.time;
   foot.start = AS_IT_COMES;
@@ -85,9 +85,9 @@ inline void land(Legged& s, int i) {
   const int f = leg.foot;
   const double t = s.clock.time;
   Landing at = {};
-  const double momentum = momentum_at(s, i, foot.u[UP] + leg.gap);
+  const double momentum = momentum_at(s, i, leg.clearance(foot.u[UP]));
   at.speed = -(foot.w[UP] + momentum / leg.mass);
-  foot.u[UP] = -leg.gap;
+  foot.u[UP] = leg.standing();
   at.pull = pull_on(s, i);
   at.strength = s.laws.strength(f, 0.0);
   at.mobility = 1.0 / leg.mass;
@@ -104,8 +104,8 @@ inline void land(Legged& s, int i) {
   }
   at.after = s.laws.rebound(f, at.speed);
   if (s.laws.has(f, PULL_AS_PRINTED)) {
-    const double own = structure_force(s, i, UP, -leg.gap);  // the ground's forces are no part of (2.13)
-    at.printed = own - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * at.after;
+    const double own = structure_force(s, i, UP, leg.standing());  // the ground's forces are no part of (2.13)
+    at.printed = own + 2.0 * leg.stiffness[UP] * leg.standing() + leg.damping[UP] * at.after;
   }
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
   if (kind == BOUNCE) {
