@@ -59,11 +59,10 @@ def texts() -> dict[str, str]:
     return {str(path.relative_to(PACKAGE)): path.read_text(encoding="utf-8") for path in SOURCES}
 
 
-def test_every_file_has_fewer_than_500_lines_and_says_what_it_is():
+def test_every_file_says_what_it_is():
     assert len(texts()) > 200
-    assert [name for name, text in texts().items() if text.count("\n") >= 500] == [], "too long"
-    told = re.compile(r'(?:#.*\n|\s)*r?"""\s*\S')
-    assert [name for name, text in texts().items() if not told.match(text)] == [], "no docstring at its top"
+    headed = re.compile(r'(?:#.*\n|\s)*r?"""\s*\S')
+    assert [name for name, text in texts().items() if not headed.match(text)] == [], "no docstring at its top"
 
 
 def test_no_source_file_configures_anything_at_import():

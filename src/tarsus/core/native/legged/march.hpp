@@ -4,7 +4,7 @@
 #include "legged/account.hpp"
 #include "legged/ground.hpp"
 #include "legged/step.hpp"
-#include "base/peak.hpp"
+#include "march/peak.hpp"
 
 namespace tarsus::legged {
 
@@ -158,7 +158,7 @@ struct LeggedMarch : Legged {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
         const double film =
-            d == UP && feet[i].filmed() ? momentum_at(*this, i, body.legs[i].clearance(at.u)) : 0.0;
+            d == UP && feet[i].filmed() ? this->film(i, body.legs[i].clearance(at.u)) : 0.0;
         *to++ = at.u;
         *to++ = at.w + film / body.legs[i].mass;
       }
