@@ -34,7 +34,7 @@ from tarsus.solve.tangents import (
     tangents,
 )
 from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
-from tarsus.solve.window import Recorded, record, recording
+from tarsus.solve.window import record, recording
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
@@ -83,7 +83,6 @@ class GradientRun(Run):
     """A finished simulation with derivatives by numbers, or along directions of several; nothing is
     computed before it is asked for."""
 
-    notes: Floats = field(kw_only=True)
     entered: Entering = field(kw_only=True)
 
     @property
@@ -99,8 +98,7 @@ class GradientRun(Run):
 
     def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
-        recorded = Recorded(self.raw, self.notes)
-        return tangents(self.plan, self.raw.book, self.entered, recorded, settings, times=times, steps=steps)
+        return tangents(self.plan, self.raw.book, self.entered, self.raw, settings, times=times, steps=steps)
 
     def sampled(self, times: Floats) -> Floats:
         """Derivatives of samples at times [s], in order, as `Tangents` has them."""
@@ -340,19 +338,18 @@ def gradient_run(
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
         return WalkGradientRun(
             scene, seconds, period, kept.log, {}, accuracy, kept=kept, wall_s=time.perf_counter() - start,
-            notes=np.zeros(0), entered=given, directions=tuple(directions_of(paths).values()),
+            entered=given, directions=tuple(directions_of(paths).values()),
         )  # fmt: skip
     made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
-    motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
+    motion, spent = Replayed(Acting(plan, given.row), made), time.perf_counter() - start
     return GradientRun(
         scene,
         seconds,
         period,
-        made.raw,
+        made,
         {},
         accuracy,
         kept=motion,
         wall_s=spent,
-        notes=made.notes,
         entered=given,
     )

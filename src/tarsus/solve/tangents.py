@@ -25,8 +25,8 @@ from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
 from tarsus.plan.sloped import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
-from tarsus.solve.engine import SharedBook
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.engine import RawRuns, SharedBook
+from tarsus.solve.window import Contacts
 
 __all__ = [
     "DataTangents",
@@ -447,7 +447,7 @@ def tangents(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     *,
     start: float = 0.0,
@@ -459,7 +459,7 @@ def tangents(
     at a time."""
     laws = by_programs(plan.laws)
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
-    begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
+    begin = (contacts or Contacts()).begin(plan.feet, start)
     parts, flags = [], []
     for first in range(0, max(len(given.paths), 1), LANES):
         structural = [(given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES]
