@@ -15,10 +15,10 @@ from tarsus.base.errors import InputError
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import FootLaws, Plan, program_of
-from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.tangents import LANES, Entering
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.window import Contacts
 
 __all__ = ["Doubt", "Tangents", "by_programs", "refuse_slip_speed", "tangents", "walk_tangents"]
 
@@ -85,7 +85,7 @@ def tangents(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     *,
     start: float = 0.0,
@@ -96,7 +96,7 @@ def tangents(
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events."""
     laws, n, m = by_programs(plan.laws), len(plan.system.mass), plan.feet
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
-    begin = (start, *(row[0] for row in (contacts or Contacts()).rows(m, start)))
+    begin = (contacts or Contacts()).begin(m, start)
 
     def engine(first: int) -> Sequence[Any]:
         structural = [

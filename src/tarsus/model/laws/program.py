@@ -163,22 +163,6 @@ class Program:
     def __hash__(self) -> int:
         return hash(self.digest)
 
-    def to_lists(self) -> dict[str, Any]:
-        """Plain numbers and lists, fit for JSON; infinities and NaN are words."""
-        constants = [c if math.isfinite(c) else str(c) for c in self.constants.tolist()]
-        return {
-            "arguments": self.arguments,
-            "parameters": self.parameters,
-            "constants": constants,
-            "code": self.code.tolist(),
-        }
-
-    @classmethod
-    def from_lists(cls, lists: dict[str, Any]) -> Program:
-        """The program that `to_lists` wrote."""
-        constants = np.array([float(c) for c in lists["constants"]])
-        return cls(np.array(lists["code"]), constants, int(lists["arguments"]), int(lists["parameters"]))
-
     def __str__(self) -> str:
         """One operation a line, to read."""
         names = [f"x{i}" for i in range(self.arguments)] + [f"p{i}" for i in range(self.parameters)]
