@@ -102,7 +102,8 @@ def _arrows(places: dict[str, tuple[float, float, float, float]]) -> list[str]:
                 start = min(max(to_x + to_wide / 2, x + 30), x + wide - 30)
                 end = min(max(start, to_x + 30), to_x + to_wide - 30)
                 found.append(
-                    f'<path d="M{start:.0f} {y + tall:.0f}L{end:.0f} {to_y - 1:.0f}" class="arrow" marker-end="url(#tip)"/>'
+                    f'<path d="M{start:.0f} {y + tall:.0f}L{end:.0f} {to_y - 1:.0f}" '
+                    'class="arrow" marker-end="url(#tip)"/>'
                 )
     return found
 
