@@ -370,6 +370,8 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
         rest -= np.outer(product(rest, ways[-1]), ways[-1])
         chosen.append(best)
     chosen.sort()
+    if len(chosen) == len(rows):
+        return np.arange(len(rows)), np.eye(len(rows))
     shares = product(rows, pseudoinverse(rows[chosen])) if chosen else np.zeros((len(rows), 0))
     shares[chosen] = np.eye(len(chosen))
     return np.array(chosen, dtype=np.int64), shares

@@ -23,12 +23,11 @@ inline Row slope_of(const Jet& a) { return load(a.slope); }
 // Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
 // integrated over the steps between them has no derivative here; all else has.
 enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7 };
+constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS"};
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
 };
-
-constexpr double CLOSE = 1e-7;  // part of a force or speed: a run itself knows them to some 1e-9
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
 // numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
@@ -201,6 +200,13 @@ struct LawTangents {
   Jet force(int foot, const Jet& gap, const Jet& rate, const Jet& volts, const Jet& time) {
     return value(FORCE, foot, {gap, rate, volts, time});
   }
+  // As those of ActingLaws.
+  Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
+  Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
+  Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
+    return value(FRICTION, foot, {margin, held, speed});
+  }
+  Jet excess(int foot, const Jet& departing) { return value(EXCESS, foot, {departing}); }
   // Its slope by its first argument, by a central difference over a probe.
   Jet momentum_slope(int foot, const Jet& gap, double probe) {
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);
@@ -224,17 +230,6 @@ struct LawTangents {
       if (std::isfinite(first[j]) && std::isfinite(second[j])) continue;
       first.set(j, 0.0);
       second.set(j, 0.0);
-    }
-  }
-
-  // The value of each term of a hook at eight nodes with its derivatives by its third argument, volts (lane 0), and by its
-  // parameters, as far as these slopes are their own: see(term, value).
-  template <class See>
-  void each_term(Hook hook, int foot, const Row* arguments, int count, See&& see) {
-    for (const Term& term : laws.terms[hook]) {
-      for (int a = 0; a < count; a++) wide_[a] = Dual<Row, LANES>(arguments[a]);
-      if (count > 2) wide_[2].slope[0] = Row(1.0);
-      see(term, evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data()));
     }
   }
 

@@ -5,50 +5,131 @@
 
 namespace tarsus::modal {
 
+// What follows up to `landing_of` and `bounce` is written once for numbers and for numbers with derivatives. M is a Modal, or an
+// Instant of a run that is gone through again with derivatives (derive/instant.hpp); M::Real is what its state is made of.
+
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
-inline void add_film_momenta(Modal& m) {
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
+template <class M>
+inline void add_film_momenta(M& m) {
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.film(i, m.gaps[i]));
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(&ContactMode::beta, i, m.film(i, m.gaps[i]));
   }
 }
 
-// And back, at the gaps as they are known.
-inline void remove_film_momenta(Modal& m) {
+// And back, at the gaps as they are known: take(foot, momentum).
+template <class M, class Take>
+inline void remove_film_momenta(M& m, Take&& take) {
   for (int i : m.mode->free) {
     if (!m.laws.has(i, HAS_MOMENTUM)) continue;
-    m.feet[i].momentum = m.feet[i].jumped = m.film(i, m.gaps[i]);
-    m.shift(m.mode->beta, i, -m.feet[i].momentum);
+    const typename M::Real momentum = m.film(i, m.gaps[i]);
+    take(i, momentum);
+    m.shift(&ContactMode::beta, i, -momentum);
   }
-  m.jumped = 0.0;
 }
 
 // Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
 // ground's own forces on it.
-inline double robot_pull(const Modal& m, const double* rows, const double* feeds, const double* bias, int foot, double t) {
-  const double* feed = feeds + foot * m.sizes.inputs();
-  double pull = m.along(rows, foot) + bias[foot];
+template <class M>
+inline typename M::Real robot_pull(const M& m, ModeArray rows, ModeArray feeds, const typename M::Real& bias, int foot) {
+  const size_t feed = size_t(foot) * m.sizes.inputs() + 2 * m.sizes.feet;
+  typename M::Real pull = m.along(rows, foot) + bias;
   for (int d = 0; d < m.sizes.drives; d++) {
-    const double part = feed[2 * m.sizes.feet + d];
-    if (part != 0.0) pull += part * m.player.value(d, t);
+    if (!is_nothing(m.entry(feeds, feed + d))) pull = pull + m.product(feeds, feed + d, m.drive_now(d));
   }
   return pull;
 }
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
 // other feet goes by their rates once it is stopped.
-inline double pull_if_held(const Modal& m, int foot, double t) {
-  const double stop = -m.rate_of(foot);
-  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
-  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
+template <class M>
+inline typename M::Real pull_if_held(const M& m, int foot) {
+  typedef typename M::Real Real;
+  const Real stop = -m.rate_of(foot);
+  Real pull = robot_pull(m, &ContactMode::held_rows, &ContactMode::held_feed, m.held_bias(foot), foot);
+  if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, Real(0.0), Real(0.0));
   for (int k : m.mode->free) {
-    const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
-    if (factor == 0.0 || k == foot) continue;
-    const double rate = m.rate_of(k) + stop * m.mode->rate_by_jump(foot, k);
-    if (m.laws.has(k, HAS_MOMENTUM)) pull += factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
-    if (m.laws.has(k, HAS_FORCE)) pull += factor * m.laws.force(k, m.gaps[k], rate, m.foot_volts(k, t), t);
+    const Real factor = m.entry(&ContactMode::held_feed, size_t(foot) * m.sizes.inputs() + m.sizes.feet + k);
+    if (is_nothing(factor) || k == foot) continue;
+    const Real rate = m.rate_of(k) + stop * m.rate_by_jump(foot, k);
+    if (m.laws.has(k, HAS_MOMENTUM)) pull = pull + factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
+    if (m.laws.has(k, HAS_FORCE)) pull = pull + factor * m.force_now(k, m.gaps[k], rate);
   }
   return pull;
+}
+
+template <class M>
+inline typename M::Real new_strength(const M& m, int foot) {
+  typedef typename M::Real Real;
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, Real(0.0)) : Real(0.0);
+}
+
+// Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
+// contacts are plastic).
+template <class M>
+inline void find_physical(M& m) {
+  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.place_bias(r) + m.along(&ContactMode::to_physical, r);
+}
+template <class M>
+inline void project(M& m) {
+  const int n2 = 2 * m.sizes.coordinates;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.place_bias(r);
+  for (int r = 0; r < m.sizes.state(); r++) {
+    typename M::Real sum(0.0);
+    for (int c = 0; c < n2; c++) sum = sum + m.product(&ContactMode::from_physical, size_t(r) * n2 + c, m.from_offset[c]);
+    m.state()[r] = sum;
+  }
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
+}
+
+// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
+// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
+// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
+template <class M>
+inline typename M::Real follow_impact(M& m, int foot, const Landing<typename M::Real>& at) {
+  typedef typename M::Real Real;
+  const Real skew = m.entry(&ContactMode::skew, foot);
+  if (is_nothing(skew) || value_of(at.speed) == 0.0) return Real(0.0);
+  const Real e = at.after / at.speed;
+  Real alpha(1.0), beta = (1.0 + e) * skew;
+  if (!m.laws.has(foot, MAP_AS_IS)) {
+    const Real theta = passive_angle(e, skew);
+    alpha = cosine(theta);
+    beta = square_root(maximum(1.0 - e * e, Real(0.0))) * sine(theta);
+  }
+  const Real before = m.along(&ContactMode::side_rate, foot);
+  const Real then = alpha * before + beta * at.speed / square_root(at.mobility);
+  m.shift(&ContactMode::side, foot, then - before);
+  return 0.5 * (before * before - then * then);
+}
+
+// A foot at the ground that approaches it; the state is the modal one, and its gap 0. All but `Landing::none`.
+template <class M>
+inline Landing<typename M::Real> landing_of(const M& m, int foot) {
+  typedef typename M::Real Real;
+  const Real rate = m.rate_of(foot);
+  Landing<Real> at{-rate, m.laws.rebound(foot, -rate), pull_if_held(m, foot), new_strength(m, foot), Real(0.0),
+                   m.entry(&ContactMode::mobility, foot), Real(0.0)};
+  if (m.laws.has(foot, PULL_AS_PRINTED)) {
+    at.printed = robot_pull(m, &ContactMode::printed, &ContactMode::printed_feed, m.printed_bias(foot), foot) +
+                 m.product(&ContactMode::printed_damping, foot, rate + at.after);
+  }
+  return at;
+}
+
+// It bounces. Returns the energy [J] that this takes.
+template <class M>
+inline typename M::Real bounce(M& m, int foot, const Landing<typename M::Real>& at) {
+  const typename M::Real lost = at.lost() + follow_impact(m, foot, at);
+  m.shift(&ContactMode::jump, foot, at.after + at.speed);
+  return lost;
+}
+
+// ---- on numbers alone: what is decided, noted and told
+
+inline void remove_film_momenta(Modal& m) {
+  remove_film_momenta(m, [&](int i, double momentum) { m.feet[i].momentum = m.feet[i].jumped = momentum; });
+  m.jumped = 0.0;
 }
 
 // Pull [N] on a free foot at the ground that is none: of the scene's scale, or what rounding leaves of `pull_if_held`, whose
@@ -70,13 +151,9 @@ inline double no_pull(const Modal& m, int foot, double t) {
   return m.settings.force_zero + ROUNDING * parts;
 }
 
-inline double new_strength(const Modal& m, int foot) {
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
-}
-
 // Go over to another contact mode: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
-  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  find_physical(m);
   m.next = &to;
   m.entering = true;
 }
@@ -101,21 +178,14 @@ inline void find_pushing(Modal& m) {
   }
 }
 
-// Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
+// Enter the contact mode ``next`` with the physical state.
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
   m.entering = false;
   m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
   m.bias = &m.biases.of(mode);
-  const int n2 = 2 * m.sizes.coordinates;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
-  for (int r = 0; r < m.sizes.state(); r++) {
-    double sum = 0.0;
-    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
-    m.state()[r] = sum;
-  }
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
+  project(m);
   if (m.strong) m.rebase();
   remove_film_momenta(m);
   m.acting.clear();
@@ -143,29 +213,9 @@ inline void hold(Modal& m, int foot, double t) {
   leave_mode(m, foot);
 }
 
-// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
-// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
-// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
-inline double follow_impact(Modal& m, int foot, const Landing& at) {
-  const ContactMode& mode = *m.mode;
-  const double skew = mode.skew[foot];
-  if (skew == 0.0 || at.speed == 0.0) return 0.0;
-  const double e = at.after / at.speed;
-  double alpha = 1.0, beta = (1.0 + e) * skew;
-  if (!m.laws.has(foot, MAP_AS_IS)) {
-    const double theta = passive_angle(e, skew);
-    alpha = std::cos(theta);
-    beta = std::sqrt(std::max(1.0 - e * e, 0.0)) * std::sin(theta);
-  }
-  const double before = m.along(mode.side_rate, foot);
-  const double then = alpha * before + beta * at.speed / std::sqrt(at.mobility);
-  m.shift(mode.side, foot, then - before);
-  return 0.5 * (before * before - then * then);
-}
-
 // A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
 // smaller impacts from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
-inline int torn_off(const Modal& m, int foot, const Landing& at) {
+inline int torn_off(const Modal& m, int foot, const Landing<double>& at) {
   if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
   for (int k : m.mode->held) {
     if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
@@ -197,7 +247,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     return false;
   }
   m.gaps[foot] = 0.0;
-  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
+  Landing<double> at = landing_of(m, foot);
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
     m.log.add(t, torn, RELEASE, m.feet[torn].apex);
@@ -206,13 +256,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     leave_mode(m, torn);
     return true;
   }
-  at.after = m.laws.rebound(foot, speed);
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
-  at.strength = new_strength(m, foot);
-  if (m.laws.has(foot, PULL_AS_PRINTED)) {
-    at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
-                 mode.printed_damping[foot] * (rate + at.after);
-  }
   count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {
@@ -222,9 +266,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     hold(m, foot, t);
     return true;
   }
-  const double lost = at.lost() + follow_impact(m, foot, at);
-  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
-  m.shift(mode.jump, foot, at.after - rate);
+  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, bounce(m, foot, at));
   remove_film_momenta(m);
   turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
   return true;
@@ -261,7 +303,7 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   int& departure = m.feet[foot].departure;
   departure = RISING;
   if (m.rate_of(foot) <= m.no_rate(foot)) {
-    const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
+    const double t = m.clock.time, pull = pull_if_held(m, foot), strength = new_strength(m, foot);
     // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
     // lets no other go
     const bool let_go = m.just_let_go(foot);

@@ -103,6 +103,8 @@ struct StepClass {
 };
 
 struct StepMaker;
+struct ContactMode;
+typedef double* ContactMode::*ModeArray;  // one of its arrays
 
 // The structure with some feet held; rows are per foot or output, states (2 stride) or inputs wide.
 struct ContactMode {
