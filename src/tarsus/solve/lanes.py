@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import FootLaws, Plan, program_of
@@ -20,7 +19,7 @@ from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
 
-__all__ = ["Doubt", "Tangents", "by_programs", "refuse_slip_speed", "tangents", "walk_tangents"]
+__all__ = ["Doubt", "Tangents", "by_programs", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -111,16 +110,6 @@ def tangents(
     return _in_lanes(given, {"events": 12, "samples": 2 * n + 5 * m, "steps": width}, engine)
 
 
-def refuse_slip_speed(plan: Plan) -> None:
-    """Raise InputError where friction depends on the slip speed: no derivatives follow that."""
-    for name, law in plan.laws.acting.items():
-        if law.hook == "friction" and "speed" in law.leading:
-            raise InputError(
-                f"ground: no derivatives follow '{name}', the {law.title}, whose bound depends on the slip speed; "
-                "compare runs, or take friction that does not depend on it"
-            )
-
-
 def walk_tangents(
     plan: Plan,
     duration: float,
@@ -133,12 +122,8 @@ def walk_tangents(
     start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
 ) -> Tangents:
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
-    these follow it. Other parameters as for `walk`.
-
-    Raises InputError where friction depends on the slip speed.
-    """
+    these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
-    refuse_slip_speed(plan)
     legs, laws, n, m = plan.legs, by_programs(plan.laws), len(plan.system.mass), plan.feet
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = walk_settings(plan, duration, accuracy, True)
