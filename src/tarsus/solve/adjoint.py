@@ -17,7 +17,7 @@ from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import SharedBook
-from tarsus.solve.tangents import DataTangents, Entering, by_programs
+from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Recorded
 
 __all__ = ["EDGE_AT_START", "Seeds", "swept"]
@@ -60,7 +60,7 @@ def swept(
     begin = (0.0, *(one[0] for one in Contacts().rows(plan.feet, 0.0)))
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
-        book.book.native, NODES, nodes, row.signals, by_programs(plan.laws), settings, row, begin, groups,
+        book.book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
         _degrees(row, data), recorded, asked,
     )  # fmt: skip
     if refused:

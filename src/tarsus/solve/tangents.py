@@ -21,7 +21,7 @@ from tarsus.core.modes import LinearSystem, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
-from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
+from tarsus.plan.lowering import Plan, lower_system, pack
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
@@ -33,7 +33,6 @@ __all__ = [
     "Direction",
     "Entering",
     "Tangents",
-    "by_programs",
     "directions_of",
     "entering",
     "tangents",
@@ -457,7 +456,7 @@ def tangents(
 ) -> Tangents:
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events, eight numbers
     at a time."""
-    laws = by_programs(plan.laws)
+    laws = plan.laws.by_programs
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
     begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
     parts, flags = [], []
@@ -487,13 +486,3 @@ def tangents(
     ]
     all_flags = np.concatenate(flags)
     return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
-
-
-def by_programs(laws: FootLaws) -> _native.Laws:
-    """The laws as programs alone, which carry derivatives."""
-    terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
-        for k, (name, law) in enumerate(laws.acting.items())
-    ]
-    programs = [program_of(type(law)) for law in laws.acting.values()]
-    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

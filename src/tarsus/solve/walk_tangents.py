@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import Plan
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import tables_of, walk_settings
-from tarsus.solve.tangents import LANES, LOST, Entering, by_programs
+from tarsus.solve.tangents import LANES, LOST, Entering
 
 __all__ = ["WalkTangents", "walk_tangents"]
 
@@ -64,6 +65,8 @@ def walk_tangents(
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
     these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
+    if plan.laws.remembers:
+        raise InputError("a walker whose feet remember their contacts (a law with `remaining`) has no derivatives yet")
     tables = tables if tables is not None else tables_of(plan, duration)
     settings, when = (
         walk_settings(plan, duration, accuracy, True),
@@ -81,7 +84,7 @@ def walk_tangents(
     for first in range(0, max(len(given.paths), 1), LANES):
         beside = [(*one, p - first) for *one, p in others if first <= p < first + LANES]
         *found, flag = _native.tangents_legged(
-            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, by_programs(plan.laws), given.row,
+            plan.legs.native, tables, NODES, given.row.signals, plan.laws.native, plan.laws.by_programs, given.row,
             settings, when, account, start, given.data.lanes(first), min(LANES, len(given.paths) - first),
             beside,
         )  # fmt: skip

@@ -66,7 +66,7 @@ inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   foot.u[UP] = -s.body.legs[i].gap;
   foot.w[UP] = 0.0;
-  foot.since = s.clock.time;
+  foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
   const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, 0.0) != 0.0;
@@ -88,7 +88,7 @@ inline void land(Legged& s, int i) {
   at.speed = -(foot.w[UP] + momentum / leg.mass);
   foot.u[UP] = -leg.gap;
   at.pull = pull_on(s, i);
-  at.strength = s.laws.strength(f, 0.0);
+  at.strength = s.laws.strength(f, foot.brought(s.laws, f, t));
   at.mobility = 1.0 / leg.mass;
   at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
   if (at.speed <= no_rate(s, i, momentum)) {
@@ -128,6 +128,7 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   const double t = s.clock.time, pull = pull_on(s, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
+    foot.end(t);
     begin_flight(s, i, 0.0);
     return;
   }
