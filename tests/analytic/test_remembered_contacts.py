@@ -44,7 +44,8 @@ def scene() -> ts.Scene:
         robot={
             "structure": {"kind": "lumped", "coordinates": ["x"], "mass": [MASS], "stiffness": [SPRING],
                           "damping_ratios": [DAMPING_RATIO]},
-            "drives": {"push": {"load": {"kind": "point", "weights": {"x": 1.0}}, "law": {"kind": "linear", "gain": 1.0}}},
+            "drives": {"push": {"load": {"kind": "point", "weights": {"x": 1.0}},
+                                "law": {"kind": "linear", "gain": 1.0}}},
             "feet": {"x": {"point": "x", "gap": GAP}},
         },
         signals={"push": {"kind": "sampled", "times": TIMES, "levels": FORCES}},
@@ -54,8 +55,8 @@ def scene() -> ts.Scene:
 
 
 def flight(begin: float, place: float, speed: float, until: float) -> tuple[float, float]:
-    """When a mass that flies from a place [m] at a speed touches down, and how fast it is then; exact on each line of the
-    force. Returns infinity where it does not by a time."""
+    """When a mass that flies from a place [m] at a speed touches down, and how fast it is then; exact on each line
+    of the force. Returns infinity where it does not by a time."""
     rate = math.sqrt(SPRING / MASS)
     sigma, omega = DAMPING_RATIO * rate, rate * math.sqrt(1.0 - DAMPING_RATIO**2)
     damper = 2.0 * sigma * MASS
@@ -70,7 +71,9 @@ def flight(begin: float, place: float, speed: float, until: float) -> tuple[floa
         def at(t, c=c, s=s, middle=middle, slope=slope):
             wave = math.exp(-sigma * t)
             x = wave * (c * math.cos(omega * t) + s * math.sin(omega * t))
-            v = wave * ((s * omega - sigma * c) * math.cos(omega * t) - (c * omega + sigma * s) * math.sin(omega * t))
+            v = wave * (
+                (s * omega - sigma * c) * math.cos(omega * t) - (c * omega + sigma * s) * math.sin(omega * t)
+            )
             return middle + slope * t + x, slope + v
 
         grid = np.linspace(0.0, b - begin, 4000)
@@ -141,7 +144,8 @@ def test_its_derivatives_pass_through_the_contacts_before():
 
 
 def test_walkers_remember_as_well():
-    """The strengths in the log of a walker are those of the ages that follow from its events; derivatives are refused."""
+    """The strengths in the log of a walker are those of the ages that follow from its events; derivatives are
+    refused."""
     ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
     walker = ts.with_values(
         ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
@@ -164,12 +168,16 @@ def test_walkers_remember_as_well():
                 assert event["strength"] == pytest.approx(ripe.evaluate(age), rel=1e-9)
     assert more >= 3
     with pytest.raises(ts.InputError, match="remember their contacts"):
-        ts.simulate(walker, 0.01, gradients=["ground.friction.coefficient"]).event_gradients
+        ts.simulate(walker, 0.01, gradients=["ground.friction.coefficient"]).gradient("impact_speed")
 
 
 def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path):
     with pytest.raises(TypeError, match=r"remaining: takes \(age, fresh\), but must take \(age, away, "):
-        type("Short", (Ripening,), {"__annotations__": {}, "remaining": lambda age, fresh: age, "__module__": __name__})
+        type(
+            "Short",
+            (Ripening,),
+            {"__annotations__": {}, "remaining": lambda age, fresh: age, "__module__": __name__},
+        )
     file = tmp_path / "own.py"
     file.write_text(
         "import tarsus as ts\nclass Own(ts.AdhesionLaw):\n    hold: float = ts.quantity('N', 'hold', default=1e-6)\n"

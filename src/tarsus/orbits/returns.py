@@ -186,10 +186,12 @@ class ReturnMap:
 
 
 def check_memory(plan: Plan) -> None:
-    """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no part of a
-    map's state."""
+    """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no
+    part of a map's state."""
     if plan.laws.remembers:
-        raise InputError("there is no return map where feet remember their contacts: what they bring along is not in its state")
+        raise InputError(
+            "there is no return map where feet remember their contacts: what they bring along is not in its state"
+        )
 
 
 def return_map(

@@ -21,8 +21,8 @@ __all__ = ["Acting", "slope", "value"]
 
 
 def value(law: Law, *arguments: Floats | float, hook: str | None = None) -> Floats:
-    """Value of a law's function, or of that of another hook, at arguments, of one shape together, by the program that the
-    engine carries out."""
+    """Value of a law's function, or of that of another hook, at arguments, of one shape together, by the program
+    that the engine carries out."""
     return _evaluated(_native.evaluate, law, arguments, hook)
 
 
@@ -31,7 +31,9 @@ def slope(law: Law, *arguments: Floats | float) -> Floats:
     return _evaluated(lambda *of: _native.evaluate_slopes(*of)[0], law, arguments)
 
 
-def _evaluated(by: object, law: Law, arguments: tuple[Floats | float, ...], hook: str | None = None) -> Floats:
+def _evaluated(
+    by: object, law: Law, arguments: tuple[Floats | float, ...], hook: str | None = None
+) -> Floats:
     program = program_of(type(law), hook)
     rows = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arguments))
     table = np.ascontiguousarray(np.array([row.ravel() for row in rows]))

@@ -66,7 +66,9 @@ def walk_tangents(
     these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
     if plan.laws.remembers:
-        raise InputError("a walker whose feet remember their contacts (a law with `remaining`) has no derivatives yet")
+        raise InputError(
+            "a walker whose feet remember their contacts (a law with `remaining`) has no derivatives yet"
+        )
     tables = tables if tables is not None else tables_of(plan, duration)
     settings, when = (
         walk_settings(plan, duration, accuracy, True),

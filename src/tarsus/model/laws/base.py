@@ -47,7 +47,8 @@ class Law(Description):
     leading: ClassVar[tuple[str, ...]] = ()
     """What the function takes before the parameters."""
     also: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Functions that a law may define besides, each of the name of its hook, and what these take before the parameters."""
+    """Functions that a law may define besides, each of the name of its hook, and what these take before the
+    parameters."""
     slot: ClassVar[str | None] = None
     """The field of the ground that the law stands in; without one it stands among ``ground.laws``. Laws that share a
     slot are told apart by a field ``kind``."""
@@ -102,7 +103,11 @@ class Law(Description):
     @classmethod
     def functions(cls) -> dict[str, tuple[Callable[..., float], int]]:
         """The law's plain functions by hook, each with how many numbers it takes before the parameters."""
-        own = {} if cls.hook is None or cls.function() is None else {cls.hook: (cls.function(), len(cls.leading))}
+        own = (
+            {}
+            if cls.hook is None or cls.function() is None
+            else {cls.hook: (cls.function(), len(cls.leading))}
+        )
         more = {hook: (getattr(cls, hook, None), len(leading)) for hook, leading in cls.also.items()}
         return {hook: (of, count) for hook, (of, count) in {**own, **more}.items() if of is not None}
 
@@ -135,7 +140,9 @@ class Law(Description):
         return 0.0
 
 
-def _check_arguments(cls: type[Law], name: str, function: Callable[..., float], leading: Sequence[str]) -> None:
+def _check_arguments(
+    cls: type[Law], name: str, function: Callable[..., float], leading: Sequence[str]
+) -> None:
     expected = (*leading, *cls.names())
     taken = list(inspect.signature(function).parameters)
     if len(taken) != len(expected):
@@ -189,7 +196,8 @@ class AdhesionLaw(Law):
     impact is at most ``strength(0)``, and leaves when the pull exceeds ``strength(age)``.
 
     A contact may remember those before it: with ``remaining(age, away, *parameters)`` [s], what is left of the ``age``
-    that a contact had when it ended after ``away`` [s] in the air, the next one begins at that age, not at 0.  One number
+    that a contact had when it ended after ``away`` [s] in the air, the next one begins at that age, not at 0.  One
+    number
     a foot is remembered, and any one that flows by itself in contact is a function of such an age.  For times in a row
     ``remaining(remaining(age, s), t) = remaining(age, s + t)``; of no age nothing is left.
     """
