@@ -144,8 +144,7 @@ def test_its_derivatives_pass_through_the_contacts_before():
 
 
 def test_walkers_remember_as_well():
-    """The strengths in the log of a walker are those of the ages that follow from its events; derivatives are
-    refused."""
+    """The strengths in the log of a walker are those of the ages that follow from its events."""
     ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
     walker = ts.with_values(
         ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
@@ -167,8 +166,34 @@ def test_walkers_remember_as_well():
                 age, parted = time - since, time
                 assert event["strength"] == pytest.approx(ripe.evaluate(age), rel=1e-9)
     assert more >= 3
-    with pytest.raises(ts.InputError, match="remember their contacts"):
-        ts.simulate(walker, 0.01, gradients=["ground.friction.coefficient"]).gradient("impact_speed")
+
+
+def test_a_walkers_derivatives_pass_through_the_contacts_before():
+    ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
+    walker = ts.with_values(
+        ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
+    )
+    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
+    paths = [f"ground.laws.ripening.{name}" for name in ("gain", "ageing", "recovery")] + ["gait.high"]
+    run = ts.simulate(walker, 0.018, tight, gradients=paths)
+    largest = {}
+    for path in paths:
+        value = ts.get_value(walker, path)
+        step = 2e-5 * value
+        beside = [
+            ts.simulate(ts.with_values(walker, {path: value + k * step}), 0.018, tight).events
+            for k in (-2, -1, 1, 2)
+        ]  # fmt: skip
+        assert all(len(one) == len(run.events) for one in beside)
+        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ [one["time"] for one in beside] / (12.0 * step)
+        found = run.event_gradients[path]["time"]
+        known = np.isfinite(found)
+        assert known.sum() > 0.8 * len(found)
+        np.testing.assert_allclose(
+            found[known], wanted[known], rtol=1e-5, atol=1e-6 * np.abs(wanted[known]).max()
+        )
+        largest[path] = np.abs(found[known]).max()
+    assert largest[paths[2]] > 0.0  # the time in the air counts
 
 
 def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path):

@@ -154,10 +154,11 @@ class Simulator:
             pulls = self.pulls(t, z, push)
             for i in range(self.m):
                 if self.contact[i] == SLIPPING and self.sense[i] != 0.0:
-                    bound = self.laws.bound(
-                        self.margin(i, t, pulls[i, False]), self.laws.strength(t - self.since[i])
-                    )
-                    push = push - self.robot.tangents[:, i] * self.sense[i] * bound
+                    row = self.robot.tangents[:, i]
+                    slip = max(self.sense[i] * float(row @ z[self.n :]), 0.0)
+                    strength = self.laws.strength(t - self.since[i])
+                    bound = self.laws.bound(self.margin(i, t, pulls[i, False]), strength, slip)
+                    push = push - row * self.sense[i] * bound
             for key, force in self.pulls(t, z, push).items():
                 row = self.robot.tangents if key[1] else self.robot.normals
                 push = push - row[:, key[0]] * force
@@ -424,7 +425,7 @@ class Simulator:
             return 0.0
         row = self.robot.tangents[:, i]
         along = float(row @ self.z[self.n :])
-        left = math.copysign(max(abs(along) - self.laws.brakes(change), 0.0), along)
+        left = math.copysign(max(abs(along) - self.laws.brakes(change, abs(along)), 0.0), along)
         self.z[self.n :] += self.inverse @ row * (left - along) / (row @ self.inverse @ row)
         return left
 

@@ -25,7 +25,8 @@ from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, SharedBook, structure_key
 from tarsus.solve.engines import Shared
-from tarsus.solve.tangents import DataTangents, Entering, tangents
+from tarsus.solve.lanes import tangents
+from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
 
 __all__ = [

@@ -33,10 +33,10 @@ from tarsus.orbits.returns import (
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.engines import Shared
+from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.march import tables_of
 from tarsus.solve.run import Run
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
 from tarsus.solve.window import Contacts, Window, simulate_window
 
 __all__ = ["WalkMap", "walk_map"]
@@ -147,7 +147,7 @@ class WalkMap(ReturnMap):
             window.repeated(multiple * self.period), travel,
         )  # fmt: skip
 
-    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, WalkTangents]:
+    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, Tangents]:
         """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""
         n2, size = 2 * len(self.plan.system.mass), len(state)
         end = self.start + multiple * self.period

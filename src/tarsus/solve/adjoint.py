@@ -17,15 +17,13 @@ from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import SharedBook
+from tarsus.solve.lanes import Doubt
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts, Recorded
 
-__all__ = ["EDGE_AT_START", "Seeds", "swept"]
+__all__ = ["Seeds", "swept"]
 
 Floats = NDArray[np.float64]
-
-EDGE_AT_START = 5
-"""Reason of a flag: a drive's edge lies at the very start and moves, as in native/derive/tangent.hpp."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def swept(
     told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
         moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns - data.changes[c, 2]
-        told += [(0, EDGE_AT_START, int(p)) for p in np.flatnonzero(moved)]
+        told += [(0, int(Doubt.EDGE_AT_START), int(p)) for p in np.flatnonzero(moved)]
     return values, sorted(set(told))
 
 

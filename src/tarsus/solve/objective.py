@@ -14,7 +14,7 @@ from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, Log, directional_slopes
 from tarsus.solve.engine import Accuracy
 from tarsus.solve.engines import RECORDED
-from tarsus.solve.gradients import Gradient, GradientRun, WalkGradientRun
+from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import simulate
@@ -63,11 +63,7 @@ def gradient(
     """
     run = simulate(scene, duration, accuracy, gradients=wrt)
     when = None if times is None or isinstance(objective, str) else increasing(times)
-    parts = (
-        [_forwards(run, objective, when)]
-        if isinstance(run, WalkGradientRun)
-        else _parts(run, objective, when)
-    )
+    parts = [_forwards(run, objective, when)] if run.plan.legs is not None else _parts(run, objective, when)
     if len(parts) == 1:
         return parts[0]
     found = [

@@ -1,7 +1,7 @@
 // Derivatives of one number of a recorded window by all of its data, in Python.
 #include <nanobind/stl/tuple.h>
 
-#include "derive/adjoint_modal.hpp"
+#include "derive/adjoint.hpp"
 #include "derive/convert.hpp"
 #include "march/rows.hpp"
 
@@ -49,6 +49,11 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const
 
 }  // namespace
 
-void bind_adjoint(nb::module_& m) { m.def("adjoint_modal", &adjoint_modal); }
+void bind_adjoint(nb::module_& m) {
+  m.def("adjoint_modal", &adjoint_modal);
+  nb::dict doubts;  // see `Doubtful`
+  for (size_t n = 0; n < std::size(DOUBTS); n++) doubts[DOUBTS[n]] = int(n) + 1;
+  m.attr("DOUBTS") = doubts;
+}
 
 }  // namespace tarsus

@@ -23,6 +23,7 @@ inline Row slope_of(const Jet& a) { return load(a.slope); }
 // Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
 // integrated over the steps between them has no derivative here; all else has.
 enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7 };
+constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS"};
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
@@ -230,17 +231,6 @@ struct LawTangents {
       if (std::isfinite(first[j]) && std::isfinite(second[j])) continue;
       first.set(j, 0.0);
       second.set(j, 0.0);
-    }
-  }
-
-  // The value of each term of a hook at eight nodes with its derivatives by its third argument, volts (lane 0), and by its
-  // parameters, as far as these slopes are their own: see(term, value).
-  template <class See>
-  void each_term(Hook hook, int foot, const Row* arguments, int count, See&& see) {
-    for (const Term& term : laws.terms[hook]) {
-      for (int a = 0; a < count; a++) wide_[a] = Dual<Row, LANES>(arguments[a]);
-      if (count > 2) wide_[2].slope[0] = Row(1.0);
-      see(term, evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data()));
     }
   }
 

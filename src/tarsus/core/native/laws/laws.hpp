@@ -76,7 +76,7 @@ struct Laws {
   std::vector<Term> terms[HOOKS];
   std::vector<Program> programs;
   int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
-  bool friction_by_speed = false;  // whether a law of friction takes the slip speed
+  bool friction_by_speed = false;  // whether the law of friction takes the slip speed; it is a program then
 
   void add(int hook, Term term) {
     if (term.program >= 0) {
@@ -234,6 +234,16 @@ struct ActingLaws {
         const Real arguments[FRICTION_ARGUMENTS] = {margin, held, speed};
         sum += by_program(foot, term, arguments);
       }
+    }
+    return sum;
+  }
+
+  // The same at the nodes, with its derivative by the slip speed [N s/m].
+  Dual<Row, 1> friction_by_speed(int foot, const Row& margin, const Row& held, const Row& speed) const {
+    Dual<Row, 1> sum(Row(0.0));
+    for (const Term& term : laws.terms[FRICTION]) {
+      const Dual<Row, 1> arguments[FRICTION_ARGUMENTS] = {margin, held, Dual<Row, 1>::variable(speed, 0)};
+      sum = sum + value_of(foot, term, arguments, sloping.data());
     }
     return sum;
   }

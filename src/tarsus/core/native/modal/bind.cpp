@@ -174,28 +174,6 @@ nb::list modes_of(KeptBook& book) {
   return out;
 }
 
-// Matrix parts of a step as tarsus.core.replay takes them: exponential (4, nb) and state_input (inputs, 8, 2 nb), in which
-// the constant input does what it does with these rest gaps and gravity.
-nb::tuple flow_of(KeptBook& book, int q, int k, const Doubles& sources) {
-  const ContactMode& mode = book.numbered(q);
-  const StepClass& step = book.step(mode, k);
-  const int nb = mode.blocks_used, ns = book.sizes.stride, ni = book.sizes.inputs();
-  std::vector<double> exponential, response;
-  for (int e = 0; e < 4; e++) exponential.insert(exponential.end(), step.exponential + e * ns, step.exponential + e * ns + nb);
-  for (int row = 0; row < 2 * ni * N; row++) {
-    response.insert(response.end(), step.state_input + row * ns, step.state_input + row * ns + nb);
-  }
-  double* constant = response.data() + size_t(book.sizes.last()) * N * 2 * nb;  // an equal part for every node
-  for (int row = 0; row < 2 * N; row++) {
-    for (int b = 0; b < nb; b++) {
-      double& to = constant[row * nb + b];
-      to = 0.0;
-      for (int s = 0; s < book.sizes.sources(); s++) to += sources.data()[s] * step.state_bias[s * 2 * ns + row % 2 * ns + b] / N;
-    }
-  }
-  return nb::make_tuple(returned(std::move(exponential)), returned(std::move(response)));
-}
-
 // Everything of a step, for tests of the tables.
 nb::dict step_of(KeptBook& book, int q, int k) {
   const StepClass& step = book.step(book.numbered(q), k);
@@ -208,6 +186,9 @@ nb::dict step_of(KeptBook& book, int q, int k) {
   put("node_constant", step.node_constant, size_t(s.outputs) * s.inputs() * N);
   put("node_input", step.node_input, size_t(s.outputs) * s.inputs() * N * N);
   put("envelope", step.envelope, size_t(s.feet) * s.stride);
+  put("exponential", step.exponential, 4 * size_t(s.stride));
+  put("state_input", step.state_input, size_t(s.inputs()) * N * s.state());
+  put("state_bias", step.state_bias, size_t(s.sources()) * s.state());
   put("node_bias", step.node_bias, size_t(s.sources()) * s.outputs * N);
   out["terms"] = step.terms;
   out["stride"] = s.stride;
@@ -243,7 +224,6 @@ void bind_modal(nb::module_& m) {
       .def("__init__", &make_book)
       .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)
-      .def("flow", &flow_of)
       .def("step", &step_of);
   nb::class_<DerivedBook>(m, "AnyDerivedBook");
   nb::class_<KeptDerivedBook, DerivedBook>(m, "DerivedBook").def(nb::init<KeptBook&, nb::object>(), nb::keep_alive<1, 2>());
