@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
-from tarsus.plan.lowering import FootLaws, Plan, program_of
-from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.plan.lowering import Plan
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.tangents import LANES, Entering
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.window import Contacts
 
-__all__ = ["Doubt", "Tangents", "by_programs", "tangents", "walk_tangents"]
+__all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def tangents(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     *,
     start: float = 0.0,
@@ -93,9 +93,9 @@ def tangents(
     steps: bool = False,
 ) -> Tangents:
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events."""
-    laws, n, m = by_programs(plan.laws), len(plan.system.mass), plan.feet
+    laws, n, m = plan.laws.by_programs, len(plan.system.mass), plan.feet
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
-    begin = (start, *(row[0] for row in (contacts or Contacts()).rows(m, start)))
+    begin = (contacts or Contacts()).begin(m, start)
 
     def engine(first: int) -> Sequence[Any]:
         structural = [
@@ -124,7 +124,7 @@ def walk_tangents(
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
     these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
-    legs, laws, n, m = plan.legs, by_programs(plan.laws), len(plan.system.mass), plan.feet
+    legs, laws, n, m = plan.legs, plan.laws.by_programs, len(plan.system.mass), plan.feet
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = walk_settings(plan, duration, accuracy, True)
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
@@ -146,13 +146,3 @@ def walk_tangents(
     widths = {"events": 12, "marks": 3 + nb + 2 * m, "samples": 2 * n + 5 * m, "since": 1, "energies": 1}
     found = _in_lanes(given, widths, engine)
     return replace(found, since=found.since[:, 0], energies=found.energies[:, 0])
-
-
-def by_programs(laws: FootLaws) -> _native.Laws:
-    """The laws as programs alone, which carry derivatives."""
-    terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
-        for k, (name, law) in enumerate(laws.acting.items())
-    ]
-    programs = [program_of(type(law)) for law in laws.acting.values()]
-    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

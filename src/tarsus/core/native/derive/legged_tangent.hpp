@@ -133,6 +133,7 @@ class LeggedTangent : public LeggedMarch {
     } else if (kind == PULL_OFF) {
       out.pull = pull_on(acting_, i);
       out.strength = acting_.strength(i);
+      place_.grip[i].end(place_.time);
       acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
     } else {
       out.pull = acting_.along(i);
@@ -286,6 +287,7 @@ class LeggedTangent : public LeggedMarch {
       t.body.legs[i].weight = gravity[lane] * unit_body.legs[i].weight;
       foot.slipped = 0.0;
       foot.since = f < 0 ? 0.0 : data_.since[f][lane];
+      foot.aged = foot.parted = 0.0;
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];
@@ -316,7 +318,10 @@ class LeggedTangent : public LeggedMarch {
         out.u.push_back(jet(feet[i].u[d], lane_row([&](const Legged& t) { return t.feet[i].u[d]; })));
         out.w.push_back(jet(feet[i].w[d], lane_row([&](const Legged& t) { return t.feet[i].w[d]; })));
       }
-      out.since.push_back(jet(feet[i].since, lane_row([&](const Legged& t) { return t.feet[i].since; })));
+      const auto moved = [&](double Grip<double>::*part) {
+        return jet(feet[i].*part, lane_row([&](const Legged& t) { return t.feet[i].*part; }));
+      };
+      out.grip.push_back({moved(&Grip<double>::since), moved(&Grip<double>::aged), moved(&Grip<double>::parted)});
     }
     return out;
   }
@@ -360,7 +365,9 @@ class LeggedTangent : public LeggedMarch {
           foot.u[d] = place_.of(place_.u, i, d).slope[lane];
           foot.w[d] = place_.of(place_.w, i, d).slope[lane];
         }
-        foot.since = place_.since[i].slope[lane];
+        foot.since = place_.grip[i].since.slope[lane];
+        foot.aged = place_.grip[i].aged.slope[lane];
+        foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
         foot.sense = feet[i].sense;
       }
@@ -569,7 +576,8 @@ class LeggedTangent : public LeggedMarch {
     const auto still = [](std::vector<Jet>& values) {
       for (Jet& one : values) one = Jet(one.value);
     };
-    for (auto* part : {&on.x, &on.v, &on.u, &on.w, &on.since}) still(*part);
+    for (auto* part : {&on.x, &on.v, &on.u, &on.w}) still(*part);
+    for (Grip<Jet>& one : on.grip) one.since = Jet(one.since.value);
     shift(on, before_, Row(1.0));
     return still_.on(on).function(i, kind).slope[0];
   }
