@@ -461,7 +461,7 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    // beyond a stop, where the step goes on, the run's bound goes on straight: its own part from there as far as it has come
+    // beyond a stop, where the step goes on, what is linear goes on as it was, mirrored: its nodes see nothing sudden
     const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
     const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
     const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
@@ -479,8 +479,7 @@ class LeggedTangent : public LeggedMarch {
       f.by_margin = f.by_margin * 2.0 - by_margin;
       f.by_strength = f.by_strength * 2.0 - by_strength;
     }
-    Row most;
-    sliding_bound(*this, i, r, speed, most, f.by_speed);
+    f.by_speed = each(laws.friction_by_speed(foot, r.margin, r.strength, forward).slope[0], [](double by) { return std::isfinite(by) ? by : 0.0; });
     if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 
