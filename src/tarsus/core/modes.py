@@ -1,13 +1,15 @@
 """Contact modes: the linear structure with some feet held on the ground, in a fixed order of operations.
 
-With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
+A foot on the ground is held along its normal; one that knows the way along the ground (`LinearSystem.tangents`) slides
+there, or sticks and is held along it too. With a set S of such constraints the structure is again linear. Its exact flow over a step of length h,
 with every input a polynomial through its nodal values, is a handful of constant matrices; the native
 engine makes them. Nothing here knows a law.
 
 Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
 
     0 .. m-1      momentum potential P_i of the resistive (film) laws at foot i [N s]
-    m .. 2m-1     smooth force F_i on foot i along its normal [N]
+    m .. 2m-1     of a foot in the air the smooth force F_i along its normal [N]; of one that slides the friction force along
+                  the ground [N]; of one that sticks the place where it does [m]
     2m ..         drive forces [N]
     last          the constant 1 (gravity, static offset of held feet)
 
@@ -15,7 +17,8 @@ Only what belongs to that last input depends on the rest gaps and on gravity, an
 unit of each of these sources (`Bias`), so that tables serve every rest gap and every gravity.
 
 The flowing state w is the modal state less beta_i P_i, so a resistive force f = dP/dt enters through P only.
-Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 gap rates [m/s].
+Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 the gap rate [m/s] of a free
+foot, the rate along the ground [m/s] of one that slides, the structure's force along the ground [N] on one that sticks.
 """
 
 from __future__ import annotations
@@ -44,6 +47,8 @@ class LinearSystem:
     per unit of gravity [m/s^2].
     directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
     alone (n, m): coordinates that move a foot by one along its normal and no other point; for the pull as printed.
+    tangents (n, m): place of each foot along the ground is tangents.T @ x; zeros for feet that do not know theirs, None where
+    none does.
     """
 
     mass: Floats
@@ -56,6 +61,12 @@ class LinearSystem:
     gravity: float = 1.0
     directions: Floats | None = None
     alone: Floats | None = None
+    tangents: Floats | None = None
+
+    @cached_property
+    def constraints(self) -> Floats:
+        """What feet can be held by (n, m or 2m): their normals, then the ways along the ground."""
+        return self.normals if self.tangents is None else np.hstack([self.normals, self.tangents])
 
     @property
     def constant(self) -> Floats:
@@ -73,12 +84,12 @@ class LinearSystem:
 
     @cached_property
     def per_impulse(self) -> Floats:
-        """Change of the velocities (n, m) by a unit impulse on each foot."""
-        return solve(self.mass, self.normals)
+        """Change of the velocities (n, m or 2m) by a unit impulse on each foot, along its normal and along the ground."""
+        return solve(self.mass, self.constraints)
 
     @cached_property
     def holdings(self) -> dict[tuple[int, ...], tuple[Floats, Floats, Floats, Floats]]:
-        """Constraint data by held feet, once made: contact modes side by side share them."""
+        """Data of held constraints, once made: contact modes side by side share them."""
         return {}
 
 
@@ -95,7 +106,8 @@ class Bias:
 
 @dataclass(frozen=True)
 class ContactMode:
-    """The structure with the feet of ``mask`` held; nb = number of 2 x 2 blocks, state size 2 nb."""
+    """The structure with the constraints of ``mask`` held: bit i the normal of foot i, bit m + i its way along the ground;
+    nb = number of 2 x 2 blocks, state size 2 nb. The last four arrays are empty without `LinearSystem.tangents`."""
 
     mask: int
     blocks: Floats  # (nb, 2, 2)
@@ -121,7 +133,19 @@ class ContactMode:
     printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
     leading: NDArray[np.int64]  # (r,) free feet whose gaps tell those of all others, see `_leading`
     spanned: Floats  # (m, r): gap of a free foot per unit of theirs, beside what it is at rest
+    placed: Floats  # (m, n): displacements per unit of the place where a foot sticks
+    slide: Floats  # (m, 2nb): change of the state by a unit impulse along the ground on a foot that does not stick
+    slide_rate: Floats  # (m, 2nb): the rate along the ground of such a foot
+    slide_feed: Floats  # (2m, m): force of the structure on what is held per unit force along the ground on such a foot
     bias: Bias
+
+    def at_rest_there(self, tangents: Floats | None, physical: Floats) -> Floats:
+        """Displacements and velocities (2n,) that have entered the mode: held feet at rest where they are."""
+        n = len(physical) // 2
+        offset = self.offset.copy()
+        if tangents is not None:
+            offset[:n] += product(product(tangents.T, physical[:n]), self.placed)
+        return self.to_physical @ (self.from_physical @ (physical - offset)) + offset
 
     def biased(self, sources: Floats) -> ContactMode:
         """The mode with what these sources (m + 1,) add: rest gaps [m], gravity [m/s^2]."""
@@ -158,14 +182,14 @@ def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Flo
 
 
 def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Constraint data of held feet: null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force rows
-    W (|S|, n).
+    """Data of held constraints N (n, |S|): null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force
+    rows W (|S|, n).
 
-    W (external - C v - K x) is the structure's pull on each held foot: the constraint force reversed,
-    -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
+    W (external - C v - K x) is the structure's force on what holds each, for a normal the pull on its foot: the constraint
+    force reversed, -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
     """
     n = system.mass.shape[0]
-    normals = system.normals[:, held]
+    normals = system.constraints[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
     rows = normals.real.T
@@ -235,21 +259,24 @@ def _inverse_basis(basis: Floats) -> Floats:
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
-    """The structure with the feet whose bits are set in ``mask`` held on the ground, with its rest gaps and gravity."""
+    """The structure with the constraints whose bits are set in ``mask`` held, with its rest gaps and gravity."""
     return unbiased_mode(system, mask).biased(system.sources)
 
 
 def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) -> ContactMode:
-    """The structure with some feet held, for any rest gaps and gravity: nothing of it depends on those of the system.
+    """The structure with some constraints held, for any rest gaps and gravity: nothing of it depends on those of the system.
 
     basis: state it by these coordinates, in which ``blocks`` is a full matrix (2nb, 2nb) then, instead of by its modes.
     """
     n, m = system.normals.shape
     nd = system.loads.shape[1]
     ni = 2 * m + nd + 1
-    held_feet = [i for i in range(m) if mask >> i & 1]
+    constraints, tangents = system.constraints, system.tangents
+    holding = [c for c in range(constraints.shape[1]) if mask >> c & 1]
+    held_feet = [c for c in holding if c < m]
     free_feet = [i for i in range(m) if not mask >> i & 1]
-    z, placed, projector, rows = _holding(system, held_feet)
+    sliding = [] if tangents is None else [i for i in held_feet if m + i not in holding and tangents[:, i].any()]
+    z, placed, projector, rows = _holding(system, holding)
     mz, cz, kz = (product(z.T, part, z) for part in (system.mass, system.damping, system.stiffness))
     nz, own, kind = z.shape[1], basis is None, mz.dtype
     if basis is None:
@@ -261,7 +288,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
     force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
     particular = np.zeros((n, m + 1), kind)
-    particular[:, held_feet] = placed
+    particular[:, held_feet] = placed[:, : len(held_feet)]
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
 
@@ -302,27 +329,37 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         for part in (beta[i], inputs[i], inputs[m + i], outputs[i], outputs[m + i]):
             part.real[:] = 0.0
     restoring = product(system.stiffness, position) + product(system.damping, velocity)
-    for row, i in zip(rows, held_feet, strict=True):
-        outputs[i] = -product(row, restoring)
-        feed[i] = _force_feed(row, system, free_feet, ni)
-        bias.feed[:, i] = product(row, constant)
-        feed_rate[i, free_feet] = product(row, system.normals[:, free_feet])
+    acting = dict.fromkeys(free_feet, system.normals) | dict.fromkeys(sliding, tangents)
+    for row, c in zip(rows, holding, strict=True):
+        outputs[c] = -product(row, restoring)
+        feed[c] = _force_feed(row, system, acting, ni)
+        bias.feed[:, c] = product(row, constant)
+        feed_rate[c, free_feet] = product(row, system.normals[:, free_feet])
+    along = _Along.of(system, holding, force_in, velocity, rows)
+    for i in sliding:
+        inputs[m + i], outputs[m + i] = along.slide[i], along.slide_rate[i]
+    for c, x in zip(holding[len(held_feet) :], -placed[:, len(held_feet) :].T, strict=True):  # by the place of a foot that sticks
+        along.placed[c - m] = x
+        forces = -product(system.stiffness, x)
+        inputs[c] = product(force_in, forces)
+        feed[holding, c] = product(rows, forces)
+        feed[free_feet, c] = product(x, system.normals[:, free_feet])
     for i in free_feet:
         for k in free_feet:
             feed[m + i, k] = product(outputs[m + i], beta[k])
-        for k in held_feet:
+        for k in [*holding, *(m + k for k in sliding)]:
             feed[k, i] += product(outputs[k], beta[i])
-        together = sorted([*held_feet, i])
+        together = sorted([*holding, i])
         z2, _, projector2, rows2 = _holding(system, together)
         row = rows2[together.index(i)]
         stopped = product(z2, product(projector2, velocity))
         held[i] = -product(row, product(system.stiffness, position) + product(system.damping, stopped))
-        held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
+        held_feed[i] = _force_feed(row, system, {k: of for k, of in acting.items() if k != i}, ni)
         bias.held_feed[:, i] = product(row, constant)
         if mobility[i] == 0.0:
             continue
         jump[i] = beta[i] / mobility[i]
-        reaction[i, held_feet] = -product(rows, system.normals[:, i])
+        reaction[i, held_feet] = -product(rows[: len(held_feet)], system.normals[:, i])
         if system.directions is not None:
             across, skew[i] = _across(mz, product(z.T, system.normals[:, i]), product(projector, system.directions[:, i]))
             side[i] = product(onto[:, nz:], across)
@@ -331,7 +368,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
             # -K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign
             row = system.alone[:, i]
             printed[i] = -product(row, restoring)
-            printed_feed[i] = _force_feed(row, system, [], ni)
+            printed_feed[i] = _force_feed(row, system, {}, ni)
             bias.printed_feed[:, i] = product(row, constant)
             bias.printed_feed[i, i] -= 2.0 * (product(row, system.stiffness, row))
             printed_damping[i] = product(row, system.damping, row)
@@ -348,7 +385,36 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
         side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
         printed_damping=printed_damping, leading=np.array(free_feet, dtype=np.int64)[leading], spanned=spanned, bias=bias,
+        **vars(along),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Along:
+    """What a contact mode is along the ground, see `ContactMode`."""
+
+    placed: Floats
+    slide: Floats
+    slide_rate: Floats
+    slide_feed: Floats
+
+    @classmethod
+    def of(cls, system: LinearSystem, holding: list[int], force_in: Floats, velocity: Floats, rows: Floats) -> _Along:
+        """Of feet that do not stick, where nothing that is held holds them as well; ``placed`` is still zero."""
+        n, m = system.normals.shape
+        count, kind = (0 if system.tangents is None else m), np.result_type(force_in, velocity, rows, system.constraints)
+        out = cls(
+            np.zeros((count, n), kind), *np.zeros((2, count, len(force_in)), kind), np.zeros((2 * count, count), kind)
+        )
+        for i in range(count):
+            way = system.constraints[:, m + i]
+            if m + i in holding or not way.any():
+                continue
+            out.slide_feed[holding, i] = product(rows, way)
+            slide, rate = product(force_in, way), product(way, velocity)
+            if product(rate, slide).real > REDUNDANT * product(way, system.per_impulse[:, m + i]).real:
+                out.slide[i], out.slide_rate[i] = slide, rate
+        return out
 
 
 def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
@@ -393,12 +459,13 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     return (rest / across, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
-def _force_feed(row: Floats, system: LinearSystem, free: list[int], ni: int) -> Floats:
+def _force_feed(row: Floats, system: LinearSystem, acting: dict[int, Floats], ni: int) -> Floats:
+    """What drives do to a row of forces, and the forces on feet: ``acting`` (n, m), by foot, has their directions."""
     m, nd = system.normals.shape[1], system.loads.shape[1]
     out = np.zeros(ni, row.dtype)
     out[2 * m : 2 * m + nd] = product(row, system.loads)
-    for k in free:
-        out[m + k] = product(row, system.normals[:, k])
+    for k, directions in acting.items():
+        out[m + k] = product(row, directions[:, k])
     return out
 
 
@@ -413,7 +480,7 @@ def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) 
     With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
     of the structure's arrays.
     """
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
+    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone", "tangents")
     pairs = {name: (getattr(system, name), getattr(change, name)) for name in names}
     moved = {name: a if a is None else a + 1j * TINY * b for name, (a, b) in pairs.items()}
     found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)

@@ -99,7 +99,7 @@ struct ModalSystem : Modal {
     clock.mark = settings.period;
     step_class = int(settings.first_class);
     last_launch = 0;
-    next = &book.require(FootSet(sizes.feet));
+    next = &book.require(FootSet(sizes.constraints()));
     entering = check = true;
     take_films(run);
     one.begin(*this);

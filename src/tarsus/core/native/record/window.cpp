@@ -17,7 +17,7 @@ struct Begun : ModalSystem<S> {
     this->begin(run);
     this->count_from_zero(run);
     start_clock(this->clock, this->settings, start.time);
-    FootSet on(this->sizes.feet);
+    FootSet on(this->sizes.constraints());
     for (int i = 0; i < this->sizes.feet; i++) {
       Foot& foot = this->feet[i];
       foot.apex.restart(start.time);
