@@ -45,6 +45,7 @@ if TYPE_CHECKING:
         Electrostatic,
         Film,
         Friction,
+        FrictionLaw,
         Gravity,
         ImpactLaw,
         LegElectrostatic,
@@ -96,6 +97,7 @@ __all__ = [
     "Film",
     "Foot",
     "Friction",
+    "FrictionLaw",
     "Gradient",
     "GradientBatch",
     "GradientRun",
@@ -177,7 +179,7 @@ _HOMES = {
     "tarsus.files.toml": "read_scene write_scene",
     "tarsus.model.laws": (
         "Adhesion AdhesionLaw AdhesiveFriction CaptureUnlessPulled DampingLaw DominantMode Electrostatic "
-        "Film Friction Gravity ImpactLaw LegElectrostatic MassWeighted MeasuredImpactMap PullAsPrinted "
+        "Film Friction FrictionLaw Gravity ImpactLaw LegElectrostatic MassWeighted MeasuredImpactMap PullAsPrinted "
         "RestituteFirst Restitution SmoothLaw load_laws"
     ),
     "tarsus.model.robot": "Drive Foot ModalLoad PointLoad Robot",

@@ -33,11 +33,12 @@ class Account(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m],
-    states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's force along the way [N]."""
+    """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m]
+    and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's force along the way [N]."""
 
     body: Floats
     foot_x: Floats
+    speed: Floats
     contact: Floats
     sense: Floats
     along: Floats
@@ -133,7 +134,8 @@ def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, W
     smooth, resistive = (acting.total(forces, hook, gap) for hook in ("force", "momentum"))
     pull = np.where(held, onto[nb + 1 :: 2][body.leg], 0.0)
     state = Sampled(x, v, gap, rate, resistive, np.where(held, 0.0, smooth), pull, held)
-    return state, Way(place, feet[body.leg, 1, 0], contact, sense, onto[nb::2][body.leg]), energy
+    x, speed = feet[body.leg, 1, 0], np.abs(feet[body.leg, 1, 1])
+    return state, Way(place, x, speed, contact, sense, onto[nb::2][body.leg]), energy
 
 
 @dataclass(frozen=True)

@@ -98,7 +98,8 @@ def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[
     if sliding.any():
         for bound in run.motion.acting.on("friction").values():
             # the margin is below 0 by rounding where a foot has just let go
-            most = acting.value(bound, np.maximum(margin, 0.0)[sliding], strength[sliding])
+            given = {"margin": np.maximum(margin, 0.0), "strength": strength, "speed": way.speed}
+            most = acting.value(bound, *(given[name][sliding] for name in bound.leading))
             friction[sliding] = -way.sense[sliding] * most
     return {"body": way.body, "foot_x": way.foot_x, "slipping": sliding, "friction": friction}
 

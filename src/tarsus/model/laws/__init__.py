@@ -1,7 +1,7 @@
 """Ground laws, one file a law; a user's own law is one more such file."""
 
 from tarsus.model.laws.adhesion import Adhesion
-from tarsus.model.laws.base import AdhesionLaw, DampingLaw, ImpactLaw, Law, SmoothLaw
+from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.electrostatic import Electrostatic
 from tarsus.model.laws.film import Film
 from tarsus.model.laws.friction import AdhesiveFriction, AnyFriction, Friction
@@ -31,6 +31,7 @@ __all__ = [
     "Electrostatic",
     "Film",
     "Friction",
+    "FrictionLaw",
     "Gravity",
     "ImpactLaw",
     "ImpactMap",

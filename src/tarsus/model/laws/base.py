@@ -1,12 +1,13 @@
 """Protocols of ground laws: what happens between a foot and the ground.
 
 A law is a frozen description (its parameters, with units and bounds) and one plain function of floats.
-The parameters reach the function by position, in the order of the fields.  Four protocols are open to everybody:
+The parameters reach the function by position, in the order of the fields.  Five protocols are open to everybody:
 
 * `DampingLaw`: a smooth force opposing the motion, given as the momentum it takes out;
 * `SmoothLaw`: any other smooth force of gap, gap rate, volts and time;
 * `ImpactLaw`: how fast a foot departs after an impact;
-* `AdhesionLaw`: how strongly a foot in contact is held.
+* `AdhesionLaw`: how strongly a foot in contact is held;
+* `FrictionLaw`: how much force along the ground a contact bears.
 
 Forces are positive along the ground normal (they push the foot away), gaps are positive when open, a
 negative gap rate approaches.  The functions are compiled, so they may use arithmetic, ``if``, ``math.*``
@@ -32,7 +33,7 @@ DISSERTATION = (
 )
 """Where most laws of the library come from."""
 
-__all__ = ["DISSERTATION", "AdhesionLaw", "DampingLaw", "ImpactLaw", "Law", "SmoothLaw"]
+__all__ = ["DISSERTATION", "AdhesionLaw", "DampingLaw", "FrictionLaw", "ImpactLaw", "Law", "SmoothLaw"]
 
 
 class Law(Description):
@@ -182,3 +183,22 @@ class AdhesionLaw(Law):
     function_name = "strength"
     leading = ("age",)
     strength: ClassVar[Callable[..., float]]
+
+
+class FrictionLaw(Law):
+    """Friction along the ground; a subclass defines ``bound(margin, strength, speed, *parameters)`` [N], not negative.
+
+    ``margin`` [N] is ``N + f_a``, by which the contact holds: the ground's push and the strength of adhesion;
+    ``strength`` [N] is ``f_a`` alone; ``speed`` [m/s], not negative, is the foot's along the ground, 0 where it sticks.
+    A foot sticks while the force needed is at most the bound at speed 0, and slides against the bound at its speed
+    otherwise.  An impact brakes a foot by at most the bound at the change of its normal velocity in place of the margin,
+    without strength, at the speed that it had before.
+
+    A law whose bound does not depend on the speed says ``leading = ("margin", "strength")`` and takes these two alone:
+    its sliding is then solved faster.
+    """
+
+    hook = "friction"
+    function_name = "bound"
+    leading = ("margin", "strength", "speed")
+    bound: ClassVar[Callable[..., float]]

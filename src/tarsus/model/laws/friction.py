@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Literal
 
 from tarsus.base.spec import Amount, quantity
-from tarsus.model.laws.base import Law
+from tarsus.model.laws.base import FrictionLaw
 
 __all__ = ["AdhesiveFriction", "AnyFriction", "Friction"]
 
 
-class Friction(Law):
+class Friction(FrictionLaw):
     r"""Coulomb friction :math:`|F_t| \le \mu\,(N + f_a)` on a foot in contact.
 
     The source's friction is "active only when a foot is in contact" and "assumed to be related to adhesion force"
@@ -19,8 +19,6 @@ class Friction(Law):
     the way while the force needed stays within the bound, and slides against it otherwise.
     """
 
-    hook = "friction"
-    function_name = "bound"
     leading = ("margin", "strength")
     slot = "friction"
     title = "Coulomb friction"
@@ -36,7 +34,7 @@ class Friction(Law):
         return coefficient * margin
 
 
-class AdhesiveFriction(Law):
+class AdhesiveFriction(FrictionLaw):
     r"""Friction by adhesion alone, :math:`|F_t| \le \mu_a\,f_a(t - t_c)`, on a foot in contact.
 
     The narrow reading of "assumed to be related to adhesion force" (4.6): the strength :math:`f_a` [N] of (2.14) that
@@ -44,8 +42,6 @@ class AdhesiveFriction(Law):
     force, so an impact, which lasts no time, takes nothing from the motion along the ground.
     """
 
-    hook = "friction"
-    function_name = "bound"
     leading = ("margin", "strength")
     slot = "friction"
     title = "adhesive friction"
@@ -60,5 +56,5 @@ class AdhesiveFriction(Law):
         return coefficient * strength
 
 
-AnyFriction = Friction | AdhesiveFriction
+AnyFriction = FrictionLaw
 """A law of friction; Coulomb's where no ``kind`` is told."""

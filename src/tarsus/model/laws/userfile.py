@@ -16,21 +16,24 @@ from types import FrameType, ModuleType
 from typing import Any
 
 from tarsus.base.errors import InputError
-from tarsus.model.laws.base import AdhesionLaw, DampingLaw, ImpactLaw, Law, SmoothLaw
+from tarsus.model.laws.base import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
 from tarsus.model.laws.translate import translate
 
 __all__ = ["load_laws"]
 
-_PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw)
-_TRIAL = {"gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3}
+_PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
+_TRIAL = {
+    "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3,
+    "margin": 1e-6, "strength": 1e-6,
+}  # fmt: skip
 
 
 def load_laws(path: str | Path) -> dict[str, type[Law]]:
     """The laws defined in a Python file, by their snake_case names.
 
     The file is executed, for some seconds at most.  A law in it is a subclass of `DampingLaw`, `SmoothLaw`,
-    `ImpactLaw` or `AdhesionLaw` with its function; each function is translated into the program that the engine
-    carries out, and tried once with plausible numbers.
+    `ImpactLaw`, `AdhesionLaw` or `FrictionLaw` with its function; each function is translated into the program that
+    the engine carries out, and tried once with plausible numbers.
 
     Parameters
     ----------

@@ -191,7 +191,7 @@ struct LawTangents {
   Jet value(Hook hook, int foot, std::initializer_list<Jet> arguments) {
     Jet sum(0.0);
     for (const Term& term : laws.terms[hook]) {
-      std::copy(arguments.begin(), arguments.end(), registers_.begin());
+      std::copy_n(arguments.begin(), laws.programs[term.program].arguments, registers_.begin());
       sum = sum + evaluate(laws.programs[term.program], fixed_.data() + size_t(foot) * laws.fixed + term.fixed, registers_.data());
     }
     return sum;

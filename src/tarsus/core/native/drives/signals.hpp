@@ -2,7 +2,6 @@
 #pragma once
 #include <vector>
 
-#include "march/batch.hpp"
 #include "base/nodes.hpp"
 
 namespace tarsus {
@@ -18,6 +17,11 @@ struct Signals {
   std::vector<double> start, end, coef, until, over, period, span;
   std::vector<uint8_t> flat, sharp;
   int channels() const { return int(loop.size()); }
+};
+
+// How a channel of a run differs from the one it is taken from: factor * value(t + delay) + offset.
+struct Change {
+  double factor, offset, delay;
 };
 
 // A channel as a run has it, and where the run is in it: shift [s], when the pieces' time began in this turn of the loop.

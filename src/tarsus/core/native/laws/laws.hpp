@@ -12,6 +12,9 @@ namespace tarsus {
 
 enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, HOOKS };
 
+// Arguments of a friction law's bound. One that takes the first two alone does not depend on the slip speed.
+enum FrictionArgument { MARGIN, HELD_STRENGTH, SLIP_SPEED, FRICTION_ARGUMENTS };
+
 enum Twin {
   NO_TWIN = -1,
   FILM_MOMENTUM,
@@ -73,6 +76,7 @@ struct Laws {
   std::vector<Term> terms[HOOKS];
   std::vector<Program> programs;
   int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
+  bool friction_by_speed = false;  // whether a law of friction takes the slip speed
 
   void add(int hook, Term term) {
     if (term.program >= 0) {
@@ -80,6 +84,7 @@ struct Laws {
       term.fixed = fixed;
       fixed += program.fixed();
       registers = std::max(registers, program.registers());
+      friction_by_speed |= hook == FRICTION && program.arguments > SLIP_SPEED;
     }
     terms[hook].push_back(term);
   }
@@ -206,9 +211,10 @@ struct ActingLaws {
     return sum;
   }
 
-  // Largest friction force [N] of a contact of that strength f_a [N] with the margin N + f_a [N].
+  // Largest friction force [N] of a contact of that strength f_a [N] with the margin N + f_a [N], at the slip speed [m/s], not
+  // negative: 0 where the foot sticks, and what it holds then.
   template <class Real>
-  Real friction(int foot, const Real& margin, const Real& held) const {
+  Real friction(int foot, const Real& margin, const Real& held, const Real& speed) const {
     Real sum = Real(0.0);
     for (const Term& term : laws.terms[FRICTION]) {
       const double* p = of(foot, term);
@@ -217,7 +223,7 @@ struct ActingLaws {
       } else if (term.twin == ADHESIVE_FRICTION_BOUND) {
         sum += p[0] * held;
       } else {
-        const Real arguments[2] = {margin, held};
+        const Real arguments[FRICTION_ARGUMENTS] = {margin, held, speed};
         sum += by_program(foot, term, arguments);
       }
     }

@@ -69,7 +69,7 @@ inline void begin_contact(Legged& s, int i) {
   foot.since = s.clock.time;
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0) != 0.0;
+  const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, 0.0) != 0.0;
   double& along = foot.w[ALONG];
   const bool stands = rubs && std::fabs(along) <= s.settings.speed_zero;
   if (stands) along = 0.0;
@@ -132,7 +132,7 @@ inline void apply_event(Legged& s, int i, Happening kind) {
     return;
   }
   const double along = structure_force(s, i, ALONG, foot.u[ALONG]);
-  const double bound = s.laws.friction(f, strength - pull, strength);
+  const double bound = s.laws.friction(f, strength - pull, strength, 0.0);
   foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && std::fabs(along) <= bound + s.settings.force_zero;
   s.log.add(t, f, sticks ? STICK_BEGINS : SLIP_BEGINS, foot.apex, 0.0, 0.0, along, bound);

@@ -4,7 +4,7 @@
 #include "legged/account.hpp"
 #include "legged/ground.hpp"
 #include "legged/step.hpp"
-#include "base/peak.hpp"
+#include "march/peak.hpp"
 
 namespace tarsus::legged {
 

@@ -130,7 +130,7 @@ Candidates candidates(Legged& s, int i, double h, double limit, Flight&& gap_at)
   if (foot.contact == SLIPPING) {
     stops(s, i, limit, out);
   } else {
-    r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength);
+    r.bound = s.laws.friction(s.body.legs[i].foot, r.margin, r.strength, Row(0.0));
     falls_below(s, r.bound - r.along, level, limit, SLIP_UP, out);
     falls_below(s, r.bound + r.along, level, limit, SLIP_DOWN, out);
   }

@@ -209,7 +209,7 @@ TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
   LegRows& r = s.rows[i];
   Row own = r.load[ALONG];
   if (foot.contact == SLIPPING) {
-    r.bound = s.laws.friction(leg.foot, r.margin, r.strength);
+    r.bound = s.laws.friction(leg.foot, r.margin, r.strength, magnitude(r.w[ALONG]));
     own -= r.bound * foot.sense;
   }
   r.q[ALONG] = own + spring(s, leg, ALONG);

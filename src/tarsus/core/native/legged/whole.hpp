@@ -170,7 +170,7 @@ struct Whole : LeggedMarch {
   double friction_of(const WholeStep& step, int i) {
     const int slot = layout.slot(i, 0);
     LegRows& r = rows[i];
-    r.bound = laws.friction(body.legs[i].foot, r.margin, r.strength);
+    r.bound = laws.friction(body.legs[i].foot, r.margin, r.strength, Row(0.0));
     const Row now = r.bound * -feet[i].sense;
     const double change = highest(magnitude(now - force[slot])) * step.reach[slot];
     force[slot] = now;

@@ -32,7 +32,7 @@ struct WholeEvent {
     series.state_at(time, state);
     const double margin = horner(smooth, 0, N, time) - seen(UP, state, time);
     if (kind == PULL_OFF) return margin + s.settings.force_zero;
-    const double bound = s.laws.friction(s.body.legs[i].foot, margin, horner(strength, 0, N, time));
+    const double bound = s.laws.friction(s.body.legs[i].foot, margin, horner(strength, 0, N, time), 0.0);
     const double along = seen(ALONG, state, time);
     return (kind == SLIP_UP ? bound - along : bound + along) + s.settings.force_zero;
   }

@@ -3,12 +3,9 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace tarsus {
+#include "drives/signals.hpp"
 
-// How a channel of a run differs from the one it is taken from: factor * value(t + delay) + offset.
-struct Change {
-  double factor, offset, delay;
-};
+namespace tarsus {
 
 // The data of one run.
 struct RunData {

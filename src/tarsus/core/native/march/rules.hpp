@@ -45,10 +45,10 @@ inline double rest_time(double t, const Landing& at) {
 }
 
 // Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the
-// ground by mu times as much at most. What adhesion adds is a force, which brakes nothing in no time. Returns the kinetic
-// energy [J] that takes.
+// ground by mu times as much at most, mu being that of the slip speed before the impact. What adhesion adds is a force, which
+// brakes nothing in no time. Returns the kinetic energy [J] that takes.
 inline double impact_friction(const ActingLaws& laws, int foot, double mass, double change, double& along) {
-  const double before = along, most = laws.friction(foot, change, 0.0);
+  const double before = along, most = laws.friction(foot, change, 0.0, std::fabs(along));
   along = before > 0.0 ? std::max(before - most, 0.0) : std::min(before + most, 0.0);
   return 0.5 * mass * (before * before - along * along);
 }

@@ -2,7 +2,7 @@
 #pragma once
 #include "modal/collocate.hpp"
 #include "modal/land.hpp"
-#include "base/peak.hpp"
+#include "march/peak.hpp"
 
 namespace tarsus::modal {
 
