@@ -1,6 +1,6 @@
-// What happens at the ground: impact, capture, release, rest; and changing from one contact mode to another.
+// What happens at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
 #pragma once
-#include "modal/state.hpp"
+#include "modal/friction.hpp"
 #include "march/rules.hpp"
 
 namespace tarsus::modal {
@@ -35,9 +35,46 @@ inline double robot_pull(const Modal& m, const double* rows, const double* feeds
   return pull;
 }
 
+// Displacements and velocities as the modal state has them.
+inline void find_physical(Modal& m) {
+  const int n = m.sizes.coordinates;
+  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  for (int i : m.mode->stuck) {
+    for (int r = 0; r < n; r++) m.physical[r] += m.mode->placed[i * n + r] * m.feet[i].place;
+  }
+}
+
+// Project the physical state on a contact mode (mass-weighted: new contacts are plastic).
+inline void project(Modal& m, const ContactMode& mode, const BiasMode& bias, double* to) {
+  const int n = m.sizes.coordinates, n2 = 2 * n;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - bias.offset[r];
+  for (int i : mode.stuck) {
+    for (int r = 0; r < n; r++) m.from_offset[r] -= mode.placed[i * n + r] * m.feet[i].place;
+  }
+  for (int r = 0; r < m.sizes.state(); r++) {
+    double sum = 0.0;
+    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
+    to[r] = sum;
+  }
+}
+
+// The same as `pull_if_held` where feet slide or stick: what friction does at the others depends on the contact itself. A foot
+// that leaves does so whatever its own friction, which it has from the margin that holds it: it does not count.
+TARSUS_APART inline double pull_beside_friction(Modal& m, int foot, double t) {
+  find_physical(m);
+  const ContactMode& to = m.book.with_foot(*m.mode, foot, true, false);
+  const BiasMode& bias = m.biases.of(to);
+  std::vector<double> state(m.sizes.state());
+  project(m, to, bias, state.data());
+  m.feet[foot].sense = 0.0;
+  const double pull = moment_in(m, to, bias, state.data(), t).pull[foot];
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t) : pull;
+}
+
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
 // other feet goes by their rates once it is stopped.
-inline double pull_if_held(const Modal& m, int foot, double t) {
+inline double pull_if_held(Modal& m, int foot, double t) {
+  if (m.sizes.ways > 0) return pull_beside_friction(m, foot, t);
   const double stop = -m.rate_of(foot);
   double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
   if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
@@ -76,13 +113,21 @@ inline double new_strength(const Modal& m, int foot) {
 
 // Go over to another contact mode: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
-  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  find_physical(m);
+  const int n = m.sizes.coordinates;
+  for (int i : to.stuck) {
+    if (m.mode->is_stuck[i]) continue;
+    m.feet[i].place = 0.0;
+    for (int r = 0; r < n; r++) m.feet[i].place += m.book.tangents[i * n + r] * m.physical[r];
+  }
   m.next = &to;
   m.entering = true;
 }
 
-// To the one with one foot more held or let go.
-inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
+// To the one in which a foot is held, along the ground too where it sticks, or let go.
+inline void leave_mode(Modal& m, int foot, bool held, bool sticks = false) {
+  leave_mode(m, m.book.with_foot(*m.mode, foot, held, sticks));
+}
 
 // The smooth inputs that sweeps go through: those that act, or where feet follow others, of the leading feet all of a kind that
 // acts anywhere.
@@ -101,20 +146,14 @@ inline void find_pushing(Modal& m) {
   }
 }
 
-// Project the physical state on the contact mode (mass-weighted: new contacts are plastic).
+// Go on in the next contact mode.
 inline void enter_mode(Modal& m) {
   m.mode = m.next;
   m.entering = false;
   m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
   m.bias = &m.biases.of(mode);
-  const int n2 = 2 * m.sizes.coordinates;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.bias->offset[r];
-  for (int r = 0; r < m.sizes.state(); r++) {
-    double sum = 0.0;
-    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
-    m.state()[r] = sum;
-  }
+  project(m, mode, *m.bias, m.state());
   for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
   if (m.strong) m.rebase();
   remove_film_momenta(m);
@@ -127,6 +166,21 @@ inline void enter_mode(Modal& m) {
   }
   find_pushing(m);
   for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
+  m.inputs = m.acting;
+  m.rubbing.clear();
+  for (int i : mode.sliding) {
+    if (m.feet[i].sense == 0.0) continue;
+    m.rubbing.push_back(i);
+    m.inputs.push_back(m.sizes.feet + i);
+  }
+  for (int i : mode.stuck) {
+    m.inputs.push_back(m.sizes.feet + i);
+    m.values[m.sizes.feet + i] = Row(m.feet[i].place);
+  }
+  for (int i = 0; i < m.sizes.ways; i++) {
+    m.constant[m.sizes.feet + i] = mode.is_stuck[i];
+    if (!mode.is_stuck[i]) m.values[m.sizes.feet + i] = Row(0.0);
+  }
 }
 
 // A foot comes to the ground or leaves it; its flight or contact ends here.
@@ -136,11 +190,58 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].apex.restart(t);
 }
 
+// Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
+// along.
+struct Mobilities {
+  double normal, across, along;
+};
+
+inline Mobilities mobilities_of(const Modal& m, int foot) {
+  const int size = m.sizes.state();
+  const double *slide = m.mode->slide + foot * size, *rate = m.mode->slide_rate + foot * size, *beta = m.mode->beta + foot * size;
+  Mobilities out{m.mode->mobility[foot], 0.0, 0.0};
+  for (int k = 0; k < size; k++) {
+    out.across += rate[k] * beta[k];
+    out.along += rate[k] * slide[k];
+  }
+  return out;
+}
+
+// Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides whither it
+// moves.
+inline bool sticks_at_once(Modal& m, int foot) {
+  if (!m.rubs[foot]) return false;
+  const Mobilities by = mobilities_of(m, foot);
+  double rate = m.along(m.mode->slide_rate, foot);
+  if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
+  const bool stands = std::fabs(rate) <= no_slide(m, foot);
+  m.feet[foot].sense = stands ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+  m.feet[foot].slide = UNDER_WAY;
+  return stands;
+}
+
 // Put a foot on the ground; the state is the modal one.
 inline void hold(Modal& m, int foot, double t) {
   m.feet[foot].since = t;
   turn_over(m, foot, UNDER_WAY, t);
-  leave_mode(m, foot);
+  leave_mode(m, foot, true, sticks_at_once(m, foot));
+}
+
+// Friction impulse of an impact on a foot that departs with the speed ``after``, see `braking`. The ratio is what the law takes
+// of a push alone: adhesion is a force, and brakes nothing in no time.
+inline Braking<double> braking_of(const Modal& m, int foot, double speed, double after) {
+  if (!m.rubs[foot]) return {0.0, 0.0};
+  const Mobilities by = mobilities_of(m, foot);
+  const double along = m.along(m.mode->slide_rate, foot), change = speed + after;
+  const double ratio = m.laws.friction(foot, change, 0.0, std::fabs(along)) / change;
+  return braking(by.normal, by.across, by.along, speed, after, along, ratio);
+}
+
+// Give the foot that friction impulse; its normal rate stays what it is.
+inline void brake(Modal& m, int foot, double impulse) {
+  if (impulse == 0.0) return;
+  m.shift(m.mode->slide, foot, impulse);
+  m.shift(m.mode->jump, foot, -impulse * mobilities_of(m, foot).across);
 }
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
@@ -163,14 +264,55 @@ inline double follow_impact(Modal& m, int foot, const Landing& at) {
   return 0.5 * (before * before - then * then);
 }
 
-// A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
-// smaller impacts from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
-inline int torn_off(const Modal& m, int foot, const Landing& at) {
-  if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
+// Whether an impact could not throw its foot as high as a flight that counts: it lets no other foot go. A rocking body hands ever
+// smaller impacts from foot to foot.
+inline bool is_slight(const Modal& m, const Landing& at) {
+  return at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height;
+}
+
+// A constraint that an impact with friction would break, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
+// one that sticks (feet + foot) driven along harder than friction holds by its own share of the impulse; it slides then whither
+// it is driven. Of feet that slide already an impact on another takes nothing along the ground.
+inline int broken_by(Modal& m, int foot, double normal, double along) {
+  constexpr double NONE = 1e-12;  // of the impulse, what rounding leaves of one that is none
+  const int feet = m.sizes.feet, ni = m.sizes.inputs();
+  const double none = NONE * (normal + std::fabs(along));
+  const auto carried = [&](int c) {
+    return -m.mode->feed[c * ni + feet + foot] * normal - m.mode->slide_feed[c * m.sizes.ways + foot] * along;
+  };
+  for (int k : m.mode->held) {
+    if (carried(k) < -none) return k;
+  }
+  for (int k : m.mode->stuck) {
+    const double push = std::max(carried(k), 0.0), needed = carried(feet + k);
+    if (std::fabs(needed) <= m.laws.friction(k, push, 0.0, 0.0) + none) continue;
+    m.feet[k].sense = needed > 0.0 ? -1.0 : 1.0;
+    return feet + k;
+  }
+  return -1;
+}
+
+// A constraint that this impact would break, or -1: a held foot pulled off, for no finite adhesion carries an impulse.
+inline int torn_off(Modal& m, int foot, const Landing& at) {
+  if (is_slight(m, at)) return -1;
+  if (m.sizes.ways > 0) {
+    const double along = braking_of(m, foot, at.speed, at.after).impulse;
+    return broken_by(m, foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along);
+  }
   for (int k : m.mode->held) {
     if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
   }
   return -1;
+}
+
+// A foot is pulled off by an impact on another, or driven along the ground where it stuck.
+inline void let_go_by_impact(Modal& m, int constraint) {
+  const int foot = constraint % m.sizes.feet;
+  const bool leaves = constraint < m.sizes.feet;
+  m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
+  (leaves ? m.feet[foot].departure : m.feet[foot].slide) = FROM_REST;
+  if (leaves) m.feet[foot].sense = 0.0;
+  leave_mode(m, foot, !leaves);
 }
 
 // Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
@@ -198,15 +340,13 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   }
   m.gaps[foot] = 0.0;
   Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
+  at.after = m.laws.rebound(foot, speed);
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
-    m.log.add(t, torn, RELEASE, m.feet[torn].apex);
-    m.feet[torn].departure = FROM_REST;
     m.feet[foot].departure = DUE;
-    leave_mode(m, torn);
+    let_go_by_impact(m, torn);
     return true;
   }
-  at.after = m.laws.rebound(foot, speed);
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
   at.strength = new_strength(m, foot);
   if (m.laws.has(foot, PULL_AS_PRINTED)) {
@@ -218,13 +358,17 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   if (kind != BOUNCE) {
     const double over = kind == REST ? rest_time(t, at) : t;
     const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
-    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept(), taken);
+    const Braking<double> friction = braking_of(m, foot, speed, 0.0);
+    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept() + friction.lost, taken);
+    brake(m, foot, friction.impulse);
     hold(m, foot, t);
     return true;
   }
-  const double lost = at.lost() + follow_impact(m, foot, at);
+  const Braking<double> friction = braking_of(m, foot, speed, at.after);
+  const double lost = at.lost() + follow_impact(m, foot, at) + friction.lost;
   m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
   m.shift(mode.jump, foot, at.after - rate);
+  brake(m, foot, friction.impulse);
   remove_film_momenta(m);
   turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
   return true;
@@ -239,7 +383,82 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   m.note_parts();
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
-  leave_mode(m, foot);
+  m.feet[foot].sense = 0.0;
+  leave_mode(m, foot, false);
+}
+
+// What friction has to bear on a foot that sticks, and what it can, at this moment, of the modal state [N].
+struct Bearing {
+  double along, most;
+};
+
+inline Bearing bearing_of(const Modal& m, int foot) {
+  const double t = m.clock.time, strength = m.laws.strength(foot, t - m.feet[foot].since);
+  const Moment at = moment_in(m, *m.mode, *m.bias, m.state(), t);
+  const double margin = breaking_pull(m, foot, t, m.foot_volts(foot, t)) - at.pull[foot];
+  return {at.along[foot], m.laws.friction(foot, margin, strength, 0.0)};
+}
+
+// A foot that sticks begins to slide, by what pulls it along: with a sense.
+inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing& at) {
+  m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
+  m.feet[foot].sense = sense;
+  m.feet[foot].slide = FROM_REST;
+  leave_mode(m, foot, true, false);
+}
+
+// More pulls a foot along than friction bears.
+TARSUS_APART inline void slip(Modal& m, int foot, double sense) {
+  m.note_parts();
+  add_film_momenta(m);
+  begin_to_slide(m, foot, sense, bearing_of(m, foot));
+}
+
+// A foot that slides has come to a stop: it sticks, and `stick_or_turn` says whether it stays so.
+TARSUS_APART inline void stop(Modal& m, int foot) {
+  m.note_parts();
+  add_film_momenta(m);
+  m.stopping = foot;
+  leave_mode(m, foot, true, true);
+}
+
+// It does where friction bears what pulls it along, or it slides on that way.
+TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
+  add_film_momenta(m);
+  const Bearing at = bearing_of(m, foot);
+  const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
+  if (std::fabs(at.along) > at.most + none) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
+  m.feet[foot].sense = 0.0;
+  remove_film_momenta(m);
+}
+
+// Whether feet that slide go on as they do, after an impact on others changed their rates: one that it has stopped sticks, and
+// one that it has turned slides the other way. Returns whether a contact has changed.
+inline bool reconsider_slides(Modal& m) {
+  if (m.stopping >= 0) {
+    stick_or_turn(m, std::exchange(m.stopping, -1));
+    return true;
+  }
+  add_film_momenta(m);
+  for (int i : m.rubbing) {
+    Foot& foot = m.feet[i];
+    const double rate = m.along(m.mode->slide_rate, i);
+    const bool none = std::fabs(rate) <= no_slide(m, i), turned = !none && foot.sense * rate < 0.0;
+    const int begun = foot.slide;
+    if (!none) foot.slide = UNDER_WAY;
+    if (begun == UNDER_WAY && none) {
+      m.stopping = i;
+      leave_mode(m, i, true, true);
+      return true;
+    }
+    if (!turned) continue;
+    foot.sense = -foot.sense;
+    m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
+    if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
+  }
+  remove_film_momenta(m);
+  return false;
 }
 
 // How each foot that has just left the ground departs, after impacts on the others changed its rate: rising, from rest,
@@ -284,6 +503,7 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
 TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   m.note_parts();
   if (m.sizes.feet > 1) reconsider_departures(m);
+  if (m.sizes.ways > 0 && reconsider_slides(m)) return true;
   for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
     for (int i : m.mode->free) {
       int& departure = m.feet[i].departure;
