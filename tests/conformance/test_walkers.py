@@ -150,6 +150,16 @@ def test_runs_of_a_batch_are_those_made_alone_to_the_last_bit() -> None:
         np.testing.assert_array_equal(batch.finish[i], run.finish[0])
 
 
+def test_an_account_and_samples_change_no_bit_of_a_run() -> None:
+    plan = lower_scene(ts.load_scene("millipede"))
+    bare, full = (
+        walk(plan, 0.03, account=account, times=times)
+        for account, times in ((False, None), (True, np.linspace(0.0, 0.03, 50)))
+    )
+    np.testing.assert_array_equal(full.events, bare.events)
+    np.testing.assert_array_equal(full.finish, bare.finish)
+
+
 def test_a_run_that_may_not_take_so_many_steps_ends_where_it_is() -> None:
     plan = lower_scene(on())
     short = walk(plan, 0.02, accuracy=dataclasses.replace(Accuracy(), steps=40))

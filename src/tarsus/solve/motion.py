@@ -34,7 +34,8 @@ class Account(NamedTuple):
 
 class Way(NamedTuple):
     """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m]
-    and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's force along the way [N]."""
+    and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's
+    force along the way [N]."""
 
     body: Floats
     foot_x: Floats

@@ -191,8 +191,8 @@ class FrictionLaw(Law):
     ``margin`` [N] is ``N + f_a``, by which the contact holds: the ground's push and the strength of adhesion;
     ``strength`` [N] is ``f_a`` alone; ``speed`` [m/s], not negative, is the foot's along the ground, 0 where it sticks.
     A foot sticks while the force needed is at most the bound at speed 0, and slides against the bound at its speed
-    otherwise.  An impact brakes a foot by at most the bound at the change of its normal velocity in place of the margin,
-    without strength, at the speed that it had before.
+    otherwise.  An impact brakes a foot by at most the bound at the change of its normal velocity in place of the
+    margin, without strength, at the speed that it had before.
 
     A law whose bound does not depend on the speed says ``leading = ("margin", "strength")`` and takes these two alone:
     its sliding is then solved faster.

@@ -25,6 +25,26 @@ struct Dual {
   }
 };
 
+// A number without its derivatives, and what is left of it without its value.
+inline double value_of(double a) { return a; }
+template <int P>
+TARSUS_INLINE double value_of(const Dual<double, P>& a) {
+  return a.value;
+}
+// Whether it is zero with all of its derivatives.
+inline bool is_nothing(double a) { return a == 0.0; }
+template <int P>
+TARSUS_INLINE bool is_nothing(const Dual<double, P>& a) {
+  bool out = a.value == 0.0;
+  for (int p = 0; p < P; p++) out = out && a.slope[p] == 0.0;
+  return out;
+}
+template <class Real, int P>
+TARSUS_INLINE Dual<Real, P> without_value(Dual<Real, P> a) {
+  a.value = Real(0.0);
+  return a;
+}
+
 // A value whose slopes are rate_a * a.slope (+ rate_b * b.slope).
 template <class Real, int P, class Rate>
 TARSUS_INLINE Dual<Real, P> chained(const Real& value, const Rate& rate, const Dual<Real, P>& a) {
@@ -85,6 +105,8 @@ TARSUS_DUAL operator-(const Dual<Real, P>& a) {
   TARSUS_DUAL operator*(const Dual<Real, P>& a, const B& b) {                                      \
     return chained<Real, P, B>(a.value * b, b, a);                                                 \
   }                                                                                                \
+  TARSUS_DUAL operator+(const B& a, const Dual<Real, P>& b) { return b + a; }                      \
+  TARSUS_DUAL operator*(const B& a, const Dual<Real, P>& b) { return b * a; }                      \
   TARSUS_DUAL operator/(const Dual<Real, P>& a, const B& b) {                                      \
     return chained<Real, P, B>(a.value / b, 1.0 / b, a);                                           \
   }                                                                                                \

@@ -144,7 +144,7 @@ class ModalTangent : protected StepTangents {
   };
 
   double plain_gap(int i) const {
-    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.biased(&ContactMode::bias_feed, 2 * sizes_.feet, i).value;
+    return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.feed_bias(i).value;
   }
   bool at_ground(int i) const { return std::fabs(plain_gap(i)) <= 10.0 * (settings_.gap_zero + settings_.gap); }
 
@@ -227,7 +227,7 @@ class ModalTangent : protected StepTangents {
   // How the gap of a foot that lands moves at an instant, where it does: beyond rounding of its terms.
   Row coincidence(int foot) const {
     const Row found = slope_of(now_.gap_of(foot));
-    Row size = magnitude(slope_of(now_.biased(&ContactMode::bias_feed, 2 * sizes_.feet, foot)));
+    Row size = magnitude(slope_of(now_.feed_bias(foot)));
     for (int k = 0; k < sizes_.state(); k++) {
       size += magnitude(slope_of(now_.product(&ContactMode::outputs, size_t(foot) * sizes_.state() + k, now_.w[k])));
     }

@@ -36,8 +36,7 @@ class StepTangents {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
     FootSet on(sizes_.constraints());
-    std::vector<Jet> place;
-    for (int r = 0; r < 2 * sizes_.coordinates; r++) place.push_back(jet(run.initial[r], data.initial[r]));
+    for (int r = 0; r < 2 * sizes_.coordinates; r++) now_.physical[r] = jet(run.initial[r], data.initial[r]);
     for (int i = 0; i < sizes_.feet; i++) {
       if (start.held[i]) on.toggle(i);
       now_.since[i] = jet(start.since[i], data.since[i]);
@@ -45,7 +44,7 @@ class StepTangents {
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
     now_.time = Jet(start.time);
     note_drives();
-    now_.enter(book.require(on), place);
+    now_.enter(book.require(on));
     moving_ = true;
   }
 

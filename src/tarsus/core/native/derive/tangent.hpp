@@ -3,6 +3,7 @@
 // A *lane* is one parameter. A Jet is a number with its derivative in every lane; a Row holds the derivatives alone, where
 // what happens to them is linear.
 #pragma once
+#include "march/batch.hpp"
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
 
@@ -26,8 +27,6 @@ enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
 };
-
-constexpr double CLOSE = 1e-7;  // part of a force or speed: a run itself knows them to some 1e-9
 
 // Derivatives of the data of one run. coef (pieces, 12), begin and end (pieces) [s]: of the pieces of all channels, at fixed
 // numbers in them; loops (channels) [s]: of their periods; changes (driven channels, 3); period [s]: of the marks.
@@ -200,6 +199,13 @@ struct LawTangents {
   Jet force(int foot, const Jet& gap, const Jet& rate, const Jet& volts, const Jet& time) {
     return value(FORCE, foot, {gap, rate, volts, time});
   }
+  // As those of ActingLaws.
+  Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
+  Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
+  Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
+    return value(FRICTION, foot, {margin, held, speed});
+  }
+  Jet excess(int foot, const Jet& departing) { return value(EXCESS, foot, {departing}); }
   // Its slope by its first argument, by a central difference over a probe.
   Jet momentum_slope(int foot, const Jet& gap, double probe) {
     return (momentum(foot, gap + probe) - momentum(foot, gap - probe)) / (2.0 * probe);

@@ -3,7 +3,7 @@
 
 #include "derive/convert.hpp"
 #include "derive/legged_tangent.hpp"
-#include "legged/whole_march.hpp"
+#include "legged/window.hpp"
 #include "march/rows.hpp"
 
 namespace tarsus {
@@ -102,8 +102,7 @@ struct Left {
   size_t sample_width = 0;
 };
 
-template <class System>
-void run_all(System& system, const Batch& batch, const Start& begin, Left& out) {
+void run_all(LeggedMarch& system, const Batch& batch, const Start& begin, Left& out) {
   const Body& body = system.body;
   const int nb = body.coordinates();
   out.sample_width = system.sample_width();
@@ -127,7 +126,7 @@ void run_all(System& system, const Batch& batch, const Start& begin, Left& out) 
   out.energies.insert(out.energies.end(), system.shares.begin(), system.shares.end());
 }
 
-// Every run of a batch. Those of few legs that begin at t = 0 march as a whole.
+// Every run of a batch.
 //
 // Returns codes, events and where those of every run end, marks and where they end, finish (time, steps, rejected steps),
 // samples, and of the last run body (2, nb), feet (nl, 2, 2), contacts and energies at its end. ``start``: where every run
@@ -145,14 +144,8 @@ nb::tuple run_legged(const Body& body, const LegTables& tables, const Nodes& nod
   {
     nb::gil_scoped_release released;
     const Between between(nodes);
-    if (!begin.given && Whole::serves(body)) {
-      WholeMarch system(tables.whole(body), body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account,
-                        batch.channels);
-      run_all(system, batch, begin, out);
-    } else {
-      LeggedMarch system(body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account, batch.channels);
-      run_all(system, batch, begin, out);
-    }
+    LeggedMarch system(body, tables, nodes, between, signals, laws, settings, out.log, out.notes, account, batch.channels);
+    run_all(system, batch, begin, out);
   }
   return nb::make_tuple(returned(std::move(out.ends.codes)), returned_rows(std::move(out.log.events)),
                         returned(std::move(out.ends.event_end)),

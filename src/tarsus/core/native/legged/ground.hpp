@@ -83,7 +83,7 @@ inline void land(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   const int f = leg.foot;
   const double t = s.clock.time;
-  Landing at = {};
+  Landing<double> at = {};
   const double momentum = momentum_at(s, i, foot.u[UP] + leg.gap);
   at.speed = -(foot.w[UP] + momentum / leg.mass);
   foot.u[UP] = -leg.gap;

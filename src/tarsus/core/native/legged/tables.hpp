@@ -8,7 +8,6 @@
 #include <atomic>
 #include <memory>
 
-#include "legged/whole_tables.hpp"
 #include "base/matrix2.hpp"
 #include "base/nodes.hpp"
 
@@ -116,9 +115,6 @@ class LegTables {
 
   int classes() const { return int(lengths.size()); }
 
-  // Of a body on these legs, in gravity of one, as a whole.
-  std::shared_ptr<const WholeTables> whole(const Body& body) const { return shelf.of(body, nodes, lengths); }
-
   const LegStep& of(int k, int kind) const {
     std::atomic<LegStep*>& place = made[size_t(k) * mass.size() + kind];
     const LegStep* found = place.load(std::memory_order_acquire);
@@ -135,7 +131,6 @@ class LegTables {
   const Panels panels;
   const std::vector<double> mass, stiffness, damping;
   std::unique_ptr<std::atomic<LegStep*>[]> made;
-  const WholeShelf shelf;
 
   TARSUS_APART LegStep make(int k, int kind) const {
     const double m = 1.0 / mass[kind], c = damping[kind], h = lengths[k];

@@ -1,4 +1,5 @@
-// Whether a foot that lands bounces, is captured or rests: the one decision, for every system.
+// Whether a foot that lands bounces, is captured or rests, and what an impact takes: once for every system, on numbers as a march
+// has them and, but for the decision itself, on numbers with derivatives (Real is double or a Jet, with laws of the same).
 #pragma once
 #include "march/kinds.hpp"
 #include "laws/laws.hpp"
@@ -9,11 +10,12 @@ namespace tarsus {
 // the foot stopped there, smooth forces included; strength [N] of the new contact; printed [N]: pull by (2.13) as printed,
 // where that is the rule; mobility [1/kg] of the foot along its normal; none [N]: pull that is none, of one that departs with
 // no speed.
+template <class Real>
 struct Landing {
-  double speed, after, pull, strength, printed, mobility, none;
+  Real speed, after, pull, strength, printed, mobility, none;
 
-  double lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
-  double kept() const { return 0.5 / mobility * after * after; }                    // [J] that departs, or adhesion takes
+  Real lost() const { return 0.5 / mobility * (speed * speed - after * after); }  // [J] by restitution
+  Real kept() const { return 0.5 / mobility * after * after; }                    // [J] that departs, or adhesion takes
 };
 
 // Share of its speed that an impact leaves, above which flights take more than a thousand of their own to come to rest: what
@@ -21,7 +23,7 @@ struct Landing {
 constexpr double HARDLY_LESS = 1.0 - 1.0 / 1024.0;
 
 // BOUNCE, CAPTURE, REST or AVERAGED_CONTACT; height [m] below which a flight is none.
-inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& at, double height) {
+inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing<double>& at, double height) {
   // it is pressed down, and all flights that are left are lower than that
   const bool stopped = at.after == 0.0 && at.pull <= at.none;
   bool low = stopped || (at.pull < 0.0 && at.after * at.after < -2.0 * at.pull * at.mobility * height);
@@ -39,18 +41,55 @@ inline EventKind landing_kind(const ActingLaws& laws, int foot, const Landing& a
   return at.after <= HARDLY_LESS * at.speed ? REST : AVERAGED_CONTACT;
 }
 
+// Part of a force or speed within which a decision is in doubt: a run itself knows them to some 1e-9.
+constexpr double CLOSE = 1e-7;
+
+template <class Real>
+inline bool is_close(const Real& a, const Real& b) {
+  return std::fabs(value_of(a) - value_of(b)) < CLOSE * (std::fabs(value_of(a)) + std::fabs(value_of(b)));
+}
+
+// Whether ``landing_kind`` decides between contact and bounce within rounding of its threshold.
+template <class AnyLaws, class Real>
+inline bool landing_in_doubt(AnyLaws& laws, int foot, const Landing<Real>& at) {
+  if (laws.has(foot, RESTITUTES_FIRST)) {
+    const double excess = value_of(laws.excess(foot, at.after));
+    if (std::fabs(excess) < CLOSE * std::fabs(value_of(at.after))) return true;
+    if (excess > 0.0) return false;
+  } else if (laws.has(foot, PULL_AS_PRINTED)) {
+    return is_close(value_of(at.printed), std::max(value_of(at.strength), 0.0));
+  } else if (!laws.has(foot, HAS_LATCH)) {
+    return false;
+  }
+  return is_close(at.pull, at.strength);
+}
+
 // Time [s] at which a foot that comes to rest has made its flights, a geometric series under its pull.
-inline double rest_time(double t, const Landing& at) {
+template <class Real>
+inline Real rest_time(const Real& t, const Landing<Real>& at) {
   return t - 2.0 * at.after / (at.pull * at.mobility) / (1.0 - at.after / at.speed);
 }
 
 // Coulomb friction of an impact that changes the normal velocity by ``change`` [m/s]: it brakes the velocity ``along`` the
 // ground by mu times as much at most, mu being that of the slip speed before the impact. What adhesion adds is a force, which
 // brakes nothing in no time. Returns the kinetic energy [J] that takes.
-inline double impact_friction(const ActingLaws& laws, int foot, double mass, double change, double& along) {
-  const double before = along, most = laws.friction(foot, change, 0.0, std::fabs(along));
-  along = before > 0.0 ? std::max(before - most, 0.0) : std::min(before + most, 0.0);
+template <class AnyLaws, class Real>
+inline Real impact_friction(AnyLaws& laws, int foot, const Real& mass, const Real& change, Real& along) {
+  const Real before = along, most = laws.friction(foot, change, Real(0.0), magnitude(along));
+  const double size = std::fabs(value_of(before));
+  if (size > value_of(most)) {
+    along = value_of(before) > 0.0 ? before - most : before + most;
+  } else if (size > 0.0 || value_of(most) > 0.0) {
+    along = Real(0.0);
+  }
   return 0.5 * mass * (before * before - along * along);
+}
+
+// Whether ``impact_friction`` stops a foot, or leaves it some speed, within rounding of the one and the other.
+template <class AnyLaws, class Real>
+inline bool impact_friction_in_doubt(AnyLaws& laws, int foot, const Real& change, const Real& along) {
+  const double most = value_of(laws.friction(foot, change, Real(0.0), magnitude(along)));
+  return most > 0.0 && is_close(std::fabs(value_of(along)), most);
 }
 
 // Angle [rad] in [0, pi/2] of the passive projection of an impact map that throws e and skews: Newton's method, bracketed.
@@ -69,6 +108,18 @@ inline double passive_angle(double e, double skew) {
     theta = after;
   }
   return theta;
+}
+
+// The same with derivatives: those of the equation that the angle solves.
+template <class Real>
+inline Real passive_angle(const Real& e, const Real& skew) {
+  Real theta(passive_angle(value_of(e), value_of(skew)));
+  const double ee = value_of(e) * value_of(e);
+  if (ee >= 1.0) return theta;
+  const Real wanted = (e + 1.0) * skew * square_root(1.0 - e * e), s = sine(theta), c = cosine(theta);
+  const Real left = s * (1.0 - e * e * c) - wanted * c;
+  const double slope = value_of(c) * (1.0 - ee * value_of(c)) + ee * value_of(s) * value_of(s) + value_of(wanted) * value_of(s);
+  return theta - without_value(left) / slope;
 }
 
 }  // namespace tarsus

@@ -5,87 +5,161 @@
 
 namespace tarsus::modal {
 
+// What follows up to `landing_of` and `bounce` is written once for numbers and for numbers with derivatives. M is a Modal, or an
+// Instant of a run that is gone through again with derivatives (derive/instant.hpp); M::Real is what its state is made of.
+
 // Gaps [m] of the free feet; the flowing state becomes the modal one: w + sum beta_i P_i.
-inline void add_film_momenta(Modal& m) {
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? 0.0 : m.gap_of(i);
+template <class M>
+inline void add_film_momenta(M& m) {
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
   for (int i : m.mode->free) {
-    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.film(i, m.gaps[i]));
+    if (m.laws.has(i, HAS_MOMENTUM)) m.shift(&ContactMode::beta, i, m.film(i, m.gaps[i]));
   }
 }
 
-// And back, at the gaps as they are known.
-inline void remove_film_momenta(Modal& m) {
+// And back, at the gaps as they are known: take(foot, momentum).
+template <class M, class Take>
+inline void remove_film_momenta(M& m, Take&& take) {
   for (int i : m.mode->free) {
     if (!m.laws.has(i, HAS_MOMENTUM)) continue;
-    m.feet[i].momentum = m.feet[i].jumped = m.film(i, m.gaps[i]);
-    m.shift(m.mode->beta, i, -m.feet[i].momentum);
+    const typename M::Real momentum = m.film(i, m.gaps[i]);
+    take(i, momentum);
+    m.shift(&ContactMode::beta, i, -momentum);
   }
-  m.jumped = 0.0;
 }
 
-// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
-// ground's own forces on it.
-inline double robot_pull(const Modal& m, const double* rows, const double* feeds, const double* bias, int foot, double t) {
-  const double* feed = feeds + foot * m.sizes.inputs();
-  double pull = m.along(rows, foot) + bias[foot];
-  for (int d = 0; d < m.sizes.drives; d++) {
-    const double part = feed[2 * m.sizes.feet + d];
-    if (part != 0.0) pull += part * m.player.value(d, t);
-  }
-  return pull;
-}
-
-// Displacements and velocities as the modal state has them.
-inline void find_physical(Modal& m) {
+// Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
+// contacts are plastic).
+template <class M>
+inline void find_physical(M& m) {
   const int n = m.sizes.coordinates;
-  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.bias->offset[r] + m.along(m.mode->to_physical, r);
+  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.place_bias(r) + m.along(&ContactMode::to_physical, r);
   for (int i : m.mode->stuck) {
-    for (int r = 0; r < n; r++) m.physical[r] += m.mode->placed[i * n + r] * m.feet[i].place;
+    for (int r = 0; r < n; r++) m.physical[r] = m.physical[r] + m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
   }
 }
-
-// Project the physical state on a contact mode (mass-weighted: new contacts are plastic).
-inline void project(Modal& m, const ContactMode& mode, const BiasMode& bias, double* to) {
+template <class M>
+inline void project(M& m) {
   const int n = m.sizes.coordinates, n2 = 2 * n;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - bias.offset[r];
-  for (int i : mode.stuck) {
-    for (int r = 0; r < n; r++) m.from_offset[r] -= mode.placed[i * n + r] * m.feet[i].place;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.place_bias(r);
+  for (int i : m.mode->stuck) {
+    for (int r = 0; r < n; r++) m.from_offset[r] = m.from_offset[r] - m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
   }
   for (int r = 0; r < m.sizes.state(); r++) {
-    double sum = 0.0;
-    for (int c = 0; c < n2; c++) sum += mode.from_physical[r * n2 + c] * m.from_offset[c];
-    to[r] = sum;
+    typename M::Real sum(0.0);
+    for (int c = 0; c < n2; c++) sum = sum + m.product(&ContactMode::from_physical, size_t(r) * n2 + c, m.from_offset[c]);
+    m.state()[r] = sum;
   }
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
 }
 
-// The same as `pull_if_held` where feet slide or stick: what friction does at the others depends on the contact itself. A foot
-// that leaves does so whatever its own friction, which it has from the margin that holds it: it does not count.
-TARSUS_APART inline double pull_beside_friction(Modal& m, int foot, double t) {
+// What ``ask`` finds of the modal state in another contact mode, projected on it.
+template <class M, class Ask>
+inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
+  const ContactMode& here = *m.mode;
+  const std::vector<typename M::Real> state(m.state(), m.state() + m.sizes.state()), gaps = m.gaps;
   find_physical(m);
-  const ContactMode& to = m.book.with_foot(*m.mode, foot, true, false);
-  const BiasMode& bias = m.biases.of(to);
-  std::vector<double> state(m.sizes.state());
-  project(m, to, bias, state.data());
-  m.feet[foot].sense = 0.0;
-  const double pull = moment_in(m, to, bias, state.data(), t).pull[foot];
-  return m.laws.has(foot, HAS_FORCE) ? pull + m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t) : pull;
+  m.set_mode(other);
+  project(m);
+  const typename M::Real out = ask();
+  m.set_mode(here);
+  std::copy(state.begin(), state.end(), m.state());
+  m.gaps = gaps;
+  return out;
+}
+
+// `pull_if_held` where feet slide or stick: friction at the others goes by the pulls on them once the foot is held. Its own does
+// not count: a foot that leaves does so whatever friction its margin bears.
+template <class M>
+inline typename M::Real pull_beside_friction(M& m, int foot) {
+  typedef typename M::Real Real;
+  const Real pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, Real(0.0), Real(0.0)) : pull;
 }
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
 // other feet goes by their rates once it is stopped.
-inline double pull_if_held(Modal& m, int foot, double t) {
-  if (m.sizes.ways > 0) return pull_beside_friction(m, foot, t);
-  const double stop = -m.rate_of(foot);
-  double pull = robot_pull(m, m.mode->held_rows, m.mode->held_feed, m.bias->held, foot, t);
-  if (m.laws.has(foot, HAS_FORCE)) pull += m.laws.force(foot, 0.0, 0.0, m.foot_volts(foot, t), t);
+template <class M>
+inline typename M::Real pull_if_held(M& m, int foot) {
+  typedef typename M::Real Real;
+  if (m.sizes.ways > 0) return pull_beside_friction(m, foot);
+  const Real stop = -m.rate_of(foot);
+  Real pull = robot_pull(m, &ContactMode::held_rows, &ContactMode::held_feed, m.held_bias(foot), foot);
+  if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, Real(0.0), Real(0.0));
   for (int k : m.mode->free) {
-    const double factor = m.mode->held_feed[foot * m.sizes.inputs() + m.sizes.feet + k];
-    if (factor == 0.0 || k == foot) continue;
-    const double rate = m.rate_of(k) + stop * m.mode->rate_by_jump(foot, k);
-    if (m.laws.has(k, HAS_MOMENTUM)) pull += factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
-    if (m.laws.has(k, HAS_FORCE)) pull += factor * m.laws.force(k, m.gaps[k], rate, m.foot_volts(k, t), t);
+    const Real factor = m.entry(&ContactMode::held_feed, size_t(foot) * m.sizes.inputs() + m.sizes.feet + k);
+    if (is_nothing(factor) || k == foot) continue;
+    const Real rate = m.rate_of(k) + stop * m.rate_by_jump(foot, k);
+    if (m.laws.has(k, HAS_MOMENTUM)) pull = pull + factor * rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
+    if (m.laws.has(k, HAS_FORCE)) pull = pull + factor * m.force_now(k, m.gaps[k], rate);
   }
   return pull;
+}
+
+template <class M>
+inline typename M::Real new_strength(const M& m, int foot) {
+  typedef typename M::Real Real;
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, Real(0.0)) : Real(0.0);
+}
+
+// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
+// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
+// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
+template <class M>
+inline typename M::Real follow_impact(M& m, int foot, const Landing<typename M::Real>& at) {
+  typedef typename M::Real Real;
+  const Real skew = m.entry(&ContactMode::skew, foot);
+  if (is_nothing(skew) || value_of(at.speed) == 0.0) return Real(0.0);
+  const Real e = at.after / at.speed;
+  Real alpha(1.0), beta = (1.0 + e) * skew;
+  if (!m.laws.has(foot, MAP_AS_IS)) {
+    const Real theta = passive_angle(e, skew);
+    alpha = cosine(theta);
+    beta = square_root(maximum(1.0 - e * e, Real(0.0))) * sine(theta);
+  }
+  const Real before = m.along(&ContactMode::side_rate, foot);
+  const Real then = alpha * before + beta * at.speed / square_root(at.mobility);
+  m.shift(&ContactMode::side, foot, then - before);
+  return 0.5 * (before * before - then * then);
+}
+
+// A foot at the ground that approaches it; the state is the modal one, and its gap 0. All but `Landing::none`.
+template <class M>
+inline Landing<typename M::Real> landing_of(M& m, int foot) {
+  typedef typename M::Real Real;
+  const Real rate = m.rate_of(foot);
+  Landing<Real> at{-rate, m.laws.rebound(foot, -rate), pull_if_held(m, foot), new_strength(m, foot), Real(0.0),
+                   m.entry(&ContactMode::mobility, foot), Real(0.0)};
+  if (m.laws.has(foot, PULL_AS_PRINTED)) {
+    at.printed = robot_pull(m, &ContactMode::printed, &ContactMode::printed_feed, m.printed_bias(foot), foot) +
+                 m.product(&ContactMode::printed_damping, foot, rate + at.after);
+  }
+  return at;
+}
+
+// It bounces. Returns the energy [J] that this takes.
+template <class M>
+inline typename M::Real bounce(M& m, int foot, const Landing<typename M::Real>& at) {
+  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, at.after);
+  const typename M::Real lost = at.lost() + follow_impact(m, foot, at) + friction.lost;
+  m.shift(&ContactMode::jump, foot, at.after + at.speed);
+  brake(m, foot, friction.impulse);
+  return lost;
+}
+
+// It is stopped, and friction brakes it along the ground before the contact mode holds it. Returns the energy [J] that this takes.
+template <class M>
+inline typename M::Real stop_at_ground(M& m, int foot, const Landing<typename M::Real>& at) {
+  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, typename M::Real(0.0));
+  brake(m, foot, friction.impulse);
+  return at.lost() + at.kept() + friction.lost;
+}
+
+// ---- on numbers alone: what is decided, noted and told
+
+inline void remove_film_momenta(Modal& m) {
+  remove_film_momenta(m, [&](int i, double momentum) { m.feet[i].momentum = m.feet[i].jumped = momentum; });
+  m.jumped = 0.0;
 }
 
 // Pull [N] on a free foot at the ground that is none: of the scene's scale, or what rounding leaves of `pull_if_held`, whose
@@ -107,18 +181,11 @@ inline double no_pull(const Modal& m, int foot, double t) {
   return m.settings.force_zero + ROUNDING * parts;
 }
 
-inline double new_strength(const Modal& m, int foot) {
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, 0.0) : 0.0;
-}
-
 // Go over to another contact mode: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
   find_physical(m);
-  const int n = m.sizes.coordinates;
   for (int i : to.stuck) {
-    if (m.mode->is_stuck[i]) continue;
-    m.feet[i].place = 0.0;
-    for (int r = 0; r < n; r++) m.feet[i].place += m.book.tangents[i * n + r] * m.physical[r];
+    if (!m.mode->is_stuck[i]) m.feet[i].place = m.book.place_along(i, m.physical);
   }
   m.next = &to;
   m.entering = true;
@@ -146,15 +213,30 @@ inline void find_pushing(Modal& m) {
   }
 }
 
-// Go on in the next contact mode.
+// All inputs that act: friction on feet that slide, and the places of those that stick, too.
+inline void add_along(Modal& m) {
+  const ContactMode& mode = *m.mode;
+  m.inputs = m.acting;
+  m.rubbing.clear();
+  for (int i = 0; i < m.sizes.ways; i++) {
+    m.constant[m.sizes.feet + i] = mode.is_stuck[i];
+    m.values[m.sizes.feet + i] = Row(mode.is_stuck[i] ? m.feet[i].place : 0.0);
+  }
+  for (int i : mode.sliding) {
+    if (m.feet[i].sense == 0.0) continue;
+    m.rubbing.push_back(i);
+    m.inputs.push_back(m.sizes.feet + i);
+  }
+  for (int i : mode.stuck) m.inputs.push_back(m.sizes.feet + i);
+}
+
+// Enter the contact mode ``next`` with the physical state.
 inline void enter_mode(Modal& m) {
-  m.mode = m.next;
+  m.set_mode(*m.next);
   m.entering = false;
   m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
-  m.bias = &m.biases.of(mode);
-  project(m, mode, *m.bias, m.state());
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = mode.is_held[i] ? 0.0 : m.gap_of(i);
+  project(m);
   if (m.strong) m.rebase();
   remove_film_momenta(m);
   m.acting.clear();
@@ -166,21 +248,7 @@ inline void enter_mode(Modal& m) {
   }
   find_pushing(m);
   for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
-  m.inputs = m.acting;
-  m.rubbing.clear();
-  for (int i : mode.sliding) {
-    if (m.feet[i].sense == 0.0) continue;
-    m.rubbing.push_back(i);
-    m.inputs.push_back(m.sizes.feet + i);
-  }
-  for (int i : mode.stuck) {
-    m.inputs.push_back(m.sizes.feet + i);
-    m.values[m.sizes.feet + i] = Row(m.feet[i].place);
-  }
-  for (int i = 0; i < m.sizes.ways; i++) {
-    m.constant[m.sizes.feet + i] = mode.is_stuck[i];
-    if (!mode.is_stuck[i]) m.values[m.sizes.feet + i] = Row(0.0);
-  }
+  add_along(m);
 }
 
 // A foot comes to the ground or leaves it; its flight or contact ends here.
@@ -190,29 +258,12 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].apex.restart(t);
 }
 
-// Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
-// along.
-struct Mobilities {
-  double normal, across, along;
-};
-
-inline Mobilities mobilities_of(const Modal& m, int foot) {
-  const int size = m.sizes.state();
-  const double *slide = m.mode->slide + foot * size, *rate = m.mode->slide_rate + foot * size, *beta = m.mode->beta + foot * size;
-  Mobilities out{m.mode->mobility[foot], 0.0, 0.0};
-  for (int k = 0; k < size; k++) {
-    out.across += rate[k] * beta[k];
-    out.along += rate[k] * slide[k];
-  }
-  return out;
-}
-
 // Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides whither it
 // moves.
 inline bool sticks_at_once(Modal& m, int foot) {
   if (!m.rubs[foot]) return false;
-  const Mobilities by = mobilities_of(m, foot);
-  double rate = m.along(m.mode->slide_rate, foot);
+  const Mobilities<double> by = mobilities_of(m, foot);
+  double rate = m.along(&ContactMode::slide_rate, foot);
   if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
   const bool stands = std::fabs(rate) <= no_slide(m, foot);
   m.feet[foot].sense = stands ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
@@ -227,51 +278,8 @@ inline void hold(Modal& m, int foot, double t) {
   leave_mode(m, foot, true, sticks_at_once(m, foot));
 }
 
-// Friction impulse of an impact on a foot that departs with the speed ``after``, see `braking`. The ratio is what the law takes
-// of a push alone: adhesion is a force, and brakes nothing in no time.
-inline Braking<double> braking_of(const Modal& m, int foot, double speed, double after) {
-  if (!m.rubs[foot]) return {0.0, 0.0};
-  const Mobilities by = mobilities_of(m, foot);
-  const double along = m.along(m.mode->slide_rate, foot), change = speed + after;
-  const double ratio = m.laws.friction(foot, change, 0.0, std::fabs(along)) / change;
-  return braking(by.normal, by.across, by.along, speed, after, along, ratio);
-}
-
-// Give the foot that friction impulse; its normal rate stays what it is.
-inline void brake(Modal& m, int foot, double impulse) {
-  if (impulse == 0.0) return;
-  m.shift(m.mode->slide, foot, impulse);
-  m.shift(m.mode->jump, foot, -impulse * mobilities_of(m, foot).across);
-}
-
-// How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
-// alpha b + beta a, a = speed / sqrt(mobility). As it is: alpha = 1, beta = (1 + e) skew; or the passive projection of
-// that, see tarsus.model.laws.impact_map. Returns the kinetic energy [J] that this takes.
-inline double follow_impact(Modal& m, int foot, const Landing& at) {
-  const ContactMode& mode = *m.mode;
-  const double skew = mode.skew[foot];
-  if (skew == 0.0 || at.speed == 0.0) return 0.0;
-  const double e = at.after / at.speed;
-  double alpha = 1.0, beta = (1.0 + e) * skew;
-  if (!m.laws.has(foot, MAP_AS_IS)) {
-    const double theta = passive_angle(e, skew);
-    alpha = std::cos(theta);
-    beta = std::sqrt(std::max(1.0 - e * e, 0.0)) * std::sin(theta);
-  }
-  const double before = m.along(mode.side_rate, foot);
-  const double then = alpha * before + beta * at.speed / std::sqrt(at.mobility);
-  m.shift(mode.side, foot, then - before);
-  return 0.5 * (before * before - then * then);
-}
-
-// Whether an impact could not throw its foot as high as a flight that counts: it lets no other foot go. A rocking body hands ever
-// smaller impacts from foot to foot.
-inline bool is_slight(const Modal& m, const Landing& at) {
-  return at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height;
-}
-
-// A constraint that an impact with friction would break, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
-// one that sticks (feet + foot) driven along harder than friction holds by its own share of the impulse; it slides then whither
+// A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
+// one that sticks (feet + foot), driven along harder than friction holds by its share of the impulse, which slides then whither
 // it is driven. Of feet that slide already an impact on another takes nothing along the ground.
 inline int broken_by(Modal& m, int foot, double normal, double along) {
   constexpr double NONE = 1e-12;  // of the impulse, what rounding leaves of one that is none
@@ -292,9 +300,10 @@ inline int broken_by(Modal& m, int foot, double normal, double along) {
   return -1;
 }
 
-// A constraint that this impact would break, or -1: a held foot pulled off, for no finite adhesion carries an impulse.
-inline int torn_off(Modal& m, int foot, const Landing& at) {
-  if (is_slight(m, at)) return -1;
+// A constraint that this impact breaks, or -1: no finite adhesion carries an impulse. A rocking body hands ever smaller impacts
+// from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
+inline int torn_off(Modal& m, int foot, const Landing<double>& at) {
+  if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
   if (m.sizes.ways > 0) {
     const double along = braking_of(m, foot, at.speed, at.after).impulse;
     return broken_by(m, foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along);
@@ -339,8 +348,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     return false;
   }
   m.gaps[foot] = 0.0;
-  Landing at{speed, 0.0, pull_if_held(m, foot, t), 0.0, 0.0, mode.mobility[foot], 0.0};
-  at.after = m.laws.rebound(foot, speed);
+  Landing<double> at = landing_of(m, foot);
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
     m.feet[foot].departure = DUE;
@@ -348,27 +356,16 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
     return true;
   }
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
-  at.strength = new_strength(m, foot);
-  if (m.laws.has(foot, PULL_AS_PRINTED)) {
-    at.printed = robot_pull(m, mode.printed, mode.printed_feed, m.bias->printed, foot, t) +
-                 mode.printed_damping[foot] * (rate + at.after);
-  }
   count_low(m, foot, speed, t);
   const EventKind kind = landing_kind(m.laws, foot, at, m.settings.rest_height);
   if (kind != BOUNCE) {
     const double over = kind == REST ? rest_time(t, at) : t;
     const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
-    const Braking<double> friction = braking_of(m, foot, speed, 0.0);
-    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept() + friction.lost, taken);
-    brake(m, foot, friction.impulse);
+    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, stop_at_ground(m, foot, at), taken);
     hold(m, foot, t);
     return true;
   }
-  const Braking<double> friction = braking_of(m, foot, speed, at.after);
-  const double lost = at.lost() + follow_impact(m, foot, at) + friction.lost;
-  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, lost);
-  m.shift(mode.jump, foot, at.after - rate);
-  brake(m, foot, friction.impulse);
+  m.log.add(t, foot, BOUNCE, apex, speed, at.after, at.pull, at.strength, bounce(m, foot, at));
   remove_film_momenta(m);
   turn_over(m, foot, at.after > zero ? RISING : FROM_REST, t);
   return true;
@@ -387,20 +384,8 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   leave_mode(m, foot, false);
 }
 
-// What friction has to bear on a foot that sticks, and what it can, at this moment, of the modal state [N].
-struct Bearing {
-  double along, most;
-};
-
-inline Bearing bearing_of(const Modal& m, int foot) {
-  const double t = m.clock.time, strength = m.laws.strength(foot, t - m.feet[foot].since);
-  const Moment at = moment_in(m, *m.mode, *m.bias, m.state(), t);
-  const double margin = breaking_pull(m, foot, t, m.foot_volts(foot, t)) - at.pull[foot];
-  return {at.along[foot], m.laws.friction(foot, margin, strength, 0.0)};
-}
-
-// A foot that sticks begins to slide, by what pulls it along: with a sense.
-inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing& at) {
+// A foot that sticks begins to slide, by what pulls it along, forward or backward.
+inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
   m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
   m.feet[foot].sense = sense;
   m.feet[foot].slide = FROM_REST;
@@ -414,10 +399,8 @@ TARSUS_APART inline void slip(Modal& m, int foot, double sense) {
   begin_to_slide(m, foot, sense, bearing_of(m, foot));
 }
 
-// A foot that slides has come to a stop: it sticks, and `stick_or_turn` says whether it stays so.
-TARSUS_APART inline void stop(Modal& m, int foot) {
-  m.note_parts();
-  add_film_momenta(m);
+// A foot that slides has come to a stop: it sticks, and `stick_or_turn` decides whether it stays so.
+inline void stop(Modal& m, int foot) {
   m.stopping = foot;
   leave_mode(m, foot, true, true);
 }
@@ -425,7 +408,7 @@ TARSUS_APART inline void stop(Modal& m, int foot) {
 // It does where friction bears what pulls it along, or it slides on that way.
 TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
   add_film_momenta(m);
-  const Bearing at = bearing_of(m, foot);
+  const Bearing<double> at = bearing_of(m, foot);
   const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
   if (std::fabs(at.along) > at.most + none) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
   m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
@@ -443,16 +426,15 @@ inline bool reconsider_slides(Modal& m) {
   add_film_momenta(m);
   for (int i : m.rubbing) {
     Foot& foot = m.feet[i];
-    const double rate = m.along(m.mode->slide_rate, i);
-    const bool none = std::fabs(rate) <= no_slide(m, i), turned = !none && foot.sense * rate < 0.0;
+    const double rate = m.along(&ContactMode::slide_rate, i);
+    const bool none = std::fabs(rate) <= no_slide(m, i);
     const int begun = foot.slide;
     if (!none) foot.slide = UNDER_WAY;
     if (begun == UNDER_WAY && none) {
-      m.stopping = i;
-      leave_mode(m, i, true, true);
+      stop(m, i);
       return true;
     }
-    if (!turned) continue;
+    if (none || foot.sense * rate > 0.0) continue;
     foot.sense = -foot.sense;
     m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
     if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
@@ -480,7 +462,7 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
   int& departure = m.feet[foot].departure;
   departure = RISING;
   if (m.rate_of(foot) <= m.no_rate(foot)) {
-    const double t = m.clock.time, pull = pull_if_held(m, foot, t), strength = new_strength(m, foot);
+    const double t = m.clock.time, pull = pull_if_held(m, foot), strength = new_strength(m, foot);
     // a pull of rounding, as at the moment at which it changes its sign, holds no foot that has just been let go, and
     // lets no other go
     const bool let_go = m.just_let_go(foot);

@@ -47,7 +47,6 @@ struct Bound {
 
 inline double size_of(double x) { return std::fabs(x); }
 inline double size_of(const Row& x) { return highest(magnitude(x)); }
-inline double magnitude(double x) { return std::fabs(x); }
 
 template <class Real>
 inline Bound<Real> friction_bound(const Modal& m, int foot, const Real& margin, const Real& strength, const Real& speed) {
@@ -74,6 +73,32 @@ inline bool has_one_answer(std::vector<double>& matrix, int size) {
     }
   }
   return true;
+}
+
+// The slope by the margin alone, of numbers.
+template <class M, class Real>
+inline double bound_slope(const M& m, int foot, const Real& margin, const Real& strength, const Real& speed) {
+  constexpr double SHARE = 1e-5;
+  const double more = SHARE * std::fabs(value_of(margin)) + m.settings.force_zero;
+  const auto at = [&](double x) { return value_of(m.laws.friction(foot, Real(x), strength, speed)); };
+  return (at(value_of(margin) + more) - at(value_of(margin) - more)) / (2.0 * more);
+}
+
+// Solve a small system in place of its right side, whose numbers may have derivatives; the matrix (size, size + 1) is used up.
+template <class Real>
+inline void solve_small(std::vector<double>& matrix, int size, std::vector<Real>& right) {
+  const int width = size + 1;
+  for (int c = 0; c < size; c++) {
+    for (int r = c + 1; r < size; r++) {
+      const double factor = matrix[r * width + c] / matrix[c * width + c];
+      for (int j = c; j < size; j++) matrix[r * width + j] -= factor * matrix[c * width + j];
+      right[r] = right[r] - right[c] * factor;
+    }
+  }
+  for (int r = size - 1; r >= 0; r--) {
+    for (int j = r + 1; j < size; j++) right[r] = right[r] - right[j] * matrix[r * width + j];
+    right[r] = right[r] / matrix[r * width + r];
+  }
 }
 
 // --- within a step ---------------------------------------------------------------------------------------------------------
@@ -172,79 +197,145 @@ inline bool settle_friction(Modal& m, const StepClass& step, double t, const Set
 }
 
 // --- at one moment ---------------------------------------------------------------------------------------------------------
+//
+// As the maps of modal/contact.hpp, for numbers and for numbers with derivatives.
 
-// Forces at the feet at one moment in a contact mode: the structure's pull on each held foot, its force along the ground on one
-// that sticks, and friction on one that slides [N].
+// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
+// ground's own forces on it.
+template <class M>
+inline typename M::Real robot_pull(const M& m, ModeArray rows, ModeArray feeds, const typename M::Real& bias, int foot) {
+  const size_t feed = size_t(foot) * m.sizes.inputs() + 2 * m.sizes.feet;
+  typename M::Real pull = m.along(rows, foot) + bias;
+  for (int d = 0; d < m.sizes.drives; d++) {
+    if (!is_nothing(m.entry(feeds, feed + d))) pull = pull + m.product(feeds, feed + d, m.drive_now(d));
+  }
+  return pull;
+}
+
+// Pull that breaks the contact of a foot off now [N]: its strength less its smooth force at zero gap.
+template <class M>
+inline typename M::Real breaking_now(M& m, int foot) {
+  typedef typename M::Real Real;
+  Real holds = m.strength_now(foot);
+  if (m.laws.has(foot, HAS_FORCE)) holds = holds - m.force_now(foot, Real(0.0), Real(0.0));
+  return holds;
+}
+
+// An output of a held foot by the state (momenta of films included), the drives, and the forces on all feet but friction.
+template <class M>
+inline typename M::Real force_on_held(M& m, int output, const std::vector<typename M::Real>& forces) {
+  const int feet = m.sizes.feet;
+  const size_t feed = size_t(output) * m.sizes.inputs();
+  typename M::Real sum = robot_pull(m, &ContactMode::outputs, &ContactMode::feed, m.feed_bias(output), output);
+  for (int k : m.mode->free) sum = sum + m.product(&ContactMode::feed, feed + feet + k, forces[k]);
+  for (int k : m.mode->stuck) sum = sum + m.product(&ContactMode::feed, feed + feet + k, m.place_of(k));
+  return sum;
+}
+
+// Forces at the feet at one moment: the structure's pull on each held foot, its force along the ground on one that sticks, and
+// friction on one that slides [N]; a foot that has no sense of sliding has none.
+template <class Real>
 struct Moment {
-  std::vector<double> pull, along, friction;
+  std::vector<Real> pull, along, friction;
 };
 
-// Of a state (momenta of films included) of any contact mode, with the gaps as they are known. A foot that has no sense of
-// sliding yet is without friction.
-inline Moment moment_in(const Modal& m, const ContactMode& mode, const BiasMode& bias, const double* y, double t) {
-  const int feet = m.sizes.feet, ni = m.sizes.inputs(), size = m.sizes.state();
-  const auto row = [&](int o) {
-    double sum = bias.feed[o];
-    for (int k = 0; k < size; k++) sum += mode.outputs[o * size + k] * y[k];
-    return sum;
-  };
-  std::vector<double> force(feet, 0.0), rate(feet, 0.0);
-  for (int k : mode.free) {
-    rate[k] = row(feet + k);
-    if (m.laws.has(k, HAS_MOMENTUM)) force[k] = rate[k] * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
-    if (m.laws.has(k, HAS_FORCE)) force[k] += m.laws.force(k, m.gaps[k], rate[k], m.foot_volts(k, t), t);
-  }
-  const auto total_of = [&](int o) {
-    const double* feed = mode.feed + o * ni;
-    double sum = row(o);
-    for (int d = 0; d < m.sizes.drives; d++) {
-      if (feed[2 * feet + d] != 0.0) sum += feed[2 * feet + d] * m.player.value(d, t);
-    }
-    for (int k : mode.free) sum += feed[feet + k] * force[k];
-    for (int k : mode.stuck) sum += feed[feet + k] * m.feet[k].place;
-    return sum;
-  };
-  Moment out{std::vector<double>(feet, 0.0), std::vector<double>(feet, 0.0), std::vector<double>(feet, 0.0)};
-  for (int i : mode.held) out.pull[i] = total_of(i);
-  for (int i : mode.stuck) out.along[i] = total_of(feet + i);
+// Friction of the feet that slide, by the pulls without it, which it is added to: Newton's method, once more with derivatives.
+template <class M>
+inline void add_friction(M& m, Moment<typename M::Real>& to) {
+  typedef typename M::Real Real;
+  constexpr int MOST = 20;
+  constexpr double SETTLED = 1e-13;  // of a friction force, that Newton's method no longer moves it
+  const int feet = m.sizes.feet, ni = m.sizes.inputs();
   std::vector<int> rubbing;
-  for (int i : mode.sliding) {
-    if (m.feet[i].sense != 0.0) rubbing.push_back(i);
+  for (int i : m.mode->sliding) {
+    if (m.sense_of(i) != 0.0) rubbing.push_back(i);
   }
   const int count = int(rubbing.size());
   std::vector<double> matrix(size_t(count) * (count + 1));
-  constexpr int MOST = 20;
-  constexpr double SETTLED = 1e-13;  // of a friction force, that Newton's method no longer moves it
-  bool settled = count == 0;
-  for (int n = 0; n < MOST && !settled; n++) {
-    for (int a = 0; a < count; a++) {
-      const int i = rubbing[a];
-      double margin = breaking_pull(m, i, t, m.foot_volts(i, t)) - out.pull[i];
-      for (int k : rubbing) margin -= mode.feed[i * ni + feet + k] * out.friction[k];
-      const Bound<double> bound = friction_bound(m, i, margin, m.laws.strength(i, t - m.feet[i].since), std::fabs(row(feet + i)));
-      for (int b = 0; b < count; b++) {
-        matrix[a * (count + 1) + b] = (a == b) - m.feet[i].sense * bound.by_margin * mode.feed[i * ni + feet + rubbing[b]];
-      }
-      matrix[a * (count + 1) + count] = -m.feet[i].sense * bound.most - out.friction[i];
-    }
-    if (!eliminate(matrix.data(), count, count + 1)) break;
+  std::vector<Real> right(count, Real(0.0));
+  bool settled = count == 0, last = false;
+  for (int n = 0; n < MOST && !last; n++) {
+    last = settled;  // once more than numbers need, for derivatives
     settled = true;
     for (int a = 0; a < count; a++) {
-      const double change = matrix[a * (count + 1) + count];
-      out.friction[rubbing[a]] += change;
-      settled = settled && std::fabs(change) <= SETTLED * std::fabs(out.friction[rubbing[a]]) + m.settings.force_zero;
+      const int i = rubbing[a];
+      const double sense = m.sense_of(i);
+      Real margin = breaking_now(m, i) - to.pull[i];
+      for (int k : rubbing) margin = margin - m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
+      const Real strength = m.strength_now(i), speed = magnitude(m.along(&ContactMode::outputs, feet + i));
+      const double by_margin = bound_slope(m, i, margin, strength, speed);
+      for (int b = 0; b < count; b++) {
+        matrix[a * (count + 1) + b] = (a == b) - sense * by_margin * m.mode->feed[i * ni + feet + rubbing[b]];
+      }
+      right[a] = m.laws.friction(i, margin, strength, speed) * -sense - to.friction[i];
+    }
+    solve_small(matrix, count, right);
+    for (int a = 0; a < count; a++) {
+      Real& force = to.friction[rubbing[a]];
+      force = force + right[a];
+      settled = settled && std::fabs(value_of(right[a])) <= SETTLED * std::fabs(value_of(force)) + m.settings.force_zero;
     }
   }
-  for (int i : mode.held) {
-    for (int k : rubbing) out.pull[i] += mode.feed[i * ni + feet + k] * out.friction[k];
+  for (int k : rubbing) {
+    for (int i : m.mode->held) to.pull[i] = to.pull[i] + m.product(&ContactMode::feed, size_t(i) * ni + feet + k, to.friction[k]);
+    for (int i : m.mode->stuck) {
+      to.along[i] = to.along[i] + m.product(&ContactMode::feed, size_t(feet + i) * ni + feet + k, to.friction[k]);
+    }
   }
-  for (int i : mode.stuck) {
-    for (int k : rubbing) out.along[i] += mode.feed[(feet + i) * ni + feet + k] * out.friction[k];
+}
+
+// Of the modal state, with the gaps as they are known.
+template <class M>
+inline Moment<typename M::Real> moment_of(M& m) {
+  typedef typename M::Real Real;
+  const std::vector<Real> zero(m.sizes.feet, Real(0.0));
+  std::vector<Real> forces = zero;
+  for (int k : m.mode->free) {
+    const Real rate = m.rate_of(k);
+    if (m.laws.has(k, HAS_MOMENTUM)) forces[k] = rate * m.laws.momentum_slope(k, m.gaps[k], m.settings.probe);
+    if (m.laws.has(k, HAS_FORCE)) forces[k] = forces[k] + m.force_now(k, m.gaps[k], rate);
   }
+  Moment<Real> out{zero, zero, zero};
+  for (int i : m.mode->held) out.pull[i] = force_on_held(m, i, forces);
+  for (int i : m.mode->stuck) out.along[i] = force_on_held(m, m.sizes.feet + i, forces);
+  add_friction(m, out);
   return out;
 }
 
+// What friction has to bear on a foot that sticks, and what it can, at this moment, of the modal state [N].
+template <class Real>
+struct Bearing {
+  Real along, most;
+};
+
+template <class M>
+inline Bearing<typename M::Real> bearing_of(M& m, int foot) {
+  const Moment<typename M::Real> at = moment_of(m);
+  const typename M::Real margin = breaking_now(m, foot) - at.pull[foot];
+  return {at.along[foot], m.laws.friction(foot, margin, m.strength_now(foot), typename M::Real(0.0))};
+}
+
 // --- in an impact ----------------------------------------------------------------------------------------------------------
+
+// Rates of a free foot per unit impulse [1/kg]: normal by normal, along the ground by normal and the other way round, along by
+// along.
+template <class Real>
+struct Mobilities {
+  Real normal, across, along;
+};
+
+template <class M>
+inline Mobilities<typename M::Real> mobilities_of(const M& m, int foot) {
+  typedef typename M::Real Real;
+  Mobilities<Real> out{m.entry(&ContactMode::mobility, foot), Real(0.0), Real(0.0)};
+  for (int k = 0; k < m.sizes.state(); k++) {
+    const size_t at = size_t(foot) * m.sizes.state() + k;
+    const Real rate = m.entry(&ContactMode::slide_rate, at);
+    out.across = out.across + m.product(&ContactMode::beta, at, rate);
+    out.along = out.along + m.product(&ContactMode::slide, at, rate);
+  }
+  return out;
+}
 
 // Friction impulse [N s] along the ground on a foot that an impact throws back, and the kinetic energy [J] that it takes beyond
 // what restitution takes.
@@ -254,24 +345,41 @@ struct Braking {
 };
 
 // Of all impulses that Coulomb's law allows, |p_t| <= ratio p_n, the one that leaves the least kinetic energy where the foot departs
-// with the speed ``after``; w: how its rates, normal and along, answer impulses, with other feet held. It stops what the foot
-// has along the ground when restitution begins, or brakes that as much as it may. So no impact ever adds energy, however
-// the two ways are coupled; where they are not, the foot stops or is braked by ratio times the change of its normal rate.
+// with the speed ``after``. It stops what the foot has along the ground when restitution begins, or brakes that as much as it
+// may. So no impact ever adds energy, however the two ways are coupled (Kane's paradox); where they are not, the foot stops or is
+// braked by ratio times the change of its normal rate.
 template <class Real>
-inline Braking<Real> braking(const Real& w_nn, const Real& w_nt, const Real& w_tt, const Real& speed, const Real& after,
-                             const Real& along, const Real& ratio) {
-  const Real slip = along + speed * w_nt / w_nn, mobility = w_tt - w_nt * w_nt / w_nn;
+inline Braking<Real> braking(const Mobilities<Real>& by, const Real& speed, const Real& after, const Real& along, const Real& ratio) {
+  const Real coupling = by.across / by.normal, slip = along + speed * coupling, mobility = by.along - by.across * coupling;
   Braking<Real> out{Real(0.0), Real(0.0)};
-  if (slip == Real(0.0) || !(mobility > Real(0.0))) return out;
-  const bool forward = slip > Real(0.0);
+  if (value_of(slip) == 0.0 || !(value_of(mobility) > 0.0)) return out;
+  const bool forward = value_of(slip) > 0.0;
   out.impulse = -slip / mobility;
-  const Real turned = forward ? -ratio : ratio, room = w_nn + turned * w_nt;  // p_t = turned p_n, p_n w_nn + p_t w_nt = speed + after
-  if (room > Real(0.0)) {
+  const Real turned = forward ? -ratio : ratio, room = by.normal + turned * by.across;  // p_t = turned p_n
+  if (value_of(room) > 0.0) {
     const Real most = turned * (speed + after) / room;
-    if (forward ? out.impulse < most : most < out.impulse) out.impulse = most;
+    if (forward ? value_of(out.impulse) < value_of(most) : value_of(most) < value_of(out.impulse)) out.impulse = most;
   }
-  out.lost = -out.impulse * (slip + out.impulse * mobility * 0.5);
+  out.lost = -out.impulse * (slip + 0.5 * out.impulse * mobility);
   return out;
+}
+
+// That of an impact on a foot. The ratio is what the law takes of a push alone: adhesion is a force, and brakes nothing in no time.
+template <class M>
+inline Braking<typename M::Real> braking_of(M& m, int foot, const typename M::Real& speed, const typename M::Real& after) {
+  typedef typename M::Real Real;
+  if (!m.rubs[foot]) return {Real(0.0), Real(0.0)};
+  const Real along = m.along(&ContactMode::slide_rate, foot), change = speed + after;
+  const Real ratio = m.laws.friction(foot, change, Real(0.0), magnitude(along)) / change;
+  return braking(mobilities_of(m, foot), speed, after, along, ratio);
+}
+
+// Give the foot that friction impulse; its normal rate stays what it is.
+template <class M>
+inline void brake(M& m, int foot, const typename M::Real& impulse) {
+  if (is_nothing(impulse)) return;
+  m.shift(&ContactMode::slide, foot, impulse);
+  m.shift(&ContactMode::jump, foot, -impulse * mobilities_of(m, foot).across);
 }
 
 }  // namespace tarsus::modal

@@ -62,6 +62,7 @@ struct Refused {
 };
 
 struct Modal {
+  typedef double Real;
   Book& book;
   const Sizes sizes;
   const Nodes& nodes;
@@ -248,6 +249,28 @@ struct Modal {
       work += (after(i) - before(i)) * rate;
     }
     return work;
+  }
+
+  // What the maps of modal/contact.hpp ask for at the present moment, of whoever they change the state of.
+  double entry(ModeArray array, size_t at) const { return (mode->*array)[at]; }
+  double product(ModeArray array, size_t at, double by) const { return (mode->*array)[at] * by; }
+  double along(ModeArray rows, int row) const { return along(mode->*rows, row); }
+  void shift(ModeArray rows, int row, double by) { shift(mode->*rows, row, by); }
+  double feed_bias(int output) const { return bias->feed[output]; }
+  double place_of(int foot) const { return feet[foot].place; }
+  double sense_of(int foot) const { return feet[foot].sense; }
+  double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since); }
+  void set_mode(const ContactMode& to) {
+    mode = &to;
+    bias = &biases.of(to);
+  }
+  double held_bias(int foot) const { return bias->held[foot]; }
+  double printed_bias(int foot) const { return bias->printed[foot]; }
+  double place_bias(int row) const { return bias->offset[row]; }
+  double rate_by_jump(int struck, int foot) const { return mode->rate_by_jump(struck, foot); }
+  double drive_now(int d) const { return player.value(d, clock.time); }
+  double force_now(int foot, double gap, double rate) const {
+    return laws.force(foot, gap, rate, foot_volts(foot, clock.time), clock.time);
   }
 
   double foot_volts(int foot, double t) const {
