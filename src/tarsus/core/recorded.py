@@ -67,9 +67,12 @@ def gathered(mode: ContactMode, inputs: Floats) -> Floats:
     """Inputs (k, count m, 8) at the feet as the leading ones have to have them to move the structure, and to do work on
     it, as all do: of many feet on few modes only so many are left."""
     leading, m = mode.leading, len(mode.beta)
-    if len(leading) == m - mode.mask.bit_count():
+    on_ground = mode.on_ground
+    if len(leading) == m - on_ground.sum():
         return inputs
     out = np.zeros_like(inputs)
+    held = np.flatnonzero(np.tile(on_ground, inputs.shape[1] // m))
+    out[:, held] = inputs[:, held]  # along the ground
     for first in range(0, inputs.shape[1], m):
         out[:, first + leading] = np.einsum("kij,il->klj", inputs[:, first : first + m], mode.spanned)
     return out

@@ -37,7 +37,9 @@ _POWERS = np.vander(_POINTS, TERMS + 1, increasing=True).T
 class Sampled:
     """State of a run at sample times: x, v (n, nt); gap, rate, resistive, smooth, pull (m, nt); held (m, nt) bool.
 
-    resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot.
+    resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot. Of feet that know
+    their way along the ground also contact, friction (m, nt): state as in `tarsus.base.events.FootState`, and friction on
+    the foot along the ground [N].
     """
 
     x: Floats
@@ -48,6 +50,8 @@ class Sampled:
     smooth: Floats
     pull: Floats
     held: NDArray[np.bool_]
+    contact: Floats | None = None
+    friction: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -63,8 +67,8 @@ class Part:
 class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
-    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth: work of the
-    ground's forces on the structure; parts (np, nr): what of it single laws have done. swing (m,) [m]: between the lowest
+    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth, friction: work of
+    the ground's forces on the structure; parts (np, nr): what of it single laws have done. swing (m,) [m]: between the lowest
     and the highest gap of each foot at the starts of the steps.
     """
 
@@ -73,11 +77,12 @@ class Integrals:
     damping: Floats
     resistive: Floats
     smooth: Floats
+    friction: Floats
     parts: Floats
     swing: Floats
 
 
-WHOLE = 4  # energies that are of all laws, in the order of Integrals
+WHOLE = 5  # energies that are of all laws, in the order of Integrals
 
 
 def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequence[Part] = ()) -> Integrals:
@@ -91,7 +96,7 @@ def integrate(system: LinearSystem, book: ModeBook, trace: Floats, parts: Sequen
         found = np.flatnonzero(trace[:, T_MODE] == q)
         for rows in (found[part] for part in chunks(len(found), trace.shape[1])):
             state, inputs = started(mode, trace, rows)
-            x = (state @ mode.to_physical.T + mode.offset)[:, : len(system.mass)]
+            x = (state @ mode.to_physical.T + mode.offset)[:, : len(system.mass)] + mode.of_places(inputs[:, :, 0])
             gaps[rows] = system.rest_gap + x @ system.normals
             split = _Split(system, book, q, parts)
             whole = trace[rows, T_FRACTION] == 1.0
@@ -125,18 +130,18 @@ def _jumps(work: Floats, jumps: Floats, parts: Sequence[Part]) -> None:
     work[2] += jumps
 
 
-def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
+def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
     """States and forces at ``times`` [s] by the recorded steps; times outside the run take its nearest recorded state.
 
-    sources (m + 1,): rest gaps [m] and gravity [m/s^2] of the run.
+    system: with the rest gaps and the gravity of the run.
     """
-    m = len(sources) - 1
-    given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
+    n, m = system.normals.shape
+    given = (np.ascontiguousarray(one, dtype=float) for one in (system.sources, trace, times))
     rows = _native.sample_modal(book.native, NODES, nodes, *given).T
-    motion, feet = np.split(rows, [len(rows) - 6 * m])
-    x, v = np.split(motion, 2)
-    gap, rate, resistive, smooth, pull, held = feet.reshape(6, m, len(times))
-    return Sampled(x, v, gap, rate, resistive, smooth, pull, held > 0.0)
+    x, v, feet = np.split(rows, [n, 2 * n])
+    gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(-1, m, len(times))
+    along = (contact, friction[0]) if friction else ()
+    return Sampled(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)
 
 
 @dataclass(frozen=True)
@@ -153,8 +158,9 @@ class _Split:
         for held feet."""
         n, m = self.system.normals.shape
         mode = self.book.modes[self.q]
-        y, _, _ = states(self.book, self.q, trace, rows, along)
+        y, values, _ = states(self.book, self.q, trace, rows, along)
         physical = y @ mode.to_physical.T + mode.offset
+        physical[:, :n] += mode.of_places(values)
         # a law is promised to be finite on the ground and above; below is rounding
         gap = np.maximum(self.system.rest_gap + physical[:, :n] @ self.system.normals, 0.0)
         rate = physical[:, n:] @ self.system.normals
@@ -207,11 +213,14 @@ class _Energies:
         self.loads = np.column_stack([system.loads, system.constant])
         self.drives = slice(2 * m, mode.feed.shape[1])
         used = set(self.steps.of_input.tolist())
+        self.free = np.flatnonzero(~mode.on_ground)
+        self.sliding = np.flatnonzero(mode.on_ground & ~mode.sticking)
         present = (
             any(i in used for i in range(2 * m, mode.feed.shape[1])) and bool(self.loads.any()),
             bool(system.damping.any()),
             any(i in used for i in range(m)),
-            any(i in used for i in range(m, 2 * m)),
+            any(m + i in used for i in self.free),
+            any(m + i in used for i in self.sliding),
             *(any(i in used for i in self.share(mode, p)) for p in range(len(resistive))),
         )
         self.present = [f for f in range(self.count) if present[f]]
@@ -277,7 +286,8 @@ class _Energies:
             0: lambda: (value[:, :, self.drives], v @ self.loads),
             1: lambda: (v @ self.system.damping, v),
             2: lambda: (slope[:, :, :m], rate),
-            3: lambda: (value[:, :, m : 2 * m], rate),
+            3: lambda: (value[:, :, m + self.free], rate[:, :, self.free]),
+            4: lambda: (value[:, :, m + self.sliding], v @ self.system.constraints[:, m + self.sliding]),
         }
         out = {f: (*pairs[f](), span) for f in self.present if f < WHOLE}
         for f in self.present[len(out) :]:

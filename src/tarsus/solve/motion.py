@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import FootState
 from tarsus.core import arrays as a
 from tarsus.core import replay
-from tarsus.core.modes import contact_mode
+from tarsus.core.modes import LinearSystem, contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
@@ -33,7 +33,7 @@ class Account(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m]
+    """What a robot does along the way: a walker's body's coordinates (nb, nt) [m, rad]; of feet (m, nt) their places [m]
     and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's
     force along the way [N]."""
 
@@ -46,7 +46,7 @@ class Way(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A run at given times: its states, its energies up to then, and of a walker what it does along the way."""
+    """A run at given times: its states, its energies up to then, and what feet that know it do along the way."""
 
     state: Sampled
     account: Account
@@ -74,7 +74,11 @@ class Replayed:
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
-        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
+        return replay.sample(self._system, self.log.book.book, self.log.trace, times)
+
+    @property
+    def _system(self) -> LinearSystem:
+        return self.acting.plan.system.at(self.acting.rows.sources[0])
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
@@ -83,7 +87,8 @@ class Replayed:
         def by_then(values: Floats) -> Floats:
             return np.interp(times, knots, np.concatenate([[0.0], values]))
 
-        return Seen(self.states(times), self._account(by_then), None)
+        state = self.states(times)
+        return Seen(state, self._account(by_then), _way(self._system.tangents, state))
 
     @property
     def account(self) -> Account:
@@ -93,7 +98,7 @@ class Replayed:
     def _account(self, of: Callable[[Floats], Floats]) -> Account:
         found = self.energies
         works = self.acting.works(found.resistive, found.smooth, found.parts)
-        terms = {"work_in": found.work, "damping": found.damping, "friction": np.zeros_like(found.work)}
+        terms = {"work_in": found.work, "damping": found.damping, "friction": -found.friction}
         return Account(
             {name: of(one) for name, one in terms.items()}, {name: of(one) for name, one in works.items()}
         )
@@ -105,13 +110,23 @@ class Replayed:
         if raw.pending == raw.book.book.modes[raw.mode].mask:
             return raw.physical
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
-        return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
+        return mode.at_rest_there(system.tangents, raw.physical)
 
     @property
     def swing(self) -> Floats | None:
         """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
         account closes (`tarsus.solve.series.RESOLVED`)."""
         return self.energies.swing
+
+
+def _way(tangents: Floats | None, state: Sampled) -> Way | None:
+    """What feet that know their way do along the ground, places (n, m); None where none does."""
+    if tangents is None or state.contact is None or state.friction is None:
+        return None
+    along = np.where(state.contact == FootState.STUCK, -state.friction, 0.0)
+    none = np.zeros((0, state.x.shape[1]))
+    speed = np.abs(tangents.T @ state.v)
+    return Way(none, tangents.T @ state.x, speed, state.contact, -np.sign(state.friction), along)
 
 
 def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:
