@@ -295,6 +295,8 @@ class Simulator:
         self.fresh = [False] * self.m
         if what == "touch":
             return self.touch(i)
+        if what in ("leave", "slip") and self.contact[i] == STUCK and self.rubs(i):
+            what = self.gives(i, what)
         if what == "leave":
             self.note(i, RELEASE)
             self.contact[i], self.fresh[i] = AIR, True
@@ -326,6 +328,16 @@ class Simulator:
                     self.hold(i)
                 else:
                     self.fresh[i] = True
+
+    def gives(self, i: int, what: str) -> str:
+        """What a foot that sticks does: it slides where it is pulled off only because it sticks."""
+        small = 1e-12 * max(abs(f) for f in self.reactions(self.time, self.z).values())
+        if self.margin(i, self.time, self.reactions(self.time, self.z)[i, False]) >= -small:
+            return what
+        if self.spare(i, self.time, self.z) >= 0.0:
+            return "leave"
+        without = self.margin(i, self.time, self.pull_if_held(i, False))
+        return "leave" if without < small else "slip"
 
     def slides_on(self) -> None:
         """After an impact: feet that it has let slide, stopped or turned."""
@@ -506,15 +518,16 @@ class Simulator:
             self.contact[i] = SLIPPING
             self.sense[i] = math.copysign(1.0, along) if self.rubs(i) else 0.0
 
-    def pull_if_held(self, i: int) -> float:
-        """Pull on a foot if it were stopped on the ground now, its smooth force there included."""
+    def pull_if_held(self, i: int, whole: bool = True) -> float:
+        """Pull on a foot if it were stopped on the ground now, its smooth force there included if it is the ``whole``."""
         normal = self.robot.normals[:, i]
         rows, _which = self.held()
-        _, response = self.struck(normal, rows)
         z = self.z.copy()
-        z[self.n :] -= response * (normal @ z[self.n :]) / (normal @ response)
+        if self.contact[i] == AIR:
+            _, response = self.struck(normal, rows)
+            z[self.n :] -= response * (normal @ z[self.n :]) / (normal @ response)
         kept = self.contact[i], self.sense[i]
         self.contact[i], self.sense[i] = SLIPPING, 0.0
         pull = self.reactions(self.time, z)[i, False]
         self.contact[i], self.sense[i] = kept
-        return pull + self.laws.smooth(0.0, 0.0, self.foot_volts(i, self.time))
+        return pull + whole * self.laws.smooth(0.0, 0.0, self.foot_volts(i, self.time))

@@ -68,8 +68,8 @@ inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
   return out;
 }
 
-// `pull_if_held` where feet slide or stick: friction at the others goes by the pulls on them once the foot is held. Its own does
-// not count: a foot that leaves does so whatever friction its margin bears.
+// `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
+// them once the foot is held. Its own does not count: whether a foot is held does not hang on a force that its contact bears.
 template <class M>
 inline typename M::Real pull_beside_friction(M& m, int foot) {
   typedef typename M::Real Real;
@@ -392,11 +392,19 @@ inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<doubl
   leave_mode(m, foot, true, false);
 }
 
-// More pulls a foot along than friction bears.
-TARSUS_APART inline void slip(Modal& m, int foot, double sense) {
+// More pulls a foot that sticks than its contact bears: off the ground, or along it. Where more pulls it off because it sticks, it
+// slides: its contact holds it without friction.
+TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
-  begin_to_slide(m, foot, sense, bearing_of(m, foot));
+  const Bearing<double> at = bearing_of(m, foot);
+  const double none = no_margin(m, foot);
+  if (at.margin < -none) {
+    leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull_beside_friction(m, foot) < none;
+  }
+  if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  remove_film_momenta(m);
+  release(m, foot);
 }
 
 // A foot that slides has come to a stop: it sticks, and `stick_or_turn` decides whether it stays so.

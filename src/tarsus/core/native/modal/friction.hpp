@@ -302,17 +302,17 @@ inline Moment<typename M::Real> moment_of(M& m) {
   return out;
 }
 
-// What friction has to bear on a foot that sticks, and what it can, at this moment, of the modal state [N].
+// Of a foot that sticks, at this moment, of the modal state [N]: its margin, what friction has to bear, and what it can.
 template <class Real>
 struct Bearing {
-  Real along, most;
+  Real margin, along, most;
 };
 
 template <class M>
 inline Bearing<typename M::Real> bearing_of(M& m, int foot) {
   const Moment<typename M::Real> at = moment_of(m);
   const typename M::Real margin = breaking_now(m, foot) - at.pull[foot];
-  return {at.along[foot], m.laws.friction(foot, margin, m.strength_now(foot), typename M::Real(0.0))};
+  return {margin, at.along[foot], m.laws.friction(foot, margin, m.strength_now(foot), typename M::Real(0.0))};
 }
 
 // --- in an impact ----------------------------------------------------------------------------------------------------------

@@ -182,12 +182,12 @@ struct ModalSystem : Modal {
   // The event at the end of a step.
   TARSUS_INLINE Code end(const Taken& taken) {
     if (taken.foot < 0) return taken.code;
-    if (taken.event >= sizes.feet) {
-      if (mode->is_stuck[taken.foot]) {
-        slip(*this, taken.foot, taken.event < 2 * sizes.feet ? 1.0 : -1.0);
-      } else {
-        stop(*this, taken.foot);
-      }
+    if (mode->is_stuck[taken.foot]) {
+      unstick(*this, taken.foot, taken.event < sizes.feet);
+    } else if (taken.event >= sizes.feet) {
+      note_parts();
+      add_film_momenta(*this);
+      stop(*this, taken.foot);
     } else if (mode->is_held[taken.foot]) {
       release(*this, taken.foot);
     } else if (!impact(*this, taken.foot)) {
