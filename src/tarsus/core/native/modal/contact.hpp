@@ -393,14 +393,18 @@ inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<doubl
 }
 
 // More pulls a foot that sticks than its contact bears: off the ground, or along it. Where more pulls it off because it sticks, it
-// slides: its contact holds it without friction.
+// slides: its contact holds it without friction. Where friction bears even that, it leaves; or, where it is pressed down without
+// friction, nothing is consistent (see modal/friction.hpp).
 TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
   const Bearing<double> at = bearing_of(m, foot);
   const double none = no_margin(m, foot);
   if (at.margin < -none) {
-    leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull_beside_friction(m, foot) < none;
+    const double pull = pull_beside_friction(m, foot);
+    const bool bears = std::fabs(at.along) <= at.most;
+    leaves = bears || m.strength_now(foot) - pull < none;
+    m.jammed = bears && pull < 0.0;
   }
   if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
   remove_film_momenta(m);

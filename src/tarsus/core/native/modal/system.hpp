@@ -194,7 +194,7 @@ struct ModalSystem : Modal {
       rest_on_ground(*this, taken.foot, true);
     }
     check = sizes.feet > 1 || sizes.ways > 0;
-    return feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
+    return jammed ? JAMMED : feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
   }
 
  private:
