@@ -1,4 +1,4 @@
-"""A law or a waveform is one file: put beside those of the library it acts, and is reported, everywhere."""
+"""A law of the ground or of a drive, or a waveform, is one file: put beside those of the library it acts everywhere."""
 
 from __future__ import annotations
 
@@ -69,6 +69,50 @@ class Tooth(Signal):
         return linear_track(times, [0.0, self.top], [self.top, 0.0], periodic=True, hold=False)
 '''
 
+BACKLASH = '''
+"""A drive with play in its joint: half of the force comes through a gap."""
+from typing import Literal
+import numpy as np
+from tarsus.base.dual import columns
+from tarsus.base.spec import quantity
+from tarsus.model.drive.law import VoltageLaw
+from tarsus.model.drive.parts import Parts
+from tarsus.model.drive.plays import play_states, remembered, states_along, visited
+
+class Backlash(VoltageLaw):
+    kind: Literal["backlash"] = "backlash"
+    gain: float = quantity("N/V", "force per volt")
+    slack: float = quantity("V", "half of the gap", ge=0)
+
+    def force(self, volts, history=()):
+        v = np.concatenate([visited(history), np.atleast_1d(volts)])
+        play = play_states(v, np.array([self.slack]), np.zeros(1))[:, 0]
+        return (0.5 * self.gain * (v + play))[1 + len(history):]
+
+    def parts(self, track, history):
+        r = columns((self.slack,))
+        rest = states_along(track, r, remembered(history, r))[0::2]
+        plain, numbers = track.plain, columns((0.5 * self.gain, self.slack))
+        gain, slack = track.of_run(numbers)[:, 0], track.of_run(numbers)[:, 1]
+        sign = plain.direction()
+        met = rest[:, 0] + sign * slack
+        met = met.value if hasattr(met, "value") else met
+        inside = (sign * (met - plain.first) > 0.0) & (sign * (plain.last - met) > 0.0)
+        owner = np.flatnonzero(inside)
+        stretch = np.concatenate([np.arange(track.count), owner])
+        low = np.concatenate([np.full(track.count, -1.0), plain.solve(owner, met[owner])])
+        order = np.lexsort((low, stretch))
+        stretch, low = stretch[order], low[order]
+        new = low == -1.0
+        high = np.append(np.where(new[1:], 1.0, low[1:]), 1.0)
+        middle = plain.values(stretch, 0.5 * (low + high))
+        pushed = (sign[stretch] * (middle - met[stretch]) >= 0.0) & (sign[stretch] != 0.0)
+        still = gain[stretch] * np.where(pushed, -sign[stretch] * slack[stretch], rest[stretch, 0])
+        none = np.zeros(len(stretch))
+        law = np.stack([still, gain[stretch] * (1.0 + pushed), none, none], axis=-1)
+        return Parts(stretch, low, high, law, plain.kink[stretch] | ~new)
+'''
+
 
 def run_beside(folder: Path, script: str) -> dict:
     """What a script prints in a process whose library has the files of a folder as well."""
@@ -79,7 +123,8 @@ def run_beside(folder: Path, script: str) -> dict:
         "home = pathlib.Path(tarsus.__file__).parent\n"
         "class Beside:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
-        "        for package, at in (('tarsus.model.laws', 'laws'), ('tarsus.model.drive.waveforms', 'waves')):\n"
+        "        for package, at in (('tarsus.model.laws', 'laws'), ('tarsus.model.drive.waveforms', 'waves'),\n"
+        "                            ('tarsus.model.drive.laws', 'drives')):\n"
         "            if name == package:\n"
         "                inside = home.joinpath(*package.split('.')[1:])\n"
         "                return importlib.util.spec_from_file_location(name, inside / '__init__.py',\n"
@@ -140,6 +185,30 @@ for name, scene in scenes.items():
         "held": int(held.sum()), "misfit": float(np.abs(pushed + sum(parts)).max() / np.abs(pushed).max()),
         "volts": float(data["volts"].max()),
     }
+
+driven = {"kind": "backlash", "gain": "-1 uN/V", "slack": "0.7 V"}
+scene = ts.with_values(base, {
+    "robot.drives.pzt.law": driven, "robot.drives.pzt.history": (5.0, -1.3), "duration": 0.02,
+    "signals.pzt": {"kind": "tooth", "top": "4 V", "half": "3.1 ms"}})
+assert parse_scene(scene_text(scene)) == scene
+paths = ["robot.drives.pzt.law.slack", "robot.drives.pzt.law.gain", "signals.pzt.top", "signals.pzt.half"]
+times = np.array([0.0041, 0.0097, 0.0183])
+
+def position(scene):
+    return ts.simulate(scene, scene.duration).states(times).x[-1]
+
+one = ts.simulate(scene, scene.duration, gradients=paths)
+slopes = {}
+for path in paths:
+    value = ts.get_value(scene, path)
+    there = [position(ts.with_values(scene, {path: value * (1.0 + k * 1e-3)})) for k in (-2, -1, 1, 2)]
+    wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ np.array(there) / (12e-3 * value)
+    slopes[path] = [one.state_gradients(times)[path].x[-1].tolist(), wanted.tolist()]
+varied = {path: ts.get_value(scene, path) * np.array([0.9, 1.0, 1.05]) for path in paths}
+batch = ts.simulate_batch(scene, varied, scene.duration, track=False)
+alone = [ts.simulate(ts.with_values(scene, {p: float(c[k]) for p, c in varied.items()}), scene.duration) for k in range(3)]
+same = [[len(batch.events(k)), bool(np.allclose(batch.events(k)["time"], alone[k].events["time"], rtol=1e-11, atol=0.0))] for k in range(3)]
+out["drive"] = {"slopes": slopes, "same": same, "period": scene.signals["pzt"].period}
 print(json.dumps(out))
 """
 
@@ -147,7 +216,7 @@ print(json.dumps(out))
 @pytest.fixture(scope="module")
 def found(tmp_path_factory) -> dict:
     folder = tmp_path_factory.mktemp("beside")
-    for at, files in (("laws", LAWS), ("waves", {"tooth": WAVE})):
+    for at, files in (("laws", LAWS), ("waves", {"tooth": WAVE}), ("drives", {"backlash": BACKLASH})):
         (folder / at).mkdir()
         for name, text in files.items():
             (folder / at / f"{name}.py").write_text(text)
@@ -188,6 +257,15 @@ def test_the_report_has_its_lines(found):
 
 def test_a_waveform_of_one_file_drives(found):
     assert found["modal"]["volts"] == pytest.approx(4.0, rel=1e-2)
+
+
+def test_a_hysteresis_of_one_file_varies_and_has_derivatives(found):
+    """With a waveform of one file: by the numbers of both, side by side as alone."""
+    out = found["drive"]
+    assert out["period"] == pytest.approx(6.2e-3)
+    assert all(count > 0 and same for count, same in out["same"])
+    for got, wanted in out["slopes"].values():
+        assert any(got) and got == pytest.approx(wanted, rel=1e-5, abs=1e-6 * max(map(abs, wanted)))
 
 
 def test_law_files_know_no_other_law():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from tarsus.model.drive.hysteresis import PrandtlIshlinskii
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms import OnOff, Sampled, Sine
 from tarsus.solve import Run

@@ -14,7 +14,7 @@ from tarsus.base.spec import float_paths, with_values
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.measure.switching import rise_squares
 from tarsus.model.drive.amplifier import Amplifier
-from tarsus.model.drive.hysteresis import fit_branches
+from tarsus.model.drive.laws.prandtl_ishlinskii import fit_branches
 from tarsus.model.drive.lower import evaluate, lower
 from tarsus.model.drive.output import Stage
 from tarsus.model.drive.signal import Signal

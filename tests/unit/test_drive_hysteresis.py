@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate, with_values
-from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.laws import LinearForce, TwoBranch
 from tarsus.model.drive.plays import play_states
 from unit.drive_cases import FALLING, PRINTED, RISING
@@ -247,11 +247,3 @@ def test_laws_are_addressable() -> None:
     assert with_values(law, {"weights.0": "3 uN/V"}).weights == (3e-6,)
     assert with_values(PRINTED, {"rising.cubic": 0.0}).rising.cubic == 0.0
     assert PRINTED.rising.coefficients().tolist() == [1.4796e-6, -0.7057e-6, -0.0255e-6, 0.0016e-6]
-
-
-@pytest.mark.parametrize("history", [(), (5.0, -8.0, 3.0)])
-def test_sequences_side_by_side_are_those_one_by_one(history):
-    law = fit_branches(RISING, FALLING)
-    volts = np.random.default_rng(3).uniform(-8.0, 8.0, (20, 9))
-    alone = np.array([law.force(row, history) for row in volts])
-    np.testing.assert_allclose(law.forces(volts, history), alone, rtol=0.0, atol=1e-12 * np.abs(alone).max())

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from effort import calls
 from tarsus.base.errors import InputError
-from tarsus.model.drive.hysteresis import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.drive.lower import Pieces, evaluate, lower

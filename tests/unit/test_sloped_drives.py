@@ -9,12 +9,12 @@ import pytest
 
 import tarsus as ts
 from scene_files import scene as scene_of
-from tarsus.base.spec import get_value, with_values
+from tarsus.base.spec import float_paths, get_value, with_values
 from tarsus.model.drive.law import Cubic
 from tarsus.model.drive.laws import LinearForce, TwoBranch
 from tarsus.model.drive.lower import lower
 from tarsus.model.drive.pieces import evaluate
-from tarsus.plan.sloped import sloped_drives
+from tarsus.plan.channels import sloped_drives
 from tarsus.solve import tangents
 
 LEVELS = (6.0, -3.5, 7.5, 2.0, -7.0, -1.5)
@@ -33,6 +33,17 @@ WAVES = {
     "once": ts.OnOff(levels=LEVELS, durations=TIMES),
     "repeated": ts.OnOff(levels=LEVELS, durations=TIMES, repeat=True),
     "sampled": ts.Sampled(times=tuple(np.cumsum(TIMES)), levels=LEVELS),
+}
+
+OTHERS = {
+    "sine": ts.Sine(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4),
+    "square": ts.Square(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.3),
+    "ramped": ts.RampedSquare(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.4),
+    "swept": ts.SweptSine(amplitude=6.5, start_frequency=20.0, stop_frequency=60.0, duration=0.08, offset=0.3),
+    "spline": ts.Sampled(times=(0.001, 0.02, 0.04, 0.06), levels=(0.4, 7.0, -6.0, 1.0), interpolation="cubic"),
+    "poling": ts.Poling(level=6.2, hold=0.03, fall=0.02),
+    "ramp": ts.Ramp(start=-3.0, stop=6.0, duration=0.05),
+    "constant": ts.Constant(level=4.0),
 }
 
 
@@ -93,20 +104,61 @@ def test_edges_move_by_what_lies_before_them():
     assert one.force.loop[0] == one.by_period[0] == 1.0 and one.volts is None
 
 
-def test_numbers_without_a_closed_form_are_left():
-    sine = with_values(scene_of("p1_n2"), {"signals": {"pull": ts.Sine(amplitude=8.0, frequency=50.0)}})
-    spline = driven(
-        LAWS["linear"], ts.Sampled(times=(0.0, 0.1, 0.2), levels=(0.0, 8.0, 0.0), interpolation="cubic")
-    )
-    slow = with_values(
-        driven(LAWS["linear"], WAVES["once"]), {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}}
-    )
-    lost = "robot.drives.pull.law.constant"
-    for scene, path in (
-        (sine, "signals.pull.amplitude"), (spline, "signals.pull.levels.1"), (slow, "signals.pull.levels.1"),
-        (driven(LAWS["plays"], WAVES["once"]), lost), (driven(LAWS["linear"], WAVES["once"]), "signals.pull.levels.9"),
-    ):  # fmt: skip
-        assert sloped_drives(scene, [{path: 1.0}], []) == ({}, [{path: 1.0}])
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("wave", OTHERS)
+def test_every_number_of_every_wave_and_law(wave, law):
+    """The same of all that has no straight lines or does not end, by the numbers of the law and the history as well."""
+    scene = with_values(driven(LAWS[law], OTHERS[wave]), {"robot.drives.pull.history": (9.31, -2.17)})
+    paths = [path for path in float_paths(scene) if path.startswith(("signals.", "robot.drives.pull.law"))]
+    found, rest = sloped_drives(scene, [{path: 1.0} for path in paths], ["pull"])
+    assert not any(rest)
+    times = np.sort(np.random.default_rng(3).uniform(0.0, 0.09, 60))
+    for channel, one in enumerate((found["pull"].force, found["pull"].volts)):
+        for p, path in enumerate(paths):
+            value = float(get_value(scene, path))
+            step = 1e-4 * (abs(value) or 1.0)
+            sides = [beside(scene, path, k * step, times, channel) for k in (-2.0, -1.0, 1.0, 2.0)]
+            wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ sides / (12.0 * step)
+            got, smooth = at(one, times, p)
+            scale = max(np.abs(one.pieces.coef).max() / (abs(value) or 1.0), np.abs(wanted[smooth]).max(initial=0.0))
+            np.testing.assert_allclose(got[smooth], wanted[smooth], rtol=0.0, atol=2e-7 * scale, err_msg=path)
+            assert smooth.sum() > 40
+
+
+def at(one, times: np.ndarray, p: int) -> tuple[np.ndarray, np.ndarray]:
+    """Derivative of a channel at times, and where no edge is near."""
+    pieces, start = one.pieces, one.pieces.start
+    turns = np.zeros(len(times))
+    if pieces.loop >= 0:
+        period = start[-1] - start[pieces.loop]
+        turns = np.maximum(np.floor((times - start[pieces.loop]) / period), 0.0)
+        times = times - turns * period
+    piece = np.minimum(np.searchsorted(start, times, side="right") - 1, pieces.count - 1)
+    a, b = start[piece], start[piece + 1]
+    x = np.minimum(2.0 * (times - a) / (b - a) - 1.0, 1.0)
+    powers = x[:, None] ** np.arange(12)
+    rate = (pieces.coef[piece, 1:] * powers[:, :-1] * np.arange(1, 12)).sum(axis=1)
+    held = times >= start[-1]
+    da, db = (end[piece, p] + turns * one.loop[p] for end in (one.begin, one.end))
+    got = (one.coef[piece, :, p] * powers[:, : one.coef.shape[1]]).sum(axis=1)
+    got += np.where(held, 0.0, rate * -2.0 / (b - a) * (da + 0.5 * (x + 1.0) * (db - da)))
+    # two steps of a difference beside, an edge may be on the other side
+    room = 5e-5
+    return got, held | ((times - a > room) & (b - times > room))
+
+
+def test_what_is_behind_an_amplifier_is_left():
+    scene = driven(LAWS["linear"], WAVES["once"])
+    path = "signals.pull.levels.1"
+    slow = with_values(scene, {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}})
+    assert sloped_drives(slow, [{path: 1.0}], []) == ({}, [{path: 1.0}])
+    assert sloped_drives(scene, [{"ground.film.coefficient": 1.0}], []) == ({}, [{"ground.film.coefficient": 1.0}])
+
+
+def test_an_edge_that_may_appear_has_no_derivative():
+    never = with_values(scene_of("p1_n2"), {"signals": {"pull": ts.Square(amplitude=8.0, frequency=50.0, duty=0.0)}})
+    with pytest.raises(ts.InputError, match=r"signals\.pull\.duty: .*changes its pieces"):
+        sloped_drives(never, [{"signals.pull.amplitude": 1.0}, {"signals.pull.duty": 1.0}], [])
 
 
 def test_many_levels_cost_no_lowering(monkeypatch):

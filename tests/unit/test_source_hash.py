@@ -22,6 +22,6 @@ def test_every_source_that_a_run_and_its_measures_load_is_in_the_hash() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {Path(line).relative_to(ROOT) for line in done.stdout.splitlines()}
-    assert Path("model/drive/hysteresis.py") in loaded and Path("solve/engine.py") in loaded
+    assert Path("model/drive/laws/prandtl_ishlinskii.py") in loaded and Path("solve/engine.py") in loaded
     needed = {path for path in loaded if path.parts[0] not in SHOWING}
     assert needed <= {path.relative_to(ROOT) for path in told_sources()}

@@ -34,12 +34,11 @@ def product(*factors: Array) -> Array:
     return reduce(_product, factors)
 
 
-def _product(a: Array, b: Array) -> Array:
-    multiply, (left, right) = _typed(_linear.product, _linear.complex_product, a, b)
-    right = right[:, None] if b.ndim == 1 else right
-    out = multiply(left.reshape(math.prod(a.shape[:-1]), a.shape[-1]), right)
-    shape = (*a.shape[:-1], *b.shape[1:])
-    return out.reshape(shape) if shape else out[0, 0]
+def _product(a: Array, b: Array) -> Any:
+    complex_ = a.dtype.kind == "c" or b.dtype.kind == "c"
+    multiply, kind = (_linear.complex_product, np.complex128) if complex_ else (_linear.product, np.float64)
+    out = multiply(np.ascontiguousarray(a, kind), np.ascontiguousarray(b, kind))
+    return out if a.ndim + b.ndim > 2 else kind(out)
 
 
 def _typed(real: Any, complex_: Any, *arrays: Array) -> tuple[Any, list[Array]]:
@@ -147,12 +146,4 @@ def modes_of(mass: Floats, stiffness: Floats) -> tuple[Floats, Floats]:
 
 def largest_of(a: Floats) -> float:
     """Size of the largest eigenvalue of a matrix, to some per cent, by the power method."""
-    x = 1.0 + np.arange(len(a)) % 3  # no motion of a regular structure is orthogonal to it
-    size = 0.0
-    for _ in range(40):
-        x = product(a, x)
-        size = float(np.abs(x).max(initial=0.0))
-        if size == 0.0:
-            break
-        x /= size
-    return size
+    return _linear.largest_of(np.ascontiguousarray(a, np.float64))

@@ -139,26 +139,6 @@ class ContactMode:
     slide_feed: Floats  # (2m, m): force of the structure on what is held per unit force along the ground on such a foot
     bias: Bias
 
-    @property
-    def feet(self) -> int:
-        """Number m of feet."""
-        return len(self.beta)
-
-    @property
-    def on_ground(self) -> NDArray[np.bool_]:
-        """Which feet (m,) are held along their normals."""
-        return np.array([bool(self.mask >> i & 1) for i in range(self.feet)], dtype=bool)
-
-    @property
-    def sticking(self) -> NDArray[np.bool_]:
-        """Which feet (m,) are held along the ground as well."""
-        return np.array([bool(self.mask >> (self.feet + i) & 1) for i in range(self.feet)], dtype=bool)
-
-    def of_places(self, inputs: Floats) -> Floats:
-        """Displacements (k, n) by the places where feet stick, of inputs (k, ni)."""
-        m = self.feet
-        return product(inputs[:, m : 2 * m][:, self.sticking], self.placed[self.sticking]) if len(self.placed) else 0.0 * inputs[:, :1]
-
     def at_rest_there(self, tangents: Floats | None, physical: Floats) -> Floats:
         """Displacements and velocities (2n,) that have entered the mode: held feet at rest where they are."""
         n = len(physical) // 2
@@ -456,6 +436,8 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
         rest -= np.outer(product(rest, ways[-1]), ways[-1])
         chosen.append(best)
     chosen.sort()
+    if len(chosen) == len(rows):
+        return np.arange(len(rows)), np.eye(len(rows))
     shares = product(rows, pseudoinverse(rows[chosen])) if chosen else np.zeros((len(rows), 0))
     shares[chosen] = np.eye(len(chosen))
     return np.array(chosen, dtype=np.int64), shares

@@ -19,7 +19,7 @@ from tarsus.base.linear import largest_of, product, solve
 from tarsus.core import _native
 from tarsus.core.modes import Floats, LinearSystem
 from tarsus.model.drive.lower import lower
-from tarsus.model.drive.pieces import TERMS, Pieces
+from tarsus.model.drive.pieces import Channels, Pieces
 from tarsus.model.laws.base import Law, SmoothLaw
 from tarsus.model.laws.impact_map import Body, MassWeighted
 from tarsus.model.laws.landing import PullAsPrinted
@@ -76,6 +76,12 @@ class FootLaws:
     def use_rates(self) -> bool:
         """Whether a law of a foot in the air asks for its gap rate."""
         return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
+
+    @property
+    def together(self) -> bool:
+        """Whether laws of a kind act together on a foot, each with a share of their work."""
+        hooks = [law.hook for law in self.acting.values()]
+        return any(hooks.count(hook) > 1 for hook in ("momentum", "force"))
 
     @cached_property
     def native(self) -> _native.Laws:
@@ -294,12 +300,8 @@ def initial_column(scene: Scene, path: str) -> int | None:
 
 def pack(channels: Sequence[Pieces]) -> _native.Signals:
     """Channels laid end to end as the engine takes them; one that holds its last value gets a piece for that."""
-    loops = np.array([pieces.loop for pieces in channels], dtype=np.int64)
-    counts = np.array([pieces.count for pieces in channels], dtype=np.int64)
-    starts = np.concatenate([np.zeros(0), *(pieces.start for pieces in channels)])
-    coefs = np.concatenate([np.zeros((0, TERMS)), *(pieces.coef for pieces in channels)])
-    kinks = np.concatenate([np.zeros(0, dtype=bool), *(pieces.kink for pieces in channels)])
-    return _native.Signals(counts, loops, starts, coefs, kinks)
+    of = Channels.of(channels)
+    return _native.Signals(of.counts, of.loops, of.starts, of.coef, of.kink)
 
 
 SMALLEST = 1e-12
@@ -330,9 +332,9 @@ def scales(
     forces = [np.abs(spans), np.abs(sources[:, m:]) * np.abs(system.weight).max(initial=0.0)]
     for name, law in laws.acting.items():
         first, fields = laws.columns[name], law.names()
-        rows, which = np.unique(parameters[:, 0, first : first + len(fields)], axis=0, return_inverse=True)
+        rows, which = distinct(parameters[:, 0, first : first + len(fields)])
         changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
-        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which.reshape(-1)]
+        own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which]
         lengths.append(own[:, :1])
         forces.append(own[:, 1:])
     length = np.concatenate(lengths, axis=1)
@@ -344,6 +346,14 @@ def scales(
         forces.append(near[:, None] * float(np.abs(np.diag(system.stiffness)).min()))
     force = np.concatenate(forces, axis=1).max(axis=1, initial=0.0)
     return near, np.where(force > 0.0, force, 1e-9)
+
+
+def distinct(rows: Floats) -> tuple[Floats, np.ndarray]:
+    """The different rows (nr, k), and the number of that which each one is."""
+    if len(rows) == 1:
+        return rows, np.zeros(1, dtype=np.intp)
+    found, which = np.unique(rows, axis=0, return_inverse=True)
+    return found, which.reshape(-1)
 
 
 def _rate(system: LinearSystem) -> float:

@@ -8,7 +8,7 @@ springs, damping, shapes, loads) have none; a value of theirs makes a plan anew.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
@@ -21,11 +21,11 @@ from tarsus.base.linear import product
 from tarsus.base.spec import Description, float_paths, get_value, with_values
 from tarsus.base.units import format_quantity
 from tarsus.core import _native
-from tarsus.model.drive.pieces import Pieces, evaluate
+from tarsus.model.drive.pieces import Channels, Pieces, evaluate
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
-from tarsus.plan.channels import Course, drive_course, felt, gait_courses, pool_of
-from tarsus.plan.lowering import Plan, initial_column, law_column, pack, scales
+from tarsus.plan.channels import drive_courses
+from tarsus.plan.lowering import Plan, distinct, initial_column, law_column, pack, scales
 
 __all__ = ["Kind", "Place", "Rows", "check_bounds", "rows_for", "rows_of", "slot", "slots", "unit_of"]
 
@@ -67,7 +67,7 @@ class Rows:
     scales (nr, 3): length [m] and force [N] that tolerances refer to, and period [s] of the marks.
     """
 
-    pool: tuple[Pieces, ...]
+    pool: Sequence[Pieces]
     signals: _native.Signals
     parameters: Floats
     initial: Floats
@@ -225,17 +225,17 @@ def _stand(scene: Scene, values: Mapping[str, Floats], initial: Floats) -> None:
     bearing = {path: column for path, column in values.items() if not path.startswith(idle)}
     if not bearing:
         return
-    distinct, which = np.unique(np.stack(list(bearing.values()), axis=1), axis=0, return_inverse=True)
+    rows, which = distinct(np.stack(list(bearing.values()), axis=1))
     starts = np.array(
         [
             equilibrium(
                 with_values(scene, dict(zip(bearing, row.tolist(), strict=True))),
                 driven=scene.initial.standing.driven,
             )
-            for row in distinct
+            for row in rows
         ]
     )
-    initial[:, : starts.shape[1]] = starts[which.reshape(-1)]
+    initial[:, : starts.shape[1]] = starts[which]
 
 
 def _driven(
@@ -247,38 +247,25 @@ def _driven(
 ) -> Rows:
     """The rows with the channels and the period of every run."""
     names = list(scene.robot.drives)
-    waves = scene.waveforms
-    periods = {name: np.full(len(base), wave.period or np.nan) for name, wave in waves.items()}
-    courses: dict[str, Course] = {}
-    gait = {path: column for path, (_, column) in by_kind[Kind.GAIT].items()}
-    own: dict[str, dict[str, Floats]] = {}
-    for path, (at, column) in by_kind[Kind.DRIVE].items():
-        if felt(path):
-            own.setdefault(names[at], {})[path] = column
-    if gait:
-        courses |= gait_courses(scene, gait, own)
-    for name, varied in own.items():
-        if name not in courses:
-            courses[name] = drive_course(scene, name, varied)
+    periods = {name: np.full(len(base), wave.period or np.nan) for name, wave in scene.waveforms.items()}
+    varied = {path: column for kind in (Kind.GAIT, Kind.DRIVE) for path, (_, column) in by_kind[kind].items()}
+    courses = drive_courses(scene, varied, [names[d] for d in plan.charged])
+    pool = [Channels.of(base.pool)]
     for name, course in courses.items():
+        d = names.index(name)
+        places = [d, *(plan.drives + k for k, of in enumerate(plan.charged) if of == d)]
+        for c, channels in zip(places, (course.force, course.volts), strict=False):
+            assert channels is not None
+            base.channels[:, c] = sum(map(len, pool)) + course.which
+            pool.append(channels)
         if name in periods:
             periods[name] = course.periods
-    pool, signals = base.pool, base.signals
-    if courses:
-        pool, first = pool_of(plan.channels, courses)
-        signals = pack(pool)
-        for name, course in courses.items():
-            d = names.index(name)
-            base.channels[:, d] = first[name] + course.force
-            base.changes[:, d] = course.force_change
-            if d in plan.charged:
-                c = plan.drives + plan.charged.index(d)
-                base.channels[:, c] = first[name] + course.volts
-                base.changes[:, c] = course.volts_change
+    channels = Channels.joined(pool)
+    signals = pack(channels) if courses else base.signals
     every = np.array(list(periods.values())).reshape(len(periods), len(base))
     within = np.where(every <= duration, every, 0.0).max(axis=0, initial=0.0)
     base.scales[:, 2] = np.where(within > 0.0, within, duration)
-    return replace(base, pool=pool, signals=signals)
+    return replace(base, pool=channels, signals=signals)
 
 
 def _check_starts(scene: Scene, plan: Plan, rows: Rows) -> None:

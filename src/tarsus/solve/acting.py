@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.core import _native
-from tarsus.core.replay import Part
 from tarsus.model.laws.base import Law
 from tarsus.plan.lowering import Plan, program_of
 from tarsus.plan.slots import Rows
@@ -58,19 +57,9 @@ class Acting:
         """Those that the engine calls in one place; see `tarsus.model.laws.Law.hook`."""
         return {name: law for name, law in self.laws.items() if law.hook == hook}
 
-    def parts(self) -> list[Part]:
-        """The laws whose work is told apart: of those that act together all but the last, whose work is the rest."""
-        shared = [law for hook in _HOOKS for law in [*self.on(hook).values()][:-1]]
-        return [Part(law.hook == "momentum", lambda *at, law=law: self._part(law, *at)) for law in shared]
-
-    def _part(self, law: Law, gap: Floats, rate: Floats, time: Floats) -> Floats:
-        if law.hook == "momentum":
-            return value(law, gap)
-        return value(law, gap, rate, self.volts(time).T, time[:, None])
-
     def works(self, resistive: Floats, smooth: Floats, shares: Floats) -> dict[str, Floats]:
         """Work of every law on the structure by name, from that of all resistive and of all smooth ones, and from the
-        shares (np, ...) in the order of `parts`."""
+        shares (np, ...) of those that act together, all but the last of a kind, resistive ones first."""
         out: dict[str, Floats] = {}
         first = 0
         for hook, whole in zip(_HOOKS, (resistive, smooth), strict=True):

@@ -22,7 +22,7 @@ from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
-from tarsus.plan.sloped import SlopedDrive, sloped_drives
+from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook

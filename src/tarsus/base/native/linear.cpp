@@ -2,11 +2,13 @@
 // Compiled without fused multiplications, so that every machine makes the same bits. Matrices are rows one after the other.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/complex.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -63,10 +65,15 @@ Matrix<T> copied(const Given<T>& a) {
 
 // A numpy array of this shape, without copying.
 template <class T>
-nb::object returned(std::vector<T>&& values, std::initializer_list<size_t> shape) {
+nb::object returned(std::vector<T>&& values, size_t dimensions, const size_t* shape) {
   auto* kept = new std::vector<T>(std::move(values));
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<T, nb::numpy>(kept->data(), shape, owner));
+  return nb::cast(nb::ndarray<T, nb::numpy>(kept->data(), dimensions, shape, owner));
+}
+
+template <class T>
+nb::object returned(std::vector<T>&& values, std::initializer_list<size_t> shape) {
+  return returned(std::move(values), shape.size(), shape.begin());
 }
 
 template <class T>
@@ -80,10 +87,17 @@ nb::object returned(Matrix<T>&& a) {
   return returned(std::move(a.values), {a.rows, a.columns});
 }
 
+// Of an array (..., k) and (k, m) or (k).
 template <class T>
-nb::object product(Given<T> a, Given<T> b) {
-  const size_t n = a.shape(0), depth = a.shape(1), m = b.shape(1);
-  if (b.shape(0) != depth) throw std::invalid_argument("matrices of these sizes have no product");
+nb::object product(nb::ndarray<const T, nb::c_contig, nb::device::cpu> a, nb::ndarray<const T, nb::c_contig, nb::device::cpu> b) {
+  if (a.ndim() == 0 || b.ndim() == 0 || b.ndim() > 2 || b.shape(0) != a.shape(a.ndim() - 1)) {
+    throw std::invalid_argument("matrices of these sizes have no product");
+  }
+  const size_t depth = b.shape(0), m = b.ndim() == 2 ? b.shape(1) : 1;
+  std::vector<size_t> shape;
+  for (size_t d = 0; d + 1 < a.ndim(); d++) shape.push_back(a.shape(d));
+  const size_t n = std::accumulate(shape.begin(), shape.end(), size_t(1), std::multiplies<size_t>());
+  if (b.ndim() == 2) shape.push_back(m);
   Matrix<T> out(n, m);
   for (size_t i = 0; i < n; i++) {
     for (size_t k = 0; k < depth; k++) {
@@ -93,7 +107,27 @@ nb::object product(Given<T> a, Given<T> b) {
       for (size_t j = 0; j < m; j++) to[j] += times(factor, row[j]);
     }
   }
-  return returned(std::move(out));
+  if (shape.empty()) return nb::cast(out.values[0]);
+  return returned(std::move(out.values), shape.size(), shape.data());
+}
+
+// Size of the largest eigenvalue, to some per cent, by the power method.
+double largest_of(Given<double> a) {
+  const size_t n = a.shape(0);
+  std::vector<double> x(n), next(n);
+  for (size_t i = 0; i < n; i++) x[i] = 1.0 + double(i % 3);  // no motion of a regular structure is orthogonal to it
+  double most = 0.0;
+  for (int count = 0; count < 40; count++) {
+    most = 0.0;
+    for (size_t i = 0; i < n; i++) {
+      next[i] = 0.0;
+      for (size_t k = 0; k < n; k++) next[i] += a.data()[i * n + k] * x[k];
+      most = std::max(most, std::fabs(next[i]));
+    }
+    if (most == 0.0) break;
+    for (size_t i = 0; i < n; i++) x[i] = next[i] / most;
+  }
+  return most;
 }
 
 // x of a x = b by elimination with partial pivoting; None where a pivot is zero.
@@ -430,4 +464,5 @@ NB_MODULE(_linear, m) {
   m.def("eigh", eigh);
   m.def("svd", svd);
   m.def("eig", eig);
+  m.def("largest_of", largest_of);
 }

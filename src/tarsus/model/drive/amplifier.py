@@ -112,4 +112,4 @@ class Amplified(Signal):
 @lru_cache(maxsize=32)
 def _output(signal: Amplified) -> tuple[Track, Pieces]:
     track = amplified(signal.command.track(), signal.amplifier.stage(), signal.start)
-    return track, to_pieces(track, whole_parts(track, IDENTITY), track.loop if track.periodic else -1)
+    return track, to_pieces(track, whole_parts(track, IDENTITY))[0]

@@ -14,8 +14,9 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from tarsus.base.messages import PathErrors, nearest
@@ -98,6 +99,8 @@ class Gait(Description, ABC):
         if not layout.groups:
             return [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
         faults = self._pattern_faults(layout)
+        if np.any(self.high < self.low):  # of numbers that are one a run, which no one else has looked at together
+            faults.append(("high", "the upper voltage is below the lower one"))
         if faults:
             return faults
         late = self.delays(layout)
@@ -114,14 +117,15 @@ class Gait(Description, ABC):
         return []
 
     def waveforms(self, layout: Layout) -> dict[str, Square]:
-        """Voltage of every drive that moves a leg, for a layout without `faults`."""
+        """Voltage of every drive that moves a leg, for a layout without `faults`; numbers of the gait may be one a run
+        (nr,), and carry derivatives, and those of the waves are then as well."""
         late = self.delays(layout)
         middle, half = 0.5 * (self.high + self.low), 0.5 * (self.high - self.low)
         waves: dict[str, Square] = {}
         for drive, reach in layout.drives.items():
             if reach.legs:
                 delay = late[reach.legs[0]] + (self.swing_lag if reach.lateral else 0.0)
-                waves[drive] = Square(
+                waves[drive] = Square.model_construct(
                     amplitude=half,
                     offset=middle,
                     frequency=self.frequency,
@@ -225,10 +229,10 @@ def _checkered(side: int, place: int, count: int) -> float:
     return 0.5 * ((side + place) % 2)
 
 
-def _alike(one: float, other: float) -> bool:
-    """Whether two phases [periods] are the same instant of a period."""
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two phases [periods], or those of every run (nr,), are the same instant of a period."""
     away = (one - other) % 1.0
-    return min(away, 1.0 - away) < 1e-9
+    return bool(np.all(np.minimum(away, 1.0 - away) < 1e-9))
 
 
 AnyGait = Annotated[Alternating | Tripod | MetachronalGait | Ripple | CustomGait, Field(discriminator="kind")]

@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.dual import columns
 from tarsus.base.spec import Amount, Description, quantity
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.track import Track, TrackSlopes
+from tarsus.model.drive.track import Track
 
 __all__ = ["Cubic", "VoltageLaw"]
 
@@ -27,20 +28,13 @@ class VoltageLaw(Description, ABC):
         `history` [V] was visited before; every drive starts at 0 V.
         """
 
-    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
-        """Force (n, N) [N] along n sequences of voltages (n, N) [V], each after the same `history`."""
-        return np.array([self.force(row, history) for row in volts])
-
     @abstractmethod
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
-        """The track cut where the force changes its formula, with the cubic of the voltage on each part."""
+        """The track cut where the force changes its formula, with the cubic of the voltage on each part.
 
-    def remembered(
-        self, track: Track, history: Sequence[float], parts: Parts, slopes: TrackSlopes
-    ) -> Floats | float:
-        """Derivatives (Q, P) of the force on each part by what the drive has been through before it, from those of its
-        track."""
-        return 0.0
+        Numbers of the law and of the history, like those of the track, may be one a run (nr,), and carry derivatives;
+        cuts stay where they are, for a force that is continuous is the same on either side to first order.
+        """
 
     @property
     def has_memory(self) -> bool:
@@ -57,8 +51,8 @@ class Cubic(Description):
     cubic: Amount = quantity("N/V^3", "gain on V^3", default=0.0)
 
     def coefficients(self) -> Floats:
-        """(4,), ascending."""
-        return np.array([self.constant, self.linear, self.quadratic, self.cubic])
+        """(4,), ascending; (nr, 4) where a number is one a run."""
+        return columns((self.constant, self.linear, self.quadratic, self.cubic))
 
     def __call__(self, volts: ArrayLike) -> Floats:
         """Force [N] at `volts` [V], any shape."""

@@ -103,7 +103,7 @@ def amplified(track: Track, stage: Stage, start: float) -> Track:
     InputError
         For an output of too many stretches, by an amplifier that is very slow against its signal.
     """
-    command = to_pieces(track, whole_parts(track, IDENTITY), 0 if track.periodic else -1)
+    command = to_pieces(track, whole_parts(track, IDENTITY))[0]
     volts = min(max(start, stage.low), stage.high)
     size = np.abs(command.coef[:, 1:]).sum(axis=1)
     top = max(volts, float((command.coef[:, 0] + size).max()))
@@ -242,10 +242,12 @@ class _Output:
 
     def track(self, end: float, loop: int) -> Track:
         """All stretches, of which those from `loop` on repeat (-1: the last value is held)."""
-        start = np.append(self.starts, end)
-        first, last = np.array(self.first), np.array(self.last)
-        kinks = np.array(self.kinks)
-        return Track(start, np.array(self.rows), None, 0.0, first, last, kinks, loop >= 0, max(loop, 0))
+        begin, first, last = (np.array(one) for one in (self.starts, self.first, self.last))
+        period = end - begin[loop] if loop >= 0 else np.nan
+        return Track(
+            np.array([0, self.count]), begin, np.append(begin[1:], end), np.array(self.rows), None,
+            np.zeros(self.count), first, last, np.array(self.kinks), np.array([loop]), np.array([period]),
+        )  # fmt: skip
 
     def pass_through(self, command: Pieces, since: float) -> None:
         """Follow the command's pieces once, from time `since` [s] on."""

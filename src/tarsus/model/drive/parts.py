@@ -1,15 +1,19 @@
-"""From a track and polynomials in the voltage to pieces in time, to 1e-12 of the channel's span."""
+"""From a track and polynomials in the voltage to pieces in time, to 1e-12 of each channel's span.
+
+What the numbers of a track or of a law carry of derivatives the pieces have as well, at fixed places in them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.dual import Dual, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
-from tarsus.model.drive.pieces import TERMS, Pieces
+from tarsus.model.drive.pieces import TERMS, Channels
 from tarsus.model.drive.track import Floats, Ints, Track, shifted
 
 _NODES = 16
@@ -49,126 +53,183 @@ class Parts:
     """(Q,)."""
 
 
-def whole_parts(track: Track, law: Floats, kink: NDArray[np.bool_] | None = None) -> Parts:
+def whole_parts(track: Track, law: Any, kink: NDArray[np.bool_] | None = None) -> Parts:
     """One part for each stretch, with the cubic `law` (4,) or (S, 4)."""
     count = track.count
-    rows = np.broadcast_to(law, (count, 4))
     ones = np.ones(count)
+    rows = np.broadcast_to(law, (count, 4))
     return Parts(np.arange(count), -ones, ones, rows, track.kink if kink is None else kink)
 
 
-def to_pieces(track: Track, parts: Parts, loop_stretch: int) -> Pieces:
-    """Polynomials in time of the parts; the loop starts at `loop_stretch` (-1: the last value is held)."""
-    stretch, low, high, law, kink = parts.stretch, parts.low, parts.high, parts.law, parts.kink
-    exact = track.amplitude is None and _degree(law) * _degree(track.inner) < TERMS
-    if exact:
-        coef = _compose(track, stretch, low, high, law)
+def to_pieces(track: Track, parts: Parts) -> Channels:
+    """Polynomials in time of the parts: one channel for each run."""
+    stretch, law, kink = parts.stretch, parts.law, parts.kink
+    runs = len(track.loops)
+    run = track.run[stretch]
+    sine = np.zeros(runs, dtype=bool)
+    if track.amplitude is not None:
+        sine[track.run[~np.isnan(value_of(track.amplitude))]] = True
+    exact = ~sine & (_degrees(law, run, runs) * _degrees(track.inner, track.run, runs) < TERMS)
+    if exact.all():
+        source, low, high = np.arange(len(stretch)), parts.low, parts.high
+        coef = _composed(track, stretch, low, high, law)
+    elif not exact.any():
+        coef, source, low, high = _fitted(track, stretch, parts.low, parts.high, law)
     else:
-        coef, source, low, high = _fit(track, stretch, low, high, law)
-        fresh = np.ones(len(source), dtype=bool)
-        fresh[1:] = source[1:] != source[:-1]
-        stretch, law, kink = stretch[source], law[source], kink[source] & fresh
-    flat = ~(law[:, 1:].any(axis=1) & track.inner[stretch, 1:].any(axis=1))
+        own, others = (np.flatnonzero(exact[run] == chosen) for chosen in (True, False))
+        pick = [(stretch[at], parts.low[at], parts.high[at], law[at]) for at in (own, others)]
+        fit, of, low, high = _fitted(track, *pick[1])
+        source = np.concatenate([own, others[of]])
+        order = np.argsort(source, kind="stable")
+        coef = np.concatenate([_composed(track, *pick[0]), fit])[order]
+        source, low, high = source[order], np.append(pick[0][1], low)[order], np.append(pick[0][2], high)[order]
+    fresh = np.ones(len(source), dtype=bool)
+    fresh[1:] = source[1:] != source[:-1]
+    stretch, law, kink = stretch[source], law[source], kink[source] & fresh
+    flat = ~((law[:, 1:] != 0.0).any(axis=1) & (track.inner[stretch, 1:] != 0.0).any(axis=1))
     if flat.any():
-        volts = track.first[stretch[flat]]
-        c = law[flat]
-        coef[flat] = 0.0
-        coef[flat, 0] = ((c[:, 3] * volts + c[:, 2]) * volts + c[:, 1]) * volts + c[:, 0]
-    left, right = track.start[stretch], track.start[stretch + 1]
-    start = np.append(np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left)), track.start[-1])
-    if not (np.isfinite(start).all() and np.isfinite(coef).all()):
+        volts, c = track.first[stretch], law
+        level = ((c[:, 3] * volts + c[:, 2]) * volts + c[:, 1]) * volts + c[:, 0]
+        level = np.where(np.arange(TERMS) == 0, level[:, None], 0.0)
+        coef = np.where(flat[:, None], level, coef)
+    left, right = track.begin[stretch], track.end[stretch]
+    begin = np.where(low == -1.0, left, left + 0.5 * (low + 1.0) * (right - left))
+    end = np.where(high == 1.0, right, left + 0.5 * (high + 1.0) * (right - left))
+    if not all(np.isfinite(value_of(one)).all() for one in (begin, end, coef)):
         raise InputError("the drive overflows: its voltage, gain or period is out of any physical range")
-    long = np.diff(start) > 0.0
-    if not long.all():  # pieces shorter than the resolution of time
-        start = np.append(start[:-1][long], start[-1])
-        begins = np.concatenate([[0], np.flatnonzero(long)[:-1] + 1])
-        kink = np.logical_or.reduceat(kink, begins)
-        coef, stretch = coef[long], stretch[long]
-    loop = -1
-    if loop_stretch >= 0:
-        loop = int(np.searchsorted(stretch, loop_stretch))
-    return Pieces(start, np.ascontiguousarray(coef), np.array(kink), loop)
+    return _without_slivers(track, stretch, begin, end, coef, kink)
 
 
-def _degree(rows: Floats) -> int:
-    """Highest power in polynomials (Q, K)."""
-    return max([k for k in range(1, rows.shape[1]) if rows[:, k].any()], default=0)
+def _without_slivers(
+    track: Track, stretch: Ints, begin: Any, end: Any, coef: Any, kink: NDArray[np.bool_]
+) -> Channels:
+    """The pieces without those that are shorter than the resolution of time."""
+    run = track.run[stretch]
+    close = value_of(track.end)[track.runs[1:] - 1]
+    until = _ends(value_of(begin), run, close)
+    long = until > value_of(begin)
+    if not long.all():
+        kept = np.flatnonzero(long)
+        opens = np.append(True, run[kept][1:] != run[kept][:-1])  # a run's first piece begins where the run does
+        since = np.where(opens, np.searchsorted(run, run[kept]), np.append(0, kept[:-1] + 1))
+        kink = np.logical_or.reduceat(kink, since)
+        coef, stretch, begin, end, run = coef[kept], stretch[kept], begin[kept], end[kept], run[kept]
+        until = _ends(value_of(begin), run, close)
+    counts = np.bincount(run, minlength=len(track.loops))
+    first = np.cumsum(counts) - counts
+    loops = np.searchsorted(stretch, track.runs[:-1] + np.maximum(track.loops, 0)) - first
+    return Channels(
+        counts, np.where(track.loops >= 0, loops, -1), begin, Dual(until, end.slope) if isinstance(end, Dual) else until, coef,
+        np.array(kink), track.periods,
+    )  # fmt: skip
 
 
-def _compose(track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats) -> Floats:
+def _ends(begin: Floats, run: Ints, close: Floats) -> Floats:
+    """Ends (Q,) of pieces, where the next one of the run begins or, of its last, at the close (nr,) of the run."""
+    last = np.append(run[1:] != run[:-1], True)
+    return np.where(last, close[run], np.roll(begin, -1))
+
+
+def _degrees(rows: Any, run: Ints, runs: int) -> Ints:
+    """Highest power in the polynomials (Q, K) of each run (nr,)."""
+    out = np.zeros(runs, dtype=np.intp)
+    for k in range(1, rows.shape[1]):
+        out[run[rows[:, k] != 0.0]] = k
+    return out
+
+
+def _composed(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> Any:
     """Coefficients (Q, 12) of law(q(xi)), with xi mapped to the part: exact, where its degree is 11 at most."""
-    q = shifted(track.inner[stretch], low, high)
-    degree, inner_degree = _degree(law), _degree(q)
-    coef = np.zeros((len(stretch), TERMS))
-    coef[:, 0] = law[:, degree]
+    q = track.inner[stretch]
+    if (low != -1.0).any() or (high != 1.0).any():
+        q = shifted(q, low, high)
+    degree, inner = (max((k for k in range(1, one.shape[1]) if (one[:, k] != 0.0).any()), default=0) for one in (law, q))
+    terms = [law[:, degree]]
     for k in range(degree - 1, -1, -1):
-        product = coef * q[:, :1]
-        for j in range(1, inner_degree + 1):
-            product[:, j:] += coef[:, :-j] * q[:, j : j + 1]
-        product[:, 0] += law[:, k]
-        coef = product
-    return coef
+        longer = [None] * (len(terms) + inner)
+        for j in range(inner + 1):
+            for i, term in enumerate(terms):
+                part = term * q[:, j]
+                longer[i + j] = part if longer[i + j] is None else longer[i + j] + part
+        terms = [longer[0] + law[:, k], *longer[1:]]
+    none = np.zeros(len(stretch))
+    return np.stack([*terms[:TERMS], *[none] * (TERMS - len(terms))], axis=-1)
 
 
-def _fit(
-    track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats
-) -> tuple[Floats, Ints, Floats, Floats]:
+def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Ints, Floats, Floats]:
     """Chebyshev fits of law(V) on the parts, each cut into as many pieces as degree 11 needs.
 
     Returns coefficients, the part each piece came from (ascending), and the pieces' local ranges.
     """
-    source = np.arange(len(stretch))
-    values, size = _sample(track, stretch, low, high, law)
-    tolerance = max(_TOLERANCE * float(np.ptp(values)), 4e-15 * size)
+    source, run = np.arange(len(stretch)), track.run[stretch]
+    values, size, span = _sampled(track, stretch, low, high, law)
+    tolerance = np.maximum(_TOLERANCE * span, 4e-15 * size)
     chebyshev = _chebyshev(values)
     before = np.full(len(source), np.inf)
     while True:
-        miss = np.abs(chebyshev[:, TERMS:]).sum(axis=1)
-        bad = (miss > tolerance) & (
-            miss < 0.5 * before
-        )  # a cut that gained nothing met the rounding of the values
+        miss = np.abs(value_of(chebyshev)[:, TERMS:]).sum(axis=1)
+        allowed = tolerance[run[source]]
+        # a cut that gained nothing met the rounding of the values
+        bad = (miss > allowed) & (miss < 0.5 * before)
         if not bad.any():
             break
         cuts = np.ones(len(source), dtype=np.intp)
-        cuts[bad] = np.clip(np.ceil((miss[bad] / tolerance) ** (1.0 / TERMS)), 2, 8)
-        total = int(cuts.sum())
-        if total > _MOST_PIECES:
+        cuts[bad] = np.clip(np.ceil((miss[bad] / allowed[bad]) ** (1.0 / TERMS)), 2, 8)
+        if np.bincount(run[source], cuts).max() > _MOST_PIECES:
             raise InputError(
                 f"the drive needs more than {_MOST_PIECES} pieces: shorten it or lower its frequency"
             )
-        rank = np.arange(total) - np.repeat(np.cumsum(cuts) - cuts, cuts)
+        rank = np.arange(int(cuts.sum())) - np.repeat(np.cumsum(cuts) - cuts, cuts)
         many = np.repeat(cuts, cuts)
         left, width = np.repeat(low, cuts), np.repeat(high - low, cuts)
         end = np.repeat(high, cuts)
         again = np.repeat(bad, cuts)
-        source = np.repeat(source, cuts)
+        own = np.repeat(np.arange(len(source)), cuts)
+        source = source[own]
         low = np.where(rank == 0, left, left + width * (rank / many))
         high = np.where(rank == many - 1, end, left + width * ((rank + 1) / many))
-        chebyshev = np.repeat(chebyshev, cuts, axis=0)
         before = np.repeat(np.where(bad, miss, 0.0), cuts)
         part = source[again]
-        values, _ = _sample(track, stretch[part], low[again], high[again], law[part])
-        chebyshev[again] = _chebyshev(values)
+        fresh = _chebyshev(_sampled(track, stretch[part], low[again], high[again], law[part])[0])
+        place = np.where(again, len(chebyshev) + np.cumsum(again) - 1, own)
+        chebyshev = np.concatenate([chebyshev, fresh])[place]
     # on a sliver the high coefficients are rounding, which would grow where the engine continues the piece
-    rest = np.cumsum(np.abs(chebyshev[:, ::-1]), axis=1)[:, ::-1]
-    chebyshev[(high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size)] = 0.0
-    return product(chebyshev[:, :TERMS], _TO_MONOMIAL.T), source, low, high
+    rest = np.cumsum(np.abs(value_of(chebyshev)[:, ::-1]), axis=1)[:, ::-1]
+    lost = (high - low < _SLIVER)[:, None] & (rest <= 4e-15 * size[run[source]][:, None])
+    return _mapped(np.where(lost, 0.0, chebyshev)[:, :TERMS], _TO_MONOMIAL), source, low, high
 
 
-def _chebyshev(values: Floats) -> Floats:
+def _mapped(rows: Any, matrix: Floats) -> Any:
+    """Rows (Q, k) by a matrix (n, k): (Q, n)."""
+    if not isinstance(rows, Dual):
+        return product(rows, matrix.T)
+    lanes = np.moveaxis(rows.slope, -1, 1)
+    moved = product(lanes.reshape(-1, lanes.shape[-1]), matrix.T).reshape(*lanes.shape[:2], -1)
+    return Dual(product(rows.value, matrix.T), np.moveaxis(moved, 1, -1))
+
+
+def _chebyshev(values: Any) -> Any:
     """Chebyshev coefficients (Q, 16) of the values (Q, 16) at the nodes; the mean is kept out of the sums."""
-    middle = values[:, _NODES // 2].copy()
-    coef = product(values - middle[:, None], _TO_CHEBYSHEV.T)
-    coef[:, 0] += middle
-    return coef
+    middle = values[:, _NODES // 2][:, None]
+    return _mapped(values - middle, _TO_CHEBYSHEV) + np.where(np.arange(_NODES) == 0, middle, 0.0)
 
 
-def _sample(track: Track, stretch: Ints, low: Floats, high: Floats, law: Floats) -> tuple[Floats, float]:
-    """Values (Q, 16) of law(V) at the Chebyshev nodes of the parts, and the size of their largest term."""
+def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Floats, Floats]:
+    """Values (Q, 16) of law(V) at the Chebyshev nodes of the parts; of each run the size (nr,) of their largest term, and
+    their range (nr,)."""
     mid, half = 0.5 * (low + high), 0.5 * (high - low)
     volts = track.values(stretch, mid[:, None] + half[:, None] * _XI)
     c = law[:, :, None]
     values = ((c[:, 3] * volts + c[:, 2]) * volts + c[:, 1]) * volts + c[:, 0]
-    top = float(np.abs(volts).max(initial=0.0))
-    size = float(product(np.abs(law), top ** np.arange(4)).max(initial=0.0))
-    return values, size
+    run, plain = track.run[stretch], value_of(values)
+    there, begin = np.unique(run, return_index=True)
+
+    def of_runs(function: Any, rows: Floats) -> Floats:
+        out = np.zeros(len(track.loops))
+        out[there] = function.reduceat(rows, begin)
+        return out
+
+    top = of_runs(np.maximum, np.abs(value_of(volts)).max(axis=1))[run]
+    terms = np.abs(value_of(law))
+    size = of_runs(np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3)
+    return values, size, of_runs(np.maximum, plain.max(axis=1)) - of_runs(np.minimum, plain.min(axis=1))

@@ -5,11 +5,15 @@ A channel is continued for ever: it either repeats its last pieces (`loop >= 0`)
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tarsus.base.dual import value_of
 from tarsus.base.errors import InputError
 
 TERMS = 12
@@ -43,6 +47,71 @@ class Pieces:
         top, bottom = self.coef[:, 0] + swing, self.coef[:, 0] - swing
         held = float(self.coef[-1].sum()) if self.loop < 0 else float(self.coef[0, 0])
         return max(float(top.max()), held) - min(float(bottom.min()), held)
+
+
+@dataclass(frozen=True)
+class Channels(Sequence[Pieces]):
+    """The pieces of nc channels, Q in all, one channel behind the other; their numbers may carry derivatives."""
+
+    counts: NDArray[np.intp]
+    """(nc,) pieces of each."""
+    loops: NDArray[np.intp]
+    """(nc,) as `Pieces.loop`."""
+    begin: Any
+    """(Q,) [s] start of each piece."""
+    end: Any
+    """(Q,) [s] end of each piece: the start of the next one, which may have other derivatives."""
+    coef: Any
+    """(Q, 12) as `Pieces.coef`."""
+    kink: NDArray[np.bool_]
+    """(Q,)."""
+    periods: Any
+    """(nc,) [s] of what repeats, NaN where nothing does."""
+
+    @classmethod
+    def of(cls, pieces: Sequence[Pieces]) -> Channels:
+        """Channels that are given one by one."""
+        if isinstance(pieces, Channels):
+            return pieces
+        loops = np.array([one.loop for one in pieces], dtype=np.intp)
+        periods = [one.start[-1] - one.start[one.loop] if one.loop >= 0 else np.nan for one in pieces]
+        return cls(
+            np.array([one.count for one in pieces], dtype=np.intp), loops,
+            np.concatenate([np.zeros(0), *(one.start[:-1] for one in pieces)]),
+            np.concatenate([np.zeros(0), *(one.start[1:] for one in pieces)]),
+            np.concatenate([np.zeros((0, TERMS)), *(one.coef for one in pieces)]),
+            np.concatenate([np.zeros(0, dtype=bool), *(one.kink for one in pieces)]), np.array(periods),
+        )  # fmt: skip
+
+    @staticmethod
+    def joined(parts: Sequence[Channels]) -> Channels:
+        """The channels of several, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return Channels(*(np.concatenate([getattr(one, name) for one in parts]) for name in Channels.__dataclass_fields__))
+
+    @cached_property
+    def first(self) -> NDArray[np.intp]:
+        """(nc,) first piece of each."""
+        return np.cumsum(self.counts) - self.counts
+
+    @property
+    def starts(self) -> NDArray[np.float64]:
+        """(Q + nc,) [s] starts of the pieces of each channel, with the end of its last."""
+        after = np.cumsum(self.counts)
+        return np.insert(value_of(self.begin), after, value_of(self.end)[after - 1])
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+    def __getitem__(self, channel: Any) -> Any:
+        first = self.first[channel]
+        own = slice(first, first + self.counts[channel])
+        begin, end, coef = (value_of(one)[own] for one in (self.begin, self.end, self.coef))
+        return Pieces(np.append(begin, end[-1]), coef, self.kink[own], int(self.loops[channel]))
+
+    def __iter__(self) -> Iterator[Pieces]:
+        return (self[channel] for channel in range(len(self)))
 
 
 def evaluate(pieces: Pieces, time: ArrayLike) -> NDArray[np.float64]:

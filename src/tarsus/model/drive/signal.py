@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
+from tarsus.base.dual import Dual
 from tarsus.base.spec import Description
-from tarsus.model.drive.track import Track, TrackSlopes
+from tarsus.model.drive.track import Track
 
 __all__ = ["Signal"]
 
@@ -19,9 +18,11 @@ class Signal(Description, ABC):
 
     @property
     def period(self) -> float | None:
-        """Period [s], None if the waveform does not repeat."""
-        track = self.track()
-        return track.period if track.periodic else None
+        """Period [s], None if the waveform does not repeat; (nr,) of numbers that are one a run, NaN there."""
+        periods = self.track().periods
+        if len(periods) > 1 or isinstance(periods, Dual):
+            return periods
+        return None if np.isnan(periods[0]) else float(periods[0])
 
     @abstractmethod
     def volts(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -29,11 +30,8 @@ class Signal(Description, ABC):
 
     @abstractmethod
     def track(self) -> Track:
-        """The voltage as monotone stretches in closed form."""
+        """The voltage as monotone stretches in closed form.
 
-    def sloped(self, moves: Mapping[str, NDArray[np.float64]]) -> tuple[Track, TrackSlopes] | None:
-        """The track, cut wherever it may come to have a kink, and its derivatives in closed form; None without one.
-
-        moves: by name of a field of n numbers, how these move (n, P) along P directions.
+        Numbers of the waveform may be arrays (nr,), one number a run, and carry derivatives (`tarsus.base.dual`): what
+        `tarsus.model.drive.track` builds takes either, and what is reckoned from them by numpy is of all runs at once.
         """
-        return None

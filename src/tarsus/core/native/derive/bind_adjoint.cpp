@@ -1,7 +1,7 @@
 // Derivatives of one number of a recorded window by all of its data, in Python.
 #include <nanobind/stl/tuple.h>
 
-#include "derive/adjoint_modal.hpp"
+#include "derive/adjoint.hpp"
 #include "derive/convert.hpp"
 #include "march/rows.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 #include "base/convert.hpp"
 #include "record/replay.hpp"
-#include "derive/step.hpp"
+#include "derive/modal.hpp"
 
 namespace tarsus {
 

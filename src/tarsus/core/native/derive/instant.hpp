@@ -1,17 +1,10 @@
 // One moment at which something happens to feet: the maps of its events, on Jets that move with the moment.
 #pragma once
-#include "derive/tangent.hpp"
+#include "derive/shell.hpp"
 #include "derive/structure.hpp"
 #include "modal/contact.hpp"
 
 namespace tarsus::modal {
-
-// Numbers of an event; when: its time as it is told.
-struct EventNumbers {
-  Jet when = Jet(0.0), before = Jet(0.0), after = Jet(0.0), pull = Jet(0.0), strength = Jet(0.0), energy = Jet(0.0),
-      adhesion = Jet(0.0);
-  bool doubtful = false;  // the decision between bounce and capture is within CLOSE of its threshold
-};
 
 class Instant {
  public:

@@ -1,15 +1,67 @@
 // Derivatives of a legged robot's run: lanes that follow it through its steps and events (see docs/gradients.md).
 //
-// At an event the state is taken along with its moment, which moves by dt = -dg / g': Dz = dz + z' dt before it, what the event
-// does, and dz = Dz - z' dt after it. Feet know of each other only through the body, so that each event has a moment of its own.
+// How moments move, and what is reported, is in derive/shell.hpp. Feet know of each other only through the body, so that each
+// event has a moment of its own.
 #pragma once
-#include "derive/legged_told.hpp"
+#include "derive/legged_instant.hpp"
+#include "derive/legged_power.hpp"
+#include "derive/legged_tangent_step.hpp"
+#include "derive/shell.hpp"
+#include "legged/window.hpp"
 
 namespace tarsus::legged {
 
-class LeggedTangent : public LeggedTold {
+// Derivatives of marks as in Notes, of samples (times, displacements and velocities, then gaps,
+// rates, resistive and smooth forces and pulls of the feet); of where contacts began (feet) and energies at the end.
+struct LeggedSlopes {
+  std::vector<Row> marks, samples, since, energies;
+};
+
+class LeggedTangent : public LeggedMarch {
  public:
-  using LeggedTold::LeggedTold;
+  LeggedSlopes slopes;
+  EventShell told;
+
+  // ``programs``: the laws by programs alone; lanes: how many of the eight have a number.
+  LeggedTangent(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
+              const Laws& programs, const Settings& set, Log& events, Notes& some, bool account, size_t driven,
+              const RunData& run, const DataTangents& data, int lanes,
+              const std::vector<BesideBody>& beside)
+      : LeggedMarch(b, t, n, f, s, l, set, events, some, account, driven),
+        told(settings, b.feet(), run.scales[1], data.period), run_(run), data_(data), nothing_(data.nothing()),
+        count_(lanes),
+        laws_(programs, run.parameters, data.parameters), drives_(s, n, data, run, driven),
+        still_laws_(programs, run.parameters, nothing_.parameters), still_drives_(s, n, nothing_, run, driven),
+        acting_(*this, b, laws_, drives_, data_, drives_.player, &beside_),
+        still_(*this, b, still_laws_, still_drives_, nothing_, drives_.player, nullptr) {
+    for (const BesideBody& one : beside) beside_.emplace_back(one, *this, s, l, driven);
+  }
+
+  // Begin where the run has begun, which may be a window.
+  void begin_lanes(bool window) {
+    for (size_t c = 0; c < player.cursor.size(); c++) drives_.player.seek(int(c), clock.time);
+    told.shared_at = begun_ = clock.time;
+    for (BesideWalker& one : beside_) one.begin(*this, run_.parameters, gravity);
+    bases_ = bases();
+    linear_.feet.resize(legs());
+    linear_.own.resize(size_t(legs()) * LANES);
+    values_.resize(player.cursor.size() * N);
+    slopes_.resize(player.cursor.size() * N);
+    drives_.edges_at(clock.time, [&](int lane) { flag(EDGE_AT_START, lane); });
+    for (int lane = 0; lane < count_; lane++) {
+      lanes_.push_back(*this);
+      begin_lane(lanes_.back(), lane, window);
+    }
+  }
+
+  // At the end of the run.
+  void finish() {
+    told.events.resize(log.events.size() * EVENT_WIDTH, Row(0.0));
+    for (int i : body.leg) slopes.since.push_back(lane_row([&](const Legged& t) { return t.feet[i].since; }));
+    for (int e = 0; e < ENERGIES; e++) {
+      slopes.energies.push_back(lane_row([&](const Legged& t) { return (&t.energy.work)[e]; }));
+    }
+  }
 
   Code step() {
     step_class = std::max(step_class, resolving());
@@ -27,7 +79,7 @@ class LeggedTangent : public LeggedTold {
     rebase_lanes();
     linearise(h);
     for (int i : body.leg) {
-      if (nearly_lands(i, h, fraction)) flag(NEAR_MISS, -1);
+      if (nearly_lands(i, h, fraction)) flag(NEAR_MISS);
     }
     follow_beside(k, h);
     if (!solve_lanes(*this, lanes_, k, h, linear_)) lose();
@@ -44,6 +96,7 @@ class LeggedTangent : public LeggedTold {
   // And after.
   void moved(double h, double fraction) {
     if (fraction <= 0.0) return;
+    for (int f = 0; f < body.feet(); f++) track(f, h, fraction);
     for (size_t lane = 0; lane < lanes_.size(); lane++) move_lane_on(int(lane), h, fraction);
   }
 
@@ -51,53 +104,55 @@ class LeggedTangent : public LeggedTold {
   void happens(int i, Happening kind) {
     known_ = log.events.size();
     place_ = place();
-    before_ = still_.rates(place_);
-    const Jet value = acting_.function(place_, i, kind);
+    before_ = still_.on(place_).rates();
+    const Jet value = acting_.on(place_).function(i, kind);
     const double rate = rate_of(i, kind);
     if (!open_) note_rates();
-    at_once_ = fraction_ == 0.0 && shared_at_ == clock.time && shares_moment(i, kind, value.value);
+    at_once_ = fraction_ == 0.0 && told.shared_at == clock.time && shares_moment(i, kind, value.value);
     if (!at_once_) {
-      const Row own = -slope_of(value) / rate;
-      if (open_) flag_order(own, rate, former_[body.legs[i].foot]);
-      shared_ = own;
-      if (grazes(i, kind, rate)) flag(GRAZING, -1);
+      const Margin found{slope_of(value), rate, grazes(i, kind, rate)};
+      if (open_) flag_order(-found.by / rate, rate, former_[body.legs[i].foot]);
+      told.meet(known_, found, clock.time);
     }
     open_ = true;
-    shared_at_ = clock.time;
-    shift(place_, before_, shared_);
+    told.shared_at = clock.time;
+    shift(place_, before_, told.shared);
   }
 
   void happened(int i, Happening kind) {
-    const bool told = log.events.size() > known_;
-    const int what = told ? int(log.events.back().kind) : 0;
-    Struck out;
+    const bool logged = log.events.size() > known_;
+    const int what = logged ? int(log.events.back().kind) : 0;
+    EventNumbers out;
     out.when = place_.time;
-    Jet &up = place_.of(place_.w, i, UP), &along = place_.of(place_.w, i, ALONG);
+    acting_.on(place_);
+    Jet& along = acting_.w(i, ALONG);
     if (kind == TOUCH) {
-      out = acting_.strike(place_, i, what);
-      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) flag(GRAZING, -1, known_);
+      out = acting_.land(i, what);
+      if (what == 0 || (what == CONTACT_AT_START && !at_once_)) told.flag(known_, GRAZING);
       if (feet[i].contact == STUCK) stop_along(along);
     } else if (kind == PULL_OFF) {
-      out.pull = acting_.pull(place_, i);
-      out.strength = acting_.strength(place_, i);
-      up = -acting_.momentum(i, Jet(0.0)) / acting_.mass(i);
+      out.pull = pull_on(acting_, i);
+      out.strength = acting_.strength(i);
+      acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
     } else {
-      out.pull = acting_.along(place_, i);
-      out.strength = acting_.bound(place_, i);
+      out.pull = acting_.along(i);
+      out.strength = acting_.bound(i, Jet(0.0));
       out.doubtful = kind == STOP && is_close(Jet(std::fabs(out.pull.value)), out.strength);
       along = Jet(0.0);
     }
-    if (out.doubtful) flag(AT_THRESHOLD, -1, known_);
-    if (told) note_event(i, what, out);
-    settle();
+    if (out.doubtful) told.flag(known_, AT_THRESHOLD);
+    if (logged) {
+      told.put(known_, body.legs[i].foot, out);
+      if (what != SLIP_BEGINS && what != STICK_BEGINS) told.restart(body.legs[i].foot, slope_of(place_.time));
+    }
+    return_to_fixed_time();
   }
 
   void mark() {
-    const double turns = std::isfinite(settings.period) ? std::round(clock.time / settings.period) : 0.0;
-    const bool whole = std::fabs(clock.time - turns * settings.period) <= 1e-12 * clock.time && clock.time < settings.end;
-    const Row by = whole ? data_.period * turns : Row(0.0);
+    const Row by = told.mark_at(clock.time);
     const bool moves = any_less(Row(0.0), magnitude(by));
-    const Rates now = moves ? still_.rates(place()) : Rates{};
+    JetPlace here = place();
+    const Rates now = moves ? still_.on(here).rates() : Rates{};
     const size_t seen = log.events.size();
     const bool low = x[1] <= lowest_body, high = x[1] >= highest_body;
     std::vector<Apex> apexes;
@@ -107,14 +162,374 @@ class LeggedTangent : public LeggedTold {
     for (size_t e = seen; e < log.events.size(); e++) {
       const int f = int(log.events[e].foot);
       const bool rising = apexes[f].time == clock.time && apexes[f].gap > 0.0;
-      note_mark(body.leg[f], by, moves ? &now : nullptr, rising);
+      const int i = body.leg[f];
+      told.put_mark(e, f, by, feet[i].u[UP] + body.legs[i].gap, moves ? now.u[DIRECTIONS * size_t(i) + UP] : 0.0, rising);
     }
   }
 
  private:
-  size_t known_ = 0;
+  const RunData run_;
+  const DataTangents& data_;
+  DataTangents nothing_;
+  const int count_;
+  LawTangents laws_;
+  DriveTangents drives_;
+  LawTangents still_laws_;
+  DriveTangents still_drives_;
+  std::vector<BesideWalker> beside_;
+  std::vector<double> bases_;  // of the films' momenta from which the lanes' rates count (legs) [N s]
+  Acting acting_, still_;      // with the derivatives of laws and drives, and without
+  std::vector<Legged> lanes_;
+  LegTangents linear_;
+  std::vector<double> values_;  // (channels, nodes)
+  std::vector<Row> slopes_;
+  std::vector<double> apexes_, ways_;  // highest gaps of the feet and places of the legs along the way, before the step
+  Moment turning_;  // room for a lane's motion at one moment
+  double h_ = 0.0, fraction_ = 0.0, begin_time_ = 0.0, begun_ = 0.0;
+  JetPlace place_;
+  Rates before_;
+  size_t known_ = 0;                     // events when the present one began
   bool open_ = false, at_once_ = false;  // an event has happened in this step; the present one shares its moment
   std::vector<double> former_;           // rates of the functions of its events before the first of them, by foot
+
+  std::vector<double> bases() const {
+    std::vector<double> out;
+    for (const LeggedFoot& foot : feet) out.push_back(foot.base);
+    return out;
+  }
+
+  // A rate without the film's momentum counts that from its base: where this has moved, so has what a mass makes of it.
+  void rebase_lanes() {
+    for (const BesideWalker& one : beside_) {
+      for (int i = 0; i < legs(); i++) {
+        lanes_[one.lane].feet[i].w[UP] += (feet[i].base - bases_[i]) * one.weight / one.s.body.legs[i].mass;
+      }
+    }
+    bases_ = bases();
+  }
+
+  // What the structures beside make of the run's step, for the lanes of their numbers.
+  void follow_beside(int k, double h) {
+    linear_.misfit.assign(beside_.empty() ? 0 : lanes_.size() * coordinates(), Row(0.0));
+    for (BesideWalker& one : beside_) {
+      one.follow(*this, k, h);
+      for (int b = 0; b < coordinates(); b++) linear_.misfit[size_t(one.lane) * coordinates() + b] += one.misfit(b, h) * one.weight;
+      for (int i = 0; i < legs(); i++) {
+        const LinearFoot& f = linear_.feet[i];
+        const LegRows& r = one.s.rows[i];
+        OwnPart& own = linear_.own[size_t(i) * LANES + one.lane];
+        if (feet[i].contact == AIR) {
+          own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
+          own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
+        } else if (f.slides) {
+          own.bound += f.by_margin * r.margin * one.weight;
+        }
+      }
+      one.finish(h);
+    }
+  }
+
+  // A lane's motion at scaled time s of the step.
+  void lane_at(int lane, double h, double s, Moment& to) {
+    motion_at(lanes_[lane], h, s, to);
+    Moment own;
+    own.legs.resize(DIRECTIONS * body.legs.size());
+    for (const BesideWalker& one : beside_) {
+      if (one.lane != lane) continue;
+      motion_at(one.s, h, s, own);
+      for (int b = 0; b < coordinates(); b++) {
+        to.x[b] += one.weight * own.x[b];
+        to.v[b] += one.weight * own.v[b];
+      }
+      for (size_t n = 0; n < to.legs.size(); n++) {
+        to.legs[n].u += one.weight * own.legs[n].u;
+        to.legs[n].w += one.weight * own.legs[n].w;
+      }
+    }
+  }
+
+  template <class F>
+  Row lane_row(F&& value) const {
+    Row out = Row(0.0);
+    for (int lane = 0; lane < count_; lane++) out.set(lane, value(lanes_[lane]));
+    return out;
+  }
+  // Of what a lane and the structures beside it come to.
+  template <class F>
+  Row moved_row(F&& value) const {
+    Row out = lane_row(value);
+    for (const BesideWalker& one : beside_) out.set(one.lane, out[one.lane] + one.weight * value(one.s));
+    return out;
+  }
+  void flag(Doubtful reason, int lane = -1) { told.flag(log.events.size(), reason, lane); }
+  void lose() {
+    flag(LOST);
+    for (Legged& t : lanes_) std::fill_n(t.v, coordinates(), NOT_A_NUMBER);
+  }
+
+  void begin_lane(Legged& t, int lane, bool window) {
+    const int nb = coordinates(), n = nb + 2 * legs();
+    const Row& gravity = data_.sources[body.feet()];
+    t.settings.gap = t.settings.force_zero = 0.0;  // nothing is small enough to be left out
+    t.lowest_body = t.highest_body = 0.0;
+    t.energy = {};
+    for (int b = 0; b < nb; b++) {
+      t.x[b] = data_.initial[b][lane];
+      t.v[b] = data_.initial[n + b][lane];
+      t.body.weight[b] = gravity[lane] * unit_body.weight[b];
+    }
+    for (Row& one : t.channels) one = Row(0.0);
+    for (int i = 0; i < legs(); i++) {
+      const int f = body.legs[i].foot;
+      LeggedFoot& foot = t.feet[i];
+      t.body.legs[i].gap = f < 0 ? 0.0 : data_.sources[f][lane];
+      t.body.legs[i].weight = gravity[lane] * unit_body.legs[i].weight;
+      foot.slipped = 0.0;
+      foot.since = f < 0 ? 0.0 : data_.since[f][lane];
+      for (int d = 0; d < DIRECTIONS; d++) {
+        foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
+        foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];
+      }
+      if (feet[i].film) {
+        const Jet gap = jet(feet[i].u[UP] + body.legs[i].gap, Row(foot.u[UP] + t.body.legs[i].gap));
+        foot.w[UP] -= laws_.momentum(f, gap).slope[lane] / body.legs[i].mass;
+      }
+      if (window && feet[i].contact != AIR) {
+        foot.u[UP] = -t.body.legs[i].gap;
+        foot.w[UP] = 0.0;
+        if (feet[i].contact == STUCK) foot.w[ALONG] = 0.0;
+      }
+    }
+    gather(t);
+  }
+
+  // The state of the run with the derivatives of the lanes.
+  JetPlace place() const {
+    JetPlace out;
+    out.time = Jet(clock.time);
+    for (int b = 0; b < coordinates(); b++) {
+      out.x.push_back(jet(x[b], lane_row([&](const Legged& t) { return t.x[b]; })));
+      out.v.push_back(jet(v[b], lane_row([&](const Legged& t) { return t.v[b]; })));
+    }
+    for (int i = 0; i < legs(); i++) {
+      for (int d = 0; d < DIRECTIONS; d++) {
+        out.u.push_back(jet(feet[i].u[d], lane_row([&](const Legged& t) { return t.feet[i].u[d]; })));
+        out.w.push_back(jet(feet[i].w[d], lane_row([&](const Legged& t) { return t.feet[i].w[d]; })));
+      }
+      out.since.push_back(jet(feet[i].since, lane_row([&](const Legged& t) { return t.feet[i].since; })));
+    }
+    return out;
+  }
+
+  // Take a place along to a moment that moves.
+  static void shift(JetPlace& at, const Rates& rate, const Row& by) {
+    const auto move = [&](std::vector<Jet>& to, const std::vector<double>& rates) {
+      for (size_t n = 0; n < to.size(); n++) to[n] = jet(to[n].value, slope_of(to[n]) + by * rates[n]);
+    };
+    move(at.x, rate.x);
+    move(at.v, rate.v);
+    move(at.u, rate.u);
+    move(at.w, rate.w);
+    at.time = jet(at.time.value, slope_of(at.time) + by);
+  }
+
+  // The lanes at fixed times after an event, from the place that moves with it.
+  void return_to_fixed_time() {
+    for (int b = 0; b < coordinates(); b++) {
+      place_.x[b].value = x[b];
+      place_.v[b].value = v[b];
+    }
+    for (int i = 0; i < legs(); i++) {
+      for (int d = 0; d < DIRECTIONS; d++) {
+        place_.of(place_.u, i, d).value = feet[i].u[d];
+        place_.of(place_.w, i, d).value = feet[i].w[d];
+      }
+    }
+    const Rates after = still_.on(place_).rates();
+    add_jump(before_, after, told.shared);
+    shift(place_, after, -told.shared);
+    for (int lane = 0; lane < count_; lane++) {
+      Legged& t = lanes_[lane];
+      for (int b = 0; b < coordinates(); b++) {
+        t.x[b] = place_.x[b].slope[lane];
+        t.v[b] = place_.v[b].slope[lane];
+      }
+      for (int i = 0; i < legs(); i++) {
+        LeggedFoot& foot = t.feet[i];
+        for (int d = 0; d < DIRECTIONS; d++) {
+          foot.u[d] = place_.of(place_.u, i, d).slope[lane];
+          foot.w[d] = place_.of(place_.w, i, d).slope[lane];
+        }
+        foot.since = place_.since[i].slope[lane];
+        foot.contact = feet[i].contact;
+        foot.sense = feet[i].sense;
+      }
+      gather(t);
+    }
+  }
+
+  // What is summed up on the way changes by the difference of its rates where these jump.
+  void add_jump(const Rates& before, const Rates& after, const Row& by) {
+    for (int lane = 0; lane < count_; lane++) {
+      for (int i = 0; i < legs(); i++) lanes_[lane].feet[i].slipped += (before.slipped[i] - after.slipped[i]) * by[lane];
+      for (int e = 0; e < ENERGIES; e++) {
+        (&lanes_[lane].energy.work)[e] += ((&before.power.work)[e] - (&after.power.work)[e]) * by[lane];
+      }
+    }
+  }
+
+  // ---- steps
+
+  void linearise(double h) {
+    const Row times = nodes.times() * h + clock.time;
+    for (int lane = 0; lane < count_; lane++) {
+      Legged& t = lanes_[lane];
+      for (size_t c = 0; c < player.cursor.size(); c++) {
+        for (int j = 0; j < N; j++) t.channels[c].set(j, slopes_[N * c + j][lane]);
+      }
+      load_feet(t);
+    }
+    for (int i = 0; i < legs(); i++) {
+      LinearFoot& f = linear_.feet[i];
+      const LeggedFoot& foot = feet[i];
+      f.acts[0] = foot.contact == AIR && foot.film;
+      f.acts[1] = foot.contact == AIR && foot.force;
+      f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
+      f.by_gap[0] = f.by_gap[1] = f.by_rate = Row(0.0);
+      if (foot.contact != AIR) linearise_held(i, times);
+      if (!f.acts[0] && !f.acts[1]) continue;
+      linearise_free(i, times);
+      if (!invert_foot(tables.of(step_class, body.legs[i].kind[UP]), body.legs[i].mass, f)) lose();
+    }
+  }
+
+  // Rows of a foot's own part in every lane, by the tangents of a function at the nodes.
+  template <class F>
+  void own_rows(int i, Row OwnPart::*part, F&& value) {
+    for (int j = 0; j < N; j++) {
+      const Row found = slope_of(value(j));
+      for (int lane = 0; lane < count_; lane++) (linear_.own[size_t(i) * LANES + lane].*part).set(j, found[lane]);
+    }
+  }
+  Jet volts_at(int f, int j) const {
+    const int64_t c = laws.laws.volts[f];
+    return c < 0 ? Jet(0.0) : jet(values_[N * c + j], slopes_[N * c + j]);
+  }
+
+  void linearise_free(int i, const Row& times) {
+    LinearFoot& f = linear_.feet[i];
+    const int foot = body.legs[i].foot;
+    const LegRows& r = rows[i];
+    Row none;
+    Row arguments[4] = {r.gap, r.rate, volts(foot), times};
+    if (f.acts[0]) laws_.slopes(MOMENTUM, foot, arguments, 1, f.by_gap[0], none);
+    if (f.acts[1]) laws_.slopes(FORCE, foot, arguments, 4, f.by_gap[1], f.by_rate);
+    for (int lane = 0; lane < count_; lane++) {
+      OwnPart& own = linear_.own[size_t(i) * LANES + lane];
+      for (int a = 0; a < 2; a++) own.air[a] = f.by_gap[a] * lanes_[lane].body.legs[i].gap;
+    }
+    const bool driven = f.acts[1] && laws.laws.volts[foot] >= 0;
+    for (int j = 0; (laws_.varied[foot] || driven) && j < N; j++) {
+      const Jet gap(r.gap[j]);
+      const Row parts[2] = {
+          f.acts[0] && laws_.varied[foot] ? slope_of(laws_.momentum(foot, gap)) : Row(0.0),
+          f.acts[1] ? slope_of(laws_.force(foot, gap, Jet(r.rate[j]), volts_at(foot, j), Jet(times[j]))) : Row(0.0)};
+      for (int lane = 0; lane < count_; lane++) {
+        OwnPart& own = linear_.own[size_t(i) * LANES + lane];
+        for (int a = 0; a < 2; a++) own.air[a].set(j, own.air[a][j] + parts[a][lane]);
+      }
+    }
+  }
+
+  void linearise_held(int i, const Row& times) {
+    LinearFoot& f = linear_.feet[i];
+    const int foot = body.legs[i].foot;
+    const LegRows& r = rows[i];
+    const Jet since = jet(feet[i].since, lane_row([&](const Legged& t) { return t.feet[i].since; }));
+    own_rows(i, &OwnPart::strength, [&](int j) { return laws_.value(STRENGTH, foot, {Jet(times[j]) - since}); });
+    own_rows(i, &OwnPart::smooth, [&](int j) {
+      const Jet strength = laws_.value(STRENGTH, foot, {Jet(times[j]) - since});
+      if (!feet[i].force) return strength;
+      return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
+    });
+    if (!f.slides) return;
+    const Row arguments[2] = {r.margin, r.strength};
+    laws_.slopes(FRICTION, foot, arguments, 2, f.by_margin, f.by_strength);
+    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.value(FRICTION, foot, {Jet(r.margin[j]), Jet(r.strength[j])}); });
+  }
+
+  // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.
+  void pass_kinks(double h) {
+    const std::vector<Cursor> left = drives_.player.cursor;
+    for (size_t c = 0; c < left.size(); c++) {
+      drives_.fill(int(c), clock.time, h, &values_[N * c], &slopes_[N * c]);
+      const Cursor was = left[c], now = drives_.player.cursor[c];
+      if (!drives_.passed(was, now, clock.time)) continue;
+      const Row by = slope_of(drives_.beginning(int(c), now));
+      if (!told.meet_kink(log.events.size(), by, clock.time)) continue;
+      JetPlace here = place();
+      const Rates after = still_.on(here).rates();
+      drives_.player.cursor[c] = was;
+      const Rates before = still_.rates();
+      drives_.player.cursor[c] = now;
+      place_ = here;
+      before_ = before;
+      shift(place_, before, by);
+      return_to_fixed_time();
+    }
+  }
+
+  void move_lane_on(int lane, double h, double fraction) {
+    Legged& t = lanes_[lane];
+    moment.legs.resize(DIRECTIONS * body.legs.size());
+    lane_at(lane, h, fraction, moment);
+    if (lowest_at >= 0.0) t.lowest_body = height_at(lane, h, lowest_at);
+    if (highest_at >= 0.0) t.highest_body = height_at(lane, h, highest_at);
+    for (int i = 0; i < legs(); i++) {
+      LeggedFoot& foot = t.feet[i];
+      const double way = moment.of(i, ALONG).u - foot.u[ALONG];
+      if (feet[i].contact == SLIPPING) foot.slipped += feet[i].u[ALONG] < ways_[i] ? -way : way;
+      for (int d = 0; d < DIRECTIONS; d++) {
+        foot.u[d] = moment.of(i, d).u;
+        foot.w[d] = moment.of(i, d).w;
+      }
+    }
+    std::copy_n(moment.x, coordinates(), t.x);
+    std::copy_n(moment.v, coordinates(), t.v);
+    t.clock.time = clock.time;
+  }
+
+  // Height of a lane's body within the step: it rings with the legs, and no polynomial through the nodes follows that.
+  // At an event it turns at once, and that moment moves.
+  double height_at(int lane, double h, double s) {
+    const Legged& t = lanes_[lane];
+    if (s <= 0.0) return t.x[1] + (told.shared_at == begin_time_ ? at.v[1][0] * told.shared[lane] : 0.0);
+    turning_.legs.resize(DIRECTIONS * body.legs.size());
+    lane_at(lane, h, s, turning_);
+    return turning_.x[1];
+  }
+
+  // The highest gap of a flight, and the integral of the gap.
+  void track(int f, double h, double fraction) {
+    const int i = body.leg[f];
+    FootTangent& to = told.feet[f];
+    if (feet[i].contact != AIR || !settings.track) return;
+    to.integral += moved_row([&](const Legged& t) { return integral_at(t, t.rows[i].gap, fraction) * h; });
+    if (feet[i].apex.gap == apexes_[f]) return;
+    const double s = (feet[i].apex.time - begin_time_) / h;
+    double line[N], bend = 0.0;
+    store(line, powers(rows[i].gap));
+    for (int c = N - 1; c > 1; c--) bend = bend * s + c * (c - 1) * line[c];
+    to.apex = moved_row([&](const Legged& t) { return leg_at(t, i, UP, h, s).u; }) + data_.sources[f];
+    if (s <= 0.0) {  // what is highest where it began moves with that
+      to.apex += to.apex_time * rows[i].rate[0];
+      return;
+    }
+    const bool inside = s < fraction && bend < 0.0;
+    to.apex_time = inside ? moved_row([&](const Legged& t) { return leg_at(t, i, UP, h, s).w; }) * (-h * h / bend) : Row(0.0);
+  }
+
+  // ---- events
 
   // First step class in which the nodes resolve how the body moves on its held legs: a run that is at rest needs no such
   // steps, its derivatives do.
@@ -137,7 +552,7 @@ class LeggedTangent : public LeggedTold {
     };
     for (auto* part : {&on.x, &on.v, &on.u, &on.w, &on.since}) still(*part);
     shift(on, before_, Row(1.0));
-    return still_.function(on, i, kind).slope[0];
+    return still_.on(on).function(i, kind).slope[0];
   }
 
   // Whether an event at the start of a step comes with what happened just before it: a jump beyond rounding, or a foot that
@@ -149,39 +564,26 @@ class LeggedTangent : public LeggedTold {
   }
   static constexpr double JUMP = 1e-9;  // part of the scale of forces; functions that pass zero overshoot it by less
 
-  // Whether a flight turns in the step so close above the ground that an error of its gap could hide a touchdown; as ``touches``.
   bool nearly_lands(int i, double h, double fraction) const {
-    const LegRows& r = rows[i];
-    const double room = GRAZE * settings.gap;
-    if (feet[i].contact != AIR || r.gap[0] <= room) return false;
-    for (int j = 1; j < N && nodes.tau[j - 1] < fraction; j++) {
-      if (!(r.rate[j - 1] < 0.0 && 0.0 < r.rate[j])) continue;
-      const double width = (nodes.tau[j] - nodes.tau[j - 1]) * h;
-      const double drop = 0.5 * width * r.rate[j - 1] * r.rate[j - 1] / (r.rate[j] - r.rate[j - 1]);
-      if (std::min(r.gap[j - 1], r.gap[j]) >= 2.0 * drop + room) continue;
-      const Lowest least = lowest_between(*this, j, [&](double at) { return gap_at(*this, i, h, at); });
-      if (least.at < fraction && least.gap < room) return true;
-    }
-    return false;
+    if (feet[i].contact != AIR) return false;
+    return told.nearly_lands(nodes, rows[i].gap, fraction, [&](double s) {
+      const Motion at = gap_at(*this, i, h, s);
+      return std::pair<double, double>(at.u, at.w * h);
+    });
   }
 
   // A touchdown that would dip below the ground by less than GRAZE errors of a gap; a force or speed that hardly passes zero.
   bool grazes(int i, Happening kind, double rate) const {
-    if (kind == TOUCH) {
-      const double bend = before_.w[DIRECTIONS * size_t(i) + UP];
-      return bend > 0.0 && 0.5 * rate * rate < GRAZE * settings.gap * bend;
-    }
-    const double size = kind == STOP ? settings.gap / (settings.end * settings.end) : 1e-9 * run_.scales[1] / settings.end;
-    return !(std::fabs(rate) > size);
+    if (kind == TOUCH) return told.gap_grazes(rate, before_.w[DIRECTIONS * size_t(i) + UP]);
+    return kind == STOP ? !(std::fabs(rate) > settings.gap / (settings.end * settings.end)) : told.force_grazes(rate);
   }
-  static constexpr double GRAZE = 100.0;
 
   // A force that lets go at the moment of another foot's event, by which its rate jumps, has no moment of its own where they
   // part: which comes first decides.
   void flag_order(const Row& own, double rate, double former) {
     if (std::fabs(rate - former) <= 1e-9 * std::fabs(rate)) return;
     for (int lane = 0; lane < count_; lane++) {
-      if (std::fabs(own[lane] - shared_[lane]) > 1e-6 * std::fabs(own[lane])) flag(SIMULTANEOUS, lane);
+      if (std::fabs(own[lane] - told.shared[lane]) > 1e-6 * std::fabs(own[lane])) flag(SIMULTANEOUS, lane);
     }
   }
   void note_rates() {
@@ -194,9 +596,82 @@ class LeggedTangent : public LeggedTold {
   // Friction holds a foot that did not move along the ground, and would stop any motion only in time.
   void stop_along(Jet& along) {
     for (int lane = 0; lane < count_; lane++) {
-      if (along.slope[lane] != 0.0) flag(AT_THRESHOLD, lane, known_);
+      if (along.slope[lane] != 0.0) told.flag(known_, AT_THRESHOLD, lane);
     }
     along = Jet(0.0);
+  }
+
+  // ---- what is reported
+
+  void mark_lanes(const Row& by, const Rates* rate, bool low, bool high) {
+    std::vector<Row>& to = slopes.marks;
+    const auto moving = [&](const Row& found, double speed) { return rate != nullptr ? found + by * speed : found; };
+    to.push_back(by);
+    std::vector<Row> place;
+    for (int b = 0; b < coordinates(); b++) {
+      place.push_back(moving(lane_row([&](const Legged& t) { return t.x[b]; }), rate != nullptr ? rate->x[b] : 0.0));
+    }
+    to.insert(to.end(), place.begin(), place.end());
+    for (int i : body.leg) {
+      to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].u[ALONG]; }),
+                          rate != nullptr ? rate->u[DIRECTIONS * size_t(i) + ALONG] : 0.0));
+    }
+    for (int i : body.leg) {
+      to.push_back(moving(lane_row([&](const Legged& t) { return t.feet[i].slipped; }), rate != nullptr ? rate->slipped[i] : 0.0));
+    }
+    to.push_back(low ? place[1] : lane_row([](const Legged& t) { return t.lowest_body; }));
+    to.push_back(high ? place[1] : lane_row([](const Legged& t) { return t.highest_body; }));
+    for (int lane = 0; lane < count_; lane++) lanes_[lane].lowest_body = lanes_[lane].highest_body = place[1][lane];
+  }
+
+  // At scaled time s of the step.
+  void sample(double h, double s, double time) {
+    Moment here;
+    here.legs.resize(DIRECTIONS * body.legs.size());
+    motion_at(*this, h, s, here);
+    JetPlace to = place();
+    to.time = Jet(time);
+    const auto fill = [&](auto&& value) {
+      for (int b = 0; b < coordinates(); b++) {
+        value(to.x[b], here.x[b]);
+        value(to.v[b], here.v[b]);
+      }
+      for (int i = 0; i < legs(); i++) {
+        for (int d = 0; d < DIRECTIONS; d++) {
+          value(to.of(to.u, i, d), here.of(i, d).u);
+          value(to.of(to.w, i, d), here.of(i, d).w);
+        }
+      }
+    };
+    fill([](Jet& one, double value) { one = Jet(value); });
+    for (int lane = 0; lane < count_; lane++) {
+      lane_at(lane, h, s, here);
+      fill([&](Jet& one, double value) { one.slope[lane] = value; });
+    }
+    note_sample(to);
+  }
+
+  void note_sample(JetPlace& to) {
+    acting_.on(to);
+    std::vector<Row>& out = slopes.samples;
+    const auto leg_rate = [&](int i, int d) { return d == UP && feet[i].filmed() ? acting_.rate(i) : to.of(to.w, i, d); };
+    for (const Jet& one : to.x) out.push_back(slope_of(one));
+    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(to.of(to.u, i, ALONG)), slope_of(to.of(to.u, i, UP))});
+    for (const Jet& one : to.v) out.push_back(slope_of(one));
+    for (int i = 0; i < legs(); i++) out.insert(out.end(), {slope_of(leg_rate(i, ALONG)), slope_of(leg_rate(i, UP))});
+    std::vector<Row> resistive, smooth, pull;
+    const size_t gaps = out.size();
+    for (int i : body.leg) out.push_back(slope_of(to.of(to.u, i, UP) + acting_.gap(i)));
+    for (int i : body.leg) out.push_back(slope_of(leg_rate(i, UP)));
+    for (int i : body.leg) {
+      const Jet gap = to.of(to.u, i, UP) + acting_.gap(i), rate = leg_rate(i, UP);
+      const bool free = feet[i].contact == AIR;
+      resistive.push_back(free && feet[i].film ? slope_of(laws_.momentum_slope(body.legs[i].foot, gap, settings.probe) * rate) : Row(0.0));
+      smooth.push_back(free ? slope_of(acting_.smooth(i, gap, rate)) : Row(0.0));
+      pull.push_back(free ? Row(0.0) : slope_of(structure_force(acting_, i, UP, -acting_.gap(i))));
+      if (!free) out[gaps + body.legs[i].foot] = Row(0.0);
+    }
+    for (const auto* part : {&resistive, &smooth, &pull}) out.insert(out.end(), part->begin(), part->end());
   }
 };
 

@@ -1,25 +1,62 @@
 // Derivatives of a recorded run of a modal robot: a march over its own steps and events (see docs/gradients.md).
 //
-// Between events the state's tangents at fixed times are those of the collocated solution. At an event the state is taken
-// along with its moment, which moves by dt = -dg / (dg/dt): Dw = dw + w' dt before it, the map of the event on Jets, and
-// dw = Dw - w' dt after it.
+// Between events the state's tangents at fixed times are those of the collocated solution; how moments move, and what is
+// reported, is in derive/shell.hpp.
 #pragma once
-#include "derive/step.hpp"
+#include "derive/instant.hpp"
+#include "march/window.hpp"
 
 namespace tarsus::modal {
 
-class ModalTangent : protected StepTangents {
+// What a run came to: recorded steps, events and notes on them.
+struct RunRecord {
+  const double* trace;
+  size_t rows;
+  const Event* events;
+  const Note* notes;
+  size_t count;
+};
+
+struct TangentResult {
+  std::vector<Row> events, samples;  // (events, EVENT_WIDTH), (times, sample width less held)
+  std::vector<Row> steps;            // (rows, 1 + 2 stride + 8 inputs): end of the step [s], its start state and inputs
+  std::vector<TangentFlag> flags;
+};
+
+class ModalTangent {
  public:
-  using StepTangents::StepTangents;
+  // ``structural``: the lanes whose numbers are the structure's own.
+  ModalTangent(Book& book, const Nodes& nodes, const Halves& halves, const Signals& signals, const Laws& laws,
+               const Settings& settings, const RunData& run, const Beginning& start, const DataTangents& data, size_t channels,
+               const std::vector<Structural>& structural)
+      : book_(book), sizes_(book.sizes), nodes_(nodes), halves_(halves), settings_(settings.of(run, book.sizes.feet)), run_(run), data_(data),
+        laws_(laws, run.parameters, data.parameters),
+        fixed_laws_(laws, run.parameters, std::vector<Row>(data.parameters.size(), Row(0.0))), drives_(signals, nodes, data, run, channels),
+        structural_(structural), now_(book, laws_, settings_, sources_of(run, data, book.sizes), structural_),
+        told_(settings_, sizes_.feet, run.scales[1], data.period), dw_(sizes_.state(), Row(0.0)),
+        gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
+        value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_) {
+    value_.sources.assign(run.sources, run.sources + sizes_.sources());
+    slope_.sources = data.sources;
+    FootSet on(sizes_.constraints());
+    for (int r = 0; r < 2 * sizes_.coordinates; r++) now_.physical[r] = jet(run.initial[r], data.initial[r]);
+    for (int i = 0; i < sizes_.feet; i++) {
+      if (start.held[i]) on.toggle(i);
+      now_.since[i] = jet(start.since[i], data.since[i]);
+    }
+    for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
+    now_.time = Jet(start.time);
+    note_drives();
+    now_.enter(book.require(on));
+    moving_ = true;
+  }
 
   TangentResult run(const RunRecord& record, const double* times, size_t count, bool keep) {
-    TangentResult out;
-    out.events.assign(record.count * EVENT_WIDTH, Row(0.0));
-    out.samples.assign(count * (sample_width(sizes_) - sizes_.feet), Row(0.0));
+    told_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
+    samples_.assign(count * (sample_width(sizes_) - sizes_.feet), Row(0.0));
     record_ = &record;
-    out_ = &out;
     size_t sample = 0;
-    drives_.edges_at(now_.time.value, [&](int lane) { flag(0, EDGE_AT_START, lane); });
+    drives_.edges_at(now_.time.value, [&](int lane) { told_.flag(0, EDGE_AT_START, lane); });
     size_t event = happen(0, 0);
     Recording steps(book_, record.trace);
     for (size_t r = 0; r < record.rows; r++) {
@@ -40,10 +77,404 @@ class ModalTangent : protected StepTangents {
       end_step(step);
       event = happen(event, r + 1);
     }
+    return {std::move(told_.events), std::move(samples_), std::move(kept_), std::move(told_.flags)};
+  }
+
+  // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
+  struct Smooth {
+    int input, foot, channel;  // of its voltage, or -1
+    bool rated, given;         // whether it depends on the rate; whether it has tangents of its own
+    Row by_gap, by_rate, arguments[4], own[N];  // arguments: gaps, rates, voltages and times at the nodes
+
+    Hook hook(int feet) const { return input < feet ? MOMENTUM : FORCE; }
+    int count(int feet) const { return input < feet ? 1 : 4; }  // of its laws' arguments
+    // Whether it depends on an output, a gap or a rate, and how.
+    bool feels(int output, int feet) const { return output % feet == foot && (output < feet || rated); }
+    const Row& by(int output, int feet) const { return output < feet ? by_gap : by_rate; }
+  };
+
+  Book& book_;
+  const Sizes sizes_;
+  const Nodes& nodes_;
+  const Halves& halves_;
+  const Settings settings_;
+  const RunData run_;
+  const DataTangents& data_;
+  LawTangents laws_, fixed_laws_;  // with the parameters' derivatives, and without
+  DriveTangents drives_;
+  const std::vector<Structural> structural_;
+  Instant now_;
+  EventShell told_;
+  bool moving_ = false;   // within an instant
+  std::vector<Row> dw_;   // tangents of the flowing state at the present, fixed time
+  std::vector<Row> gaps_;               // of the free feet at the nodes of the step
+  std::vector<double> channel_values_;  // (channels, 8) there
+  std::vector<Row> channel_slopes_;
+  size_t channels_;
+  Entering<double> value_;  // what enters the step, and its tangents
+  Entering<Row> slope_;
+  mutable Inside<double> value_room_;
+  mutable Inside<Row> slope_room_;
+  mutable InsideByStructure inside_structure_;
+  mutable Shown<double> by_structure_;
+  mutable Shown<Row> shown_;  // see shown_at
+  mutable std::vector<Row> inside_;
+  std::vector<double> flown_;  // the state somewhere within the step
+  std::vector<int> acting_, smooth_;  // inputs that act; of these the smooth ones
+  const ContactMode* acting_in_ = nullptr;
+  bool ended_ = true;           // whether ``end_`` and ``rate_`` are those of the step
+  std::vector<double> moved_;   // what the state at the end of the step has of a number of the structure
+  std::vector<Row> flowed_;     // tangents of the state at the end of the step
+  std::vector<Smooth> solved_;  // see solve_smooth
+  std::vector<int> unknown_;    // outputs that smooth inputs depend on, of feet these act on
+  std::vector<Row> right_;      // (unknown, 8)
+  Factored solver_;
+  std::vector<size_t> next_;  // of each foot, its next event
+  std::vector<Row> gap_slopes_;  // (feet, 8)
+  std::vector<double> end_, rate_;  // the flowing state at the end of the step, and its rate there
+  const StepClass* tables_ = nullptr;
+  Recorded step_ = {};
+  std::vector<int> struck_;  // feet that have landed in this instant
+  int first_foot_ = -1;      // whose event this instant is
+  size_t event_ = 0;         // the next one
+  const RunRecord* record_ = nullptr;
+  std::vector<Row> samples_, kept_;  // as in TangentResult; of every step kept, see keep_step
+
+  static std::vector<Jet> sources_of(const RunData& run, const DataTangents& data, const Sizes& sizes) {
+    std::vector<Jet> out;
+    for (int q = 0; q < sizes.sources(); q++) out.push_back(jet(run.sources[q], data.sources[q]));
+    return out;
+  }
+  int channel_of(int foot) const { return int(laws_.laws.volts[foot]); }
+  Jet drive_at(int c, const Jet& time) const { return c < 0 ? Jet(0.0) : drives_.value(c, drives_.player.cursor[c], time); }
+  void note_drives() {
+    now_.drives.clear();
+    for (size_t c = 0; c < channels_; c++) now_.drives.push_back(drive_at(int(c), now_.time));
+  }
+
+  // ---- a step
+
+  // A step of the run itself: what enters it.
+  void take_step(const Recorded& step) {
+    const ContactMode& mode = *step.mode;
+    const int ns = sizes_.stride, nb = mode.blocks_used;
+    step_ = step;
+    ended_ = false;
+    if (acting_in_ != &mode) {
+      acting_in_ = &mode;
+      acting_ = acting_inputs(mode, laws_.plain());
+      smooth_.clear();
+      for (int i : acting_) {
+        if (i < 2 * sizes_.feet) smooth_.push_back(i);
+      }
+      list_unknown(mode);
+      std::fill(slope_.inputs.begin(), slope_.inputs.end(), Row(0.0));
+    }
+    std::fill(value_.state.begin(), value_.state.end(), 0.0);
+    std::copy(step.state, step.state + nb, value_.state.begin());
+    std::copy(step.state + nb, step.state + 2 * nb, value_.state.begin() + ns);
+    std::copy(step.inputs, step.inputs + value_.inputs.size(), value_.inputs.begin());
+  }
+
+  // Inputs and state at the start of a step; an instant ends, and kinks whose time moves pass.
+  void begin_step(const Recorded& step) {
+    take_step(step);
+    const ContactMode& mode = *now_.mode;
+    const std::vector<Cursor> left = drives_.player.cursor;
+    for (size_t c = 0; c < channels_; c++) {
+      drives_.fill(int(c), step.time, step.length, &channel_values_[N * c], &channel_slopes_[N * c]);
+    }
+    if (moving_) {
+      end_instant();
+    } else {
+      pass_kinks(left);
+    }
+  }
+
+  void end_instant() {
+    const ContactMode& mode = *now_.mode;
+    std::vector<double> values(sizes_.inputs(), 0.0), rate;
+    for (int i : acting_) values[i] = value_.input(i)[0];
+    rate_of_state(mode, acting_, value_.state, values, value_.sources, rate);
+    for (int k = 0; k < sizes_.state(); k++) dw_[k] = slope_of(now_.w[k]) - slope_of(now_.time) * rate[k];
+    moving_ = false;
+  }
+
+  // A channel that has jumped where its kink's time moves shifts the state by the difference of its rates.
+  void pass_kinks(const std::vector<Cursor>& left) {
+    for (size_t c = 0; c < channels_; c++) {
+      const Cursor &was = left[c], &now = drives_.player.cursor[c];
+      if (!drives_.passed(was, now, step_.time)) continue;
+      if (!told_.meet_kink(event_, slope_of(drives_.beginning(int(c), now)), step_.time)) continue;
+      if (!kept_.empty()) kept_[kept_.size() - kept_width()] = told_.shared;
+      each_jump(int(c), drives_.value(int(c), was, Jet(step_.time)).value, channel_values_[N * c], [&](int k, double by) {
+        dw_[k] += told_.shared * by;
+      });
+    }
+  }
+
+  // How the state moves with the time of a kink at the start of the step, at which a channel jumps: to(component, rate).
+  template <class To>
+  void each_jump(int c, double before, double after, To&& to) {
+    const int m = sizes_.feet;
+    const ContactMode& mode = *step_.mode;
+    const auto push = [&](int input, double by) {
+      const double* row = mode.inputs + size_t(input) * sizes_.state();
+      for (int k = 0; k < sizes_.state(); k++) to(k, row[k] * by);
+    };
+    if (c < sizes_.drives) push(2 * m + c, before - after);
+    for (int i : mode.free) {
+      if (!laws_.has(i, HAS_FORCE) || channel_of(i) != c) continue;
+      Shown<double> shown(sizes_);
+      show(mode, nodes_, step_.length, 0.0, acting_, value_, value_.state, shown);
+      const Jet gap(shown.gap[i]), rate(shown.rate[i]), time(step_.time);
+      push(m + i, laws_.force(i, gap, rate, Jet(before), time).value - laws_.force(i, gap, rate, Jet(after), time).value);
+    }
+  }
+
+  void list_unknown(const ContactMode& mode) {
+    const int m = sizes_.feet;
+    unknown_.clear();
+    for (int i : mode.free) {
+      if (laws_.has(i, HAS_MOMENTUM) || laws_.has(i, HAS_FORCE)) unknown_.push_back(i);
+      if (laws_.has(i, HAS_FORCE) && laws_.has(i, USES_RATE)) unknown_.push_back(m + i);
+    }
+  }
+
+  // Tangents of the nodal inputs: the drives' own, and the smooth forces'. What these depend on, gaps and rates y, follow from
+  // (1 - G S) dy = dlinear + G own, with S the forces' slopes by y, and G what they do to y.
+  void linearise(const Recorded& step) {
+    find_tables();
+    const int m = sizes_.feet;
+    slope_.state = dw_;
+    for (int d = 0; d < sizes_.drives; d++) std::copy_n(&channel_slopes_[N * d], N, slope_.input(2 * m + d));
+    for (int i : smooth_) std::fill_n(slope_.input(i), N, Row(0.0));
+    gap_slopes_.assign(size_t(m) * N, Row(0.0));
+    for (int i : now_.mode->free) output_slopes(i, &gap_slopes_[N * i]);
+    if (!smooth_.empty()) solve_smooth(step);
+  }
+
+  // The tables of the step, and the gaps of the free feet at its nodes.
+  void find_tables() {
+    tables_ = &book_.step(*step_.mode, step_.step_class);
+    for (int i : step_.mode->free) gaps_[i] = output_row(*tables_, acting_, value_, i);
+  }
+
+  void output_slopes(int output, Row* to) const {
+    outputs_at_nodes(*tables_, acting_, slope_, output, to);
+    for (const Structural& one : structural_) {
+      double line[N];
+      outputs_at_nodes(one.book->step(*now_.mode, step_.step_class).tables, acting_, value_, output, line);
+      for (int j = 0; j < N; j++) one.add(line[j], to[j]);
+    }
+  }
+
+  void solve_smooth(const Recorded& step) {
+    const int m = sizes_.feet, size = int(unknown_.size()) * N;
+    solved_.clear();
+    for (int i : smooth_) {
+      solved_.push_back(smooth_input(step, i));
+      add_own(solved_.back());
+    }
+    right_.resize(size);
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int output = unknown_[a];
+      if (output < m) {
+        std::copy_n(&gap_slopes_[N * output], N, &right_[N * a]);
+      } else {
+        output_slopes(output, &right_[N * a]);
+      }
+      for (const Smooth& one : solved_) {
+        if (one.given) add_input(*tables_, output, one.input, one.own, &right_[N * a]);
+      }
+    }
+    if (!factor_forces()) return lose(event_);
+    solver_.solve_transposed(right_.data());
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      const int foot = unknown_[a] % m;
+      const Row* found = &right_[N * a];
+      if (unknown_[a] < m) std::copy_n(found, N, &gap_slopes_[N * foot]);
+      for (Smooth& one : solved_) {
+        if (!one.feels(unknown_[a], m)) continue;
+        for (int j = 0; j < N; j++) one.own[j] += found[j] * one.by(unknown_[a], m)[j];
+      }
+    }
+    for (const Smooth& one : solved_) std::copy_n(one.own, N, slope_.input(one.input));
+    for (int o : now_.mode->free) {
+      if (laws_.has(o, HAS_MOMENTUM) || laws_.has(o, HAS_FORCE)) continue;
+      for (int i : smooth_) add_input(*tables_, o, i, slope_.input(i), &gap_slopes_[N * o]);
+    }
+  }
+
+  // 1 - G S, transposed: one row is what a node of an unknown does to all. False where it is singular.
+  bool factor_forces() {
+    const int m = sizes_.feet, size = int(unknown_.size()) * N;
+    solver_.begin(size);
+    for (int r = 0; r < size; r++) solver_.row(r)[r] = 1.0;
+    for (size_t a = 0; a < unknown_.size(); a++) {
+      for (const Smooth& one : solved_) {
+        const double* effect = tables_->from_input(unknown_[a], one.input);
+        for (size_t b = 0; b < unknown_.size(); b++) {
+          if (!one.feels(unknown_[b], m)) continue;
+          const Row& by = one.by(unknown_[b], m);
+          for (int l = 0; l < N; l++) {
+            double* to = solver_.row(int(b) * N + l) + a * N;
+            store(to, load(to) - load(effect + l * N) * by[l]);
+          }
+        }
+      }
+    }
+    return solver_.eliminate();
+  }
+
+  Smooth smooth_input(const Recorded& step, int i) {
+    const int m = sizes_.feet, foot = i % m;
+    const bool force = i >= m;
+    Smooth out = {i, foot, force ? channel_of(foot) : -1, force && laws_.has(foot, USES_RATE), false, Row(0.0), Row(0.0), {}, {}};
+    out.arguments[0] = gaps_[foot];
+    out.arguments[1] = out.rated ? output_row(*tables_, acting_, value_, m + foot) : Row(0.0);
+    out.arguments[2] = out.channel < 0 ? Row(0.0) : load(&channel_values_[N * out.channel]);
+    out.arguments[3] = nodes_.times() * step.length + step.time;
+    laws_.slopes(out.hook(m), foot, out.arguments, out.count(m), out.by_gap, out.by_rate);
+    std::fill_n(out.own, N, Row(0.0));
     return out;
   }
 
- protected:
+  // What it has by the parameters of its laws and by its voltage.
+  void add_own(Smooth& one) {
+    const int m = sizes_.feet, c = one.channel;
+    one.given = laws_.varied[one.foot] || c >= 0;
+    if (!one.given) return;
+    laws_.add_explicit(one.hook(m), one.foot, one.arguments, one.count(m), c < 0 ? nullptr : &channel_slopes_[N * c], one.own);
+  }
+
+  size_t kept_width() const { return 1 + slope_.state.size() + slope_.inputs.size(); }
+  void keep_step() {
+    std::vector<Row>& to = kept_;
+    to.push_back(Row(0.0));  // of its end: set where an event or a kink ends it
+    to.insert(to.end(), slope_.state.begin(), slope_.state.end());
+    to.insert(to.end(), slope_.inputs.begin(), slope_.inputs.end());
+  }
+
+  // Tangents of what is shown at scaled time s of the step, until the next are asked for.
+  const Shown<Row>& shown_at(const Recorded& step, double s) const {
+    within_step(book_, nodes_, halves_, *now_.mode, step.step_class, s, acting_, slope_, slope_room_, inside_);
+    for (const Structural& one : structural_) {
+      find_inside(one, step, s);
+      for (size_t k = 0; k < inside_.size(); k++) one.add(inside_structure_.moved[k], inside_[k]);
+    }
+    return shown_with(step, s, inside_, inside_structure_.state);
+  }
+  const Shown<Row>& shown_at_end() const { return shown_with(step_, step_.fraction, flowed_, end_); }
+  void find_inside(const Structural& one, const Recorded& step, double s) const {
+    inside_structure_.find(*one.book, nodes_, halves_, *now_.mode, step.step_class, s, acting_, value_);
+  }
+
+  const Shown<Row>& shown_with(const Recorded& step, double s, const std::vector<Row>& state, const std::vector<double>& value) const {
+    Shown<Row>& out = shown_;
+    show(*now_.mode, nodes_, step.length, s, acting_, slope_, state, out);
+    for (const Structural& one : structural_) {
+      Shown<double>& own = by_structure_;
+      show_by_structure(*now_.mode, *one.book->mode(*now_.mode).rows, nodes_, step.length, s, acting_, value_, value, own);
+      for (size_t r = 0; r < own.place.size(); r++) one.add(own.place[r], out.place[r]);
+      for (int i = 0; i < sizes_.feet; i++) {
+        one.add(own.gap[i], out.gap[i]);
+        one.add(own.rate[i], out.rate[i]);
+        one.add(own.pull[i], out.pull[i]);
+      }
+    }
+    return out;
+  }
+
+  void take_sample(const Recorded& step, double s, size_t n) {
+    const Shown<Row>& shown = shown_at(step, s);
+    Row* to = samples_.data() + n * (sample_width(sizes_) - sizes_.feet);
+    to = std::copy(shown.place.begin(), shown.place.end(), to);
+    for (const auto* part : {&shown.gap, &shown.rate, &shown.resistive, &shown.smooth, &shown.pull}) {
+      to = std::copy(part->begin(), part->end(), to);
+    }
+  }
+
+  // The highest gap of the flights that end next, and integrals of the gaps: what of them lies in this step.
+  void track(const Recorded& step, size_t event) {
+    Row weights = Row(0.0);  // of the integral up to the end of the step
+    double power = step.fraction * step.length;
+    for (int c = 0; c < N; c++, power *= step.fraction) weights += load(nodes_.monomial[c]) * (power / (c + 1));
+    next_.resize(sizes_.feet, 0);
+    for (int i : now_.mode->free) {
+      if (nearly_lands(step, i)) told_.flag(event, NEAR_MISS);
+      told_.feet[i].integral += weighted(weights, &gap_slopes_[N * i]);
+      size_t& next = next_[i];
+      next = std::max(next, event);
+      while (next < record_->count && record_->events[next].foot != i) next++;
+      if (next == record_->count || !(record_->events[next].apex > 0.0)) continue;
+      const double s = (record_->events[next].apex_time - step.time) / step.length;
+      if (s >= 0.0 && s <= step.fraction) note_apex(step, i, s);
+    }
+  }
+
+  bool nearly_lands(const Recorded& step, int i) {
+    return told_.nearly_lands(nodes_, gaps_[i], step.fraction, [&](double s) {
+      within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
+      show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
+      return std::pair<double, double>(by_structure_.gap[i], by_structure_.rate[i] * step.length);
+    });
+  }
+
+  void note_apex(const Recorded& step, int i, double s) {
+    const Shown<Row>& shown = shown_at(step, s);
+    told_.feet[i].apex = shown.gap[i];
+    const double bend = bend_of(i, s);
+    // one at the beginning or the end of a flight stays there
+    const bool inside = s > 0.0 && s < step.fraction && bend < 0.0;
+    told_.feet[i].apex_time = inside ? shown.rate[i] * (-step.length * step.length / bend) : Row(0.0);
+  }
+
+  // Second derivative of a gap by the scaled time.
+  double bend_of(int i, double s) const {
+    return total(Weights(nodes_, s).bend * gaps_[i]);
+  }
+
+  // Tangents of the state at the end of a step.
+  void end_step(const Recorded& step) {
+    if (step.fraction == 1.0) {
+      end_of_step(*tables_, acting_, slope_, flowed_);
+    } else {
+      within_step(book_, nodes_, halves_, *now_.mode, step.step_class, step.fraction, acting_, slope_, slope_room_, flowed_);
+    }
+    for (const Structural& one : structural_) {
+      if (step.fraction == 1.0) {
+        end_by_structure(one.book->step(*now_.mode, step.step_class), acting_, value_, moved_);
+      } else {
+        find_inside(one, step, step.fraction);
+        moved_ = inside_structure_.moved;
+      }
+      for (int k = 0; k < sizes_.state(); k++) one.add(moved_[k], flowed_[k]);
+    }
+    dw_ = flowed_;
+    now_.time = Jet(step.time + step.length * step.fraction);
+  }
+
+  // And, where something happens there, the state itself and its rate, inputs as they are just before it.
+  void end_values() {
+    if (ended_) return;
+    ended_ = true;
+    if (step_.fraction == 1.0) {
+      end_of_step(*tables_, acting_, value_, end_);
+    } else {
+      within_step(book_, nodes_, halves_, *now_.mode, step_.step_class, step_.fraction, acting_, value_, value_room_, end_);
+    }
+    std::vector<double> values(sizes_.inputs(), 0.0);
+    const Weights weights(nodes_, step_.fraction);
+    for (int i : acting_) values[i] = weighted(weights.value, value_.input(i));
+    rate_of_state(*now_.mode, acting_, end_, values, value_.sources, rate_);
+  }
+
+  void lose(size_t event) {
+    told_.flag(event, LOST);
+    for (Row& one : dw_) one = Row(NOT_A_NUMBER);
+  }
+
   // ---- events
 
   bool same_instant(size_t event, size_t steps) const {
@@ -67,27 +498,12 @@ class ModalTangent : protected StepTangents {
     return event_ = event;
   }
 
-  // Which end of a period a mark is; 0 where it is that of the run.
-  double turns_of(const Event& mark) const {
-    const double turns = std::isfinite(settings_.period) ? std::round(mark.time / settings_.period) : 0.0;
-    const bool whole = std::fabs(mark.time - turns * settings_.period) <= 1e-12 * mark.time && mark.time < settings_.end;
-    return whole ? turns : 0.0;
-  }
-
   void note_mark(size_t event) {
     const Event& e = record_->events[event];
-    FootTangent& foot = feet_[int(e.foot)];
-    Row* to = &out_->events[event * EVENT_WIDTH];
-    to[0] = data_.period * turns_of(e);
-    // what is highest at the mark itself moves with it, and the integral goes up to it
-    const bool rising = e.apex_time == e.time && e.apex > 0.0;
     const double* row = now_.mode->outputs + size_t(e.foot) * sizes_.state();
-    to[9] = foot.apex + (rising ? to[0] * dot(row, rate_) : Row(0.0));
-    to[10] = rising ? to[0] : foot.apex_time;
-    to[11] = foot.integral + to[0] * plain_gap(int(e.foot));
-    foot.apex = Row(0.0);
-    foot.apex_time = to[0];
+    told_.put_mark(event, int(e.foot), told_.mark_at(e.time), plain_gap(int(e.foot)), dot(row, rate_), rises_at(e));
   }
+  static bool rises_at(const Event& mark) { return mark.apex_time == mark.time && mark.apex > 0.0; }
 
   // The foot whose event begins an instant.
   int first_foot(size_t event, size_t steps) const {
@@ -105,22 +521,21 @@ class ModalTangent : protected StepTangents {
   }
 
   // Whether an instant shares the moment of the last one, or of a kink.
-  bool at_shared() const { return step_.fraction == 0.0 && shared_at_ >= now_.time.value - settings_.least_progress; }
+  bool at_shared() const { return step_.fraction == 0.0 && told_.shared_at >= now_.time.value - settings_.least_progress; }
 
   // How the moment of an event moves with what it tells: the tangents, at a fixed time, of the gap or the pull.
   void meet(size_t event, int foot, const Row& shown) {
     const Margin found = now_.mode->is_held[foot] ? hold_margin(foot, shown) : gap_margin(foot, shown);
-    shared_ = -found.by / found.rate;
-    shared_at_ = now_.time.value;
+    told_.meet(event, found, now_.time.value);
     // a foot that settles inside a step does so without a speed that would tell when
-    if (found.grazes || record_->events[event].kind == CONTACT_AT_START) flag(event, GRAZING, -1);
+    if (!found.grazes && record_->events[event].kind == CONTACT_AT_START) told_.flag(event, GRAZING);
   }
 
   // The state goes along with the moment.
   void depart() {
-    now_.time = jet(now_.time.value, shared_);
+    now_.time = jet(now_.time.value, told_.shared);
     now_.w.clear();
-    for (int k = 0; k < sizes_.state(); k++) now_.w.push_back(jet(end_[k], dw_[k] + shared_ * rate_[k]));
+    for (int k = 0; k < sizes_.state(); k++) now_.w.push_back(jet(end_[k], dw_[k] + told_.shared * rate_[k]));
     note_drives();
     moving_ = true;
   }
@@ -133,15 +548,8 @@ class ModalTangent : protected StepTangents {
       meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
     }
     depart();
-    if (!out_->steps.empty()) out_->steps[out_->steps.size() - kept_width()] = shared_;
+    if (!kept_.empty()) kept_[kept_.size() - kept_width()] = told_.shared;
   }
-
-  // An event function: its tangents at a fixed time, and its rate.
-  struct Margin {
-    Row by;
-    double rate;
-    bool grazes;
-  };
 
   double plain_gap(int i) const {
     return dot(now_.mode->outputs + size_t(i) * sizes_.state(), end_) + now_.feed_bias(i).value;
@@ -152,7 +560,7 @@ class ModalTangent : protected StepTangents {
   Margin gap_margin(int i, const Row& shown) const {
     const double rate = dot(now_.mode->outputs + size_t(i) * sizes_.state(), rate_);
     const double curve = bend_of(i, step_.fraction) / (step_.length * step_.length);
-    return {shown, rate, curve > 0.0 && 0.5 * rate * rate < GRAZE * settings_.gap * curve};
+    return {shown, rate, told_.gap_grazes(rate, curve)};
   }
 
   // What still holds a held foot: strength less smooth force less pull.
@@ -170,7 +578,7 @@ class ModalTangent : protected StepTangents {
     const Jet age = jet(at.value - now_.since[i].value, Row(1.0));
     const Jet rising = jet(volts.value, slope_of(drive_at(c, later)) - slope_of(volts));
     const double rate = holds(fixed_laws_, i, age, rising, later).slope[0] - pulling;
-    return {by, rate, std::fabs(rate) <= 1e-9 * run_.scales[1] / settings_.end};
+    return {by, rate, told_.force_grazes(rate)};
   }
 
   // Pull that breaks the contact of a held foot off.
@@ -195,33 +603,19 @@ class ModalTangent : protected StepTangents {
       for (int other : struck_) independent = independent && now_.independent(foot, other);
       if (independent) {
         apart = -off / now_.rate_at_ground(foot);
-        flag(event, APART, -1);
+        told_.flag(event, APART);
         now_.shift_moment(apart);
       }
       for (int lane = 0; lane < LANES && !independent; lane++) {
-        if (off[lane] != 0.0) flag(event, SIMULTANEOUS, lane);
+        if (off[lane] != 0.0) told_.flag(event, SIMULTANEOUS, lane);
       }
     }
     const EventNumbers found = now_.apply(kind, foot, e.strength != 0.0);
-    put(event, found);
-    if (found.doubtful) flag(event, AT_THRESHOLD, -1);
+    told_.put(event, foot, found);
+    told_.restart(foot, slope_of(now_.time));
+    if (found.doubtful) told_.flag(event, AT_THRESHOLD);
     if (any_less(Row(0.0), magnitude(apart))) now_.shift_moment(-apart);
     if (lands) struck_.push_back(foot);
-  }
-
-  void put(size_t event, const EventNumbers& numbers) {
-    Row* to = &out_->events[event * EVENT_WIDTH];
-    FootTangent& foot = feet_[int(record_->events[event].foot)];
-    to[0] = slope_of(numbers.when);
-    int n = 3;
-    for (const Jet* one : {&numbers.before, &numbers.after, &numbers.pull, &numbers.strength, &numbers.energy, &numbers.adhesion}) {
-      to[n++] = slope_of(*one);
-    }
-    to[9] = foot.apex;
-    to[10] = foot.apex_time;
-    to[11] = foot.integral;
-    foot.apex = Row(0.0);
-    foot.apex_time = slope_of(now_.time);
   }
 
   // How the gap of a foot that lands moves at an instant, where it does: beyond rounding of its terms.

@@ -6,6 +6,7 @@
 #include "march/batch.hpp"
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
+#include "march/batch.hpp"
 
 namespace tarsus {
 
@@ -229,17 +230,6 @@ struct LawTangents {
       if (std::isfinite(first[j]) && std::isfinite(second[j])) continue;
       first.set(j, 0.0);
       second.set(j, 0.0);
-    }
-  }
-
-  // The value of each term of a hook at eight nodes with its derivatives by its third argument, volts (lane 0), and by its
-  // parameters, as far as these slopes are their own: see(term, value).
-  template <class See>
-  void each_term(Hook hook, int foot, const Row* arguments, int count, See&& see) {
-    for (const Term& term : laws.terms[hook]) {
-      for (int a = 0; a < count; a++) wide_[a] = Dual<Row, LANES>(arguments[a]);
-      if (count > 2) wide_[2].slope[0] = Row(1.0);
-      see(term, evaluate(laws.programs[term.program], spread_.data() + size_t(foot) * laws.fixed + term.fixed, wide_.data()));
     }
   }
 

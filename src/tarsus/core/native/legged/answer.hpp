@@ -8,12 +8,13 @@ namespace tarsus::legged {
 // Sum up what all feet do to the body, anew after a contact changed.
 inline void gather(Legged& s) {
   s.together = {};
-  s.solved = -1;
+  std::vector<bool> contacts;
   for (int i = 0; i < s.legs(); i++) {
     const Leg& leg = s.body.legs[i];
     for (int d = 0; d < DIRECTIONS; d++) {
       const Hip& hip = leg.hip[d];
       const bool held = s.feet[i].held(d);
+      contacts.push_back(held);
       for (int n = 0; n < hip.count; n++) {
         const int b = hip.at[n];
         if (held) s.together.offset[b] += hip.by[n] * leg.stiffness[d] * s.feet[i].u[d];
@@ -30,6 +31,9 @@ inline void gather(Legged& s) {
       }
     }
   }
+  if (s.kept_solvers.size() >= MOST_CONTACT_SETS) s.kept_solvers.clear();
+  s.solvers = &s.kept_solvers[contacts];
+  s.solvers->resize(s.tables.classes());
 }
 
 // What the legs take from the body that is displaced by rows x over a step of class k: held ones through spring and damper,
@@ -45,15 +49,13 @@ struct Answer {
     for (int d = 0; d < DIRECTIONS; d++) leg[d] = &s.tables.of(k, s.body.legs[0].kind[d]);
   }
 
-  // What displacements of all coordinates take from the momentum of b [N s].
-  Row momentum(int b, const Row* x) const {
-    Row push = Row(0.0), out = Row(0.0);
+  // The momentum of b [N s] under a push and a drag, less what displacements of all coordinates take from it.
+  Row momentum(int b, Row push, Row drag, const Row* x) const {
     for (int c = 0; c < size; c++) {
-      push += x[c] * all.stiffness[b][c];
-      out += x[c] * all.damping[b][c];
+      push -= x[c] * all.stiffness[b][c];
+      drag -= x[c] * all.damping[b][c];
     }
-    out += combine(&nodes.once[0][0], push) * h;
-    return out + following(b, x, 1, -1);
+    return combine(&nodes.once[0][0], push) * h + drag - following(b, x, 1, -1);
   }
 
   // What displacements of the other coordinates take from the integral of b's momentum [kg m].
@@ -106,18 +108,25 @@ struct Answer {
   }
 };
 
-inline void make_solvers(Legged& s, int k) {
-  if (s.solved == k) return;
-  s.solved = k;
+TARSUS_APART inline std::shared_ptr<const Solvers> make_solvers(const Legged& s, int k) {
+  auto out = std::make_shared<Solvers>();
   const Answer answer(s, k);
   for (int b = 0; b < s.coordinates(); b++) {
-    s.linked[b] = answer.linked(b, s.body);
-    if (answer.invert(b, s.body.mass[b], s.solver[b])) continue;
+    out->linked[b] = answer.linked(b, s.body);
+    if (answer.invert(b, s.body.mass[b], out->inverse[b])) continue;
     for (int r = 0; r < N; r++) {  // taken as if no leg were there
-      s.solver[b][r] = Row(0.0);
-      s.solver[b][r].set(r, 1.0 / s.body.mass[b]);
+      out->inverse[b][r] = Row(0.0);
+      out->inverse[b][r].set(r, 1.0 / s.body.mass[b]);
     }
   }
+  return out;
+}
+
+// Of the present contacts, for steps of class k.
+inline const Solvers& solvers_of(Legged& s, int k) {
+  std::shared_ptr<const Solvers>& place = (*s.solvers)[k];
+  if (!place) place = make_solvers(s, k);
+  return *place;
 }
 
 constexpr int ROUNDS_OF_ANSWERS = 2;
@@ -127,6 +136,8 @@ constexpr double ALONE = 30.0;  // a coordinate taken alone leaves less than thi
 inline double follow(Legged& s, int k, double h) {
   BodyRows& at = s.at;
   const Answer answer(s, k);
+  const Solvers& solvers = solvers_of(s, k);
+  const auto solve = [&](int b, const Row& right) { return combine(reinterpret_cast<const double*>(solvers.inverse[b]), right); };
   const double* once = &s.nodes.once[0][0];
   Row misfit[MOST_COORDINATES], step[MOST_COORDINATES];
   const auto change = [&] {
@@ -142,21 +153,19 @@ inline double follow(Legged& s, int k, double h) {
     const Row place = combine(&s.nodes.twice[0][0], at.push[b]) * (h * h) + combine(once, at.drag[b] + at.film[b]) * h - at.place[b];
     // the new place first: what rounding leaves of its difference from the old is then nothing, or more than it can hold
     misfit[b] = (place * (1.0 / mass) + s.nodes.times() * (h * s.v[b]) + s.x[b] - at.x[b]) * mass;
-    step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b]);
+    step[b] = solve(b, misfit[b]);
   }
   double moved = change();
   if (moved > ALONE * SETTLED * s.settings.gap) {
     for (int n = 0; n < ROUNDS_OF_ANSWERS; n++) {
       for (int b = 0; b < s.coordinates(); b++) {
-        if (!s.linked[b]) continue;
-        step[b] = combine(reinterpret_cast<const double*>(s.solver[b]), misfit[b] - answer.place(b, step));
+        if (solvers.linked[b]) step[b] = solve(b, misfit[b] - answer.place(b, step));
       }
     }
     moved = change();
   }
   for (int b = 0; b < s.coordinates(); b++) {
-    const Row momentum = combine(once, at.push[b]) * h - at.momentum[b] + at.drag[b] - answer.momentum(b, step);
-    at.v[b] = momentum * (1.0 / s.body.mass[b]) + s.v[b];
+    at.v[b] = (answer.momentum(b, at.push[b], at.drag[b], step) - at.momentum[b]) * (1.0 / s.body.mass[b]) + s.v[b];
     at.x[b] += step[b];
   }
   return moved;

@@ -178,6 +178,8 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
     others.push_back({other, legs, weight, lane});
   }
   LeggedSlopes found;
+  std::vector<Row> events;
+  std::vector<TangentFlag> flags;
   Notes notes;
   Log log;
   notes.times = copied(times);
@@ -193,10 +195,12 @@ nb::tuple tangents_legged(const Body& body, const LegTables& tables, const Nodes
     march(system);
     system.finish();
     found = std::move(system.slopes);
+    events = std::move(system.told.events);
+    flags = std::move(system.told.flags);
   }
-  return nb::make_tuple(returned_rows(std::move(found.events)), returned_rows(std::move(found.marks)),
+  return nb::make_tuple(returned_rows(std::move(events)), returned_rows(std::move(found.marks)),
                         returned_rows(std::move(found.samples)), returned_rows(std::move(found.since)),
-                        returned_rows(std::move(found.energies)), returned_rows(std::move(found.flags)));
+                        returned_rows(std::move(found.energies)), returned_rows(std::move(flags)));
 }
 
 }  // namespace

@@ -8,24 +8,85 @@
 
 namespace tarsus::legged {
 
-// Force of the structure on a foot held at ``u`` [N]: upward (its pull), or along the way.
-inline double structure_force(const Legged& s, int i, int d, double u) {
-  const Leg& leg = s.body.legs[i];
-  double force = leg.stiffness[d] * (leg.hip[d].motion(s.x) - u) + leg.damping[d] * leg.hip[d].motion(s.v);
-  if (d == UP) force -= leg.weight;
-  for (int n = leg.first; n < leg.last; n++) {
-    force += s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time);
+// A robot at the present time, as the maps below ask for it; their P may also be a robot with derivatives (derive/legged_instant.hpp).
+struct Present {
+  typedef double Real;
+  Legged& s;
+  const ActingLaws& laws;
+
+  explicit Present(Legged& of) : s(of), laws(of.laws) {}
+
+  const Leg& leg(int i) const { return s.body.legs[i]; }
+  double& u(int i, int d) { return s.feet[i].u[d]; }
+  double& w(int i, int d) { return s.feet[i].w[d]; }
+  double mass(int i) const { return leg(i).mass; }
+  double gap(int i) const { return leg(i).gap; }  // at rest
+  double weight(int i) const { return leg(i).weight; }
+  double stiffness(int i, int d) const { return leg(i).stiffness[d]; }
+  double damping(int i, int d) const { return leg(i).damping[d]; }
+  double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
+  double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
+  double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
+  double landing_gap(int i) const { return s.feet[i].u[UP] + leg(i).gap; }
+  // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
+  double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
+  double smooth(int i, double gap, double rate) const {
+    return s.feet[i].force ? s.laws.force(leg(i).foot, gap, rate, s.volts_now(leg(i).foot), s.clock.time) : 0.0;
   }
+};
+
+// Force of the structure on a foot held at ``u`` [N]: upward (its pull), or along the way.
+template <class P>
+inline typename P::Real structure_force(const P& p, int i, int d, const typename P::Real& u) {
+  typename P::Real force = p.stiffness(i, d) * (p.hip(i, d) - u) + p.damping(i, d) * p.hip_rate(i, d);
+  if (d == UP) force = force - p.weight(i);
+  for (int n = p.leg(i).first; n < p.leg(i).last; n++) force = force + p.load(n, d);
   return force;
 }
 
 // Pull [N] on a foot on the ground, its smooth force there included.
-inline double pull_on(const Legged& s, int i) {
-  const Leg& leg = s.body.legs[i];
-  double pull = structure_force(s, i, UP, -leg.gap);
-  if (s.feet[i].force) pull += s.laws.force(leg.foot, 0.0, 0.0, s.volts_now(leg.foot), s.clock.time);
-  return pull;
+template <class P>
+inline typename P::Real pull_on(const P& p, int i) {
+  typedef typename P::Real Real;
+  return structure_force(p, i, UP, -p.gap(i)) + p.smooth(i, Real(0.0), Real(0.0));
 }
+
+// Rate [m/s] without the film's momentum of a foot that leaves the ground at a rate.
+template <class P>
+inline typename P::Real leaving_rate(const P& p, int i, const typename P::Real& rate) {
+  return rate - p.film(i, typename P::Real(0.0)) / p.mass(i);
+}
+
+// A foot is put on the ground: all but how it departs, and `Landing::none`.
+template <class P>
+inline Landing<typename P::Real> meet_ground(P& p, int i) {
+  typedef typename P::Real Real;
+  const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
+  p.u(i, UP) = -p.gap(i);
+  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, Real(0.0)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
+}
+
+// How one that approaches the ground departs.
+template <class P>
+inline void find_rebound(const P& p, int i, Landing<typename P::Real>& at) {
+  const int f = p.leg(i).foot;
+  at.after = p.laws.rebound(f, at.speed);
+  if (!p.laws.has(f, PULL_AS_PRINTED)) return;
+  const typename P::Real own = structure_force(p, i, UP, -p.gap(i));  // the ground's forces are no part of (2.13)
+  at.printed = own - 2.0 * p.stiffness(i, UP) * p.gap(i) + p.damping(i, UP) * at.after;
+}
+
+// Its velocity after the impact. Returns the energy [J] that this takes.
+template <class P>
+inline typename P::Real impact(P& p, int i, EventKind kind, const Landing<typename P::Real>& at) {
+  typedef typename P::Real Real;
+  const bool bounces = kind == BOUNCE;
+  const Real lost = bounces ? at.lost() : at.lost() + at.kept(), change = bounces ? at.speed + at.after : at.speed;
+  p.w(i, UP) = bounces ? leaving_rate(p, i, at.after) : Real(0.0);
+  return lost + impact_friction(p.laws, p.leg(i).foot, p.mass(i), change, p.w(i, ALONG));
+}
+
+// ---- on numbers alone: what is decided, noted and told
 
 // Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
@@ -47,16 +108,10 @@ inline double no_rate(const Legged& s, int i, double momentum) {
   return s.settings.speed_zero + ROUNDING * (std::fabs(s.feet[i].w[UP]) + parts / leg.mass);
 }
 
-// Momentum [N s] of the film under a foot at a gap, from that at its base on.
-inline double momentum_at(const Legged& s, int i, double gap) {
-  return s.feet[i].film ? s.film(i, gap) : 0.0;
-}
-
 // A flight or contact begins.
-inline void begin_flight(Legged& s, int i, double rate) {
+inline void begin_flight(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   foot.contact = AIR;
-  foot.w[UP] = rate - momentum_at(s, i, 0.0) / s.body.legs[i].mass;
   foot.start = JUST_LEFT;
   foot.apex.restart(s.clock.time);
 }
@@ -79,43 +134,33 @@ inline void begin_contact(Legged& s, int i) {
 
 // A foot is at the ground: bounce, capture, rest, or it lies there already.
 inline void land(Legged& s, int i) {
-  const Leg& leg = s.body.legs[i];
   LeggedFoot& foot = s.feet[i];
-  const int f = leg.foot;
+  const int f = s.body.legs[i].foot;
   const double t = s.clock.time;
-  Landing<double> at = {};
-  const double momentum = momentum_at(s, i, foot.u[UP] + leg.gap);
-  at.speed = -(foot.w[UP] + momentum / leg.mass);
-  foot.u[UP] = -leg.gap;
-  at.pull = pull_on(s, i);
-  at.strength = s.laws.strength(f, 0.0);
-  at.mobility = 1.0 / leg.mass;
+  Present present(s);
+  const double momentum = present.film(i, present.landing_gap(i));
+  Landing<double> at = meet_ground(present, i);
   at.none = no_pull(s, i) + ROUNDING * std::fabs(at.strength);
   if (at.speed <= no_rate(s, i, momentum)) {
     if (at.pull <= at.strength + at.none) {
       s.log.add(t, f, CONTACT_AT_START, foot.apex, 0.0, 0.0, at.pull, at.strength);
       begin_contact(s, i);
     } else {
-      foot.w[UP] = std::max(-at.speed, 0.0) - momentum_at(s, i, 0.0) / leg.mass;
+      foot.w[UP] = leaving_rate(present, i, std::max(-at.speed, 0.0));
       foot.start = JUST_LEFT;
     }
     return;
   }
-  at.after = s.laws.rebound(f, at.speed);
-  if (s.laws.has(f, PULL_AS_PRINTED)) {
-    const double own = structure_force(s, i, UP, -leg.gap);  // the ground's forces are no part of (2.13)
-    at.printed = own - 2.0 * leg.stiffness[UP] * leg.gap + leg.damping[UP] * at.after;
-  }
+  find_rebound(present, i, at);
   const EventKind kind = landing_kind(s.laws, f, at, s.settings.rest_height);
+  const double lost = impact(present, i, kind, at);
   if (kind == BOUNCE) {
-    const double lost = at.lost() + impact_friction(s.laws, f, leg.mass, at.speed + at.after, foot.w[ALONG]);
     s.log.add(t, f, BOUNCE, foot.apex, at.speed, at.after, at.pull, at.strength, lost);
-    begin_flight(s, i, at.after);
+    begin_flight(s, i);
     return;
   }
   const double over = kind == REST ? rest_time(t, at) : t;
   const double adhesion = s.laws.has(f, HAS_LATCH) && kind == CAPTURE ? at.kept() : 0.0;
-  const double lost = at.lost() + at.kept() + impact_friction(s.laws, f, leg.mass, at.speed, foot.w[ALONG]);
   s.log.add(over, f, kind, foot.apex, at.speed, 0.0, at.pull, at.strength, lost, adhesion);
   begin_contact(s, i);
 }
@@ -125,13 +170,15 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   if (kind == TOUCH) return land(s, i);
   LeggedFoot& foot = s.feet[i];
   const int f = s.body.legs[i].foot;
-  const double t = s.clock.time, pull = pull_on(s, i), strength = s.laws.strength(f, t - foot.since);
+  const Present present(s);
+  const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
-    begin_flight(s, i, 0.0);
+    foot.w[UP] = leaving_rate(present, i, 0.0);
+    begin_flight(s, i);
     return;
   }
-  const double along = structure_force(s, i, ALONG, foot.u[ALONG]);
+  const double along = structure_force(present, i, ALONG, foot.u[ALONG]);
   const double bound = s.laws.friction(f, strength - pull, strength, 0.0);
   foot.w[ALONG] = 0.0;
   const bool sticks = kind == STOP && std::fabs(along) <= bound + s.settings.force_zero;

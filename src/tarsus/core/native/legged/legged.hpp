@@ -1,5 +1,8 @@
 // A legged robot in motion: what a run carries on from step to step, and the rows of the step being made.
 #pragma once
+#include <map>
+#include <memory>
+
 #include "laws/laws.hpp"
 #include "legged/body.hpp"
 #include "legged/tables.hpp"
@@ -35,6 +38,7 @@ struct LegRows {
   Row film, gap, rate;                 // in the air: momentum [N s], gap [m] and its rate
   Row smooth;                          // force [N] in the air; held, strength less smooth force
   Row strength, margin, bound, along;  // held: f_a, N + f_a, most friction, force along [N]
+  bool stiff;                          // whether the film in the air is too stiff for repetition
 };
 
 // The body at the nodes of the step, by coordinate.
@@ -52,6 +56,17 @@ struct Together {
   double mass[DIRECTIONS][MOST_COORDINATES][MOST_COORDINATES];
   double offset[MOST_COORDINATES];
 };
+
+// What the body's answer to its legs is taken out by, for steps of one class (see Answer): inverses for each coordinate alone,
+// and which coordinates take from each other.
+struct Solvers {
+  Row inverse[MOST_COORDINATES][N];
+  bool linked[MOST_COORDINATES];
+};
+// Of all classes, each made when first asked for. They depend on what is held alone, and a robot of few legs returns to the same
+// contacts again and again: so many sets of them are kept.
+typedef std::vector<std::shared_ptr<const Solvers>> SolversByClass;
+constexpr size_t MOST_CONTACT_SETS = 64;
 
 // Share of a step's tolerance that its repetition may leave. On 30 random walkers, against a run a thousand times as exact, events
 // are off by 3e-11 rad in the median (5e-12 with 1e-3, the worst alike) and accounts open by 1e-13, at worst 7e-11.
@@ -141,9 +156,8 @@ struct Legged {
   BodyRows at;
   double length = 0.0, origin = 0.0;  // of the step that the rows are of [s], 0 for none; scaled time of the present in it
   Together together;
-  Row solver[MOST_COORDINATES][N];  // see Answer
-  bool linked[MOST_COORDINATES];
-  int solved = -1;                  // the step class that they are for
+  std::map<std::vector<bool>, SolversByClass> kept_solvers;  // by what is held, of every leg upward and along
+  SolversByClass* solvers = nullptr;                         // of the present contacts
 
   Legged(const Body& b, const LegTables& t, const Nodes& n, const Between& f, const Signals& s, const Laws& l,
          const Settings& set, Log& events, size_t driven)

@@ -8,6 +8,29 @@
 
 namespace tarsus::legged {
 
+// The error of a step falls by 2^ORDER with its length halved: the highest coefficient of a polynomial of degree 7 by 2^7, and
+// what it moves by 2 at least.
+constexpr int ORDER = N;
+// Of the tolerance, what the error of a step of another class is to stay below: one power of two for what changes from step to step.
+constexpr double AIM = 0.5;
+constexpr int MOST_LONGER = 4;  // classes at once: a smaller error is rounding and tells no more
+// Sweeps of a step above which the next is shorter, and up to which it may be longer: parts of those that a step may take.
+constexpr int MANY_SWEEPS = SWEEPS / 2, FEW_SWEEPS = SWEEPS / 3;
+
+// Classes by which a step that was refused for that error, over its tolerance, is to be shorter; negative: it had none.
+inline int classes_down(double error) {
+  int down = 1;
+  while (std::ldexp(1.0, ORDER * down) < error && std::isfinite(error)) down++;
+  return down;
+}
+
+// Classes by which a step with that error might have been longer.
+inline int classes_up(double error) {
+  int up = 0;
+  while (up < MOST_LONGER && std::ldexp(error, ORDER * (up + 1)) < AIM) up++;
+  return up;
+}
+
 // What is noted on the way beside events: marks (time; body; per foot place along the way and path slid;
 // lowest and highest of the body since the last mark), and samples at given times (see LeggedMarch::sample).
 struct Notes {
@@ -135,7 +158,7 @@ struct LeggedMarch : Legged {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
         const double film =
-            d == UP && feet[i].filmed() ? momentum_at(*this, i, at.u + body.legs[i].gap) : 0.0;
+            d == UP && feet[i].filmed() ? this->film(i, at.u + body.legs[i].gap) : 0.0;
         *to++ = at.u;
         *to++ = at.w + film / body.legs[i].mass;
       }
@@ -233,7 +256,7 @@ struct LeggedMarch : Legged {
       const double error = out.made.error;
       if (0.0 <= error && error <= 1.0) return out;
       clock.rejected++;
-      k += error < 0.0 ? 1 : 1 + int(std::min(std::log2(error), 90.0) * 0.11);
+      k += classes_down(error);
       out.wanted = std::max(out.wanted, k);
     }
   }
@@ -242,15 +265,14 @@ struct LeggedMarch : Legged {
   void adapt(const Chosen& step, bool cut, int kind) {
     const double error = step.made.error;
     int wanted = step.wanted;
-    // an error falls by 2^8 with the length halved: so many times longer a step might have been
-    const int longer = (error < 2e-3) + (error < 8e-6) + (error < 3e-8) + (error < 1e-10);
+    const int longer = classes_up(error);
     if (launching) launch_class[launched] = step.k - longer;
     launching = cut;
     launched = kind;
-    if (error > 0.5 || step.made.sweeps > 12) {
-      wanted = std::max(wanted, step.k + 1 + (error > 1.0 ? int(0.125 * std::log2(error)) : 0));
+    if (error > AIM || step.made.sweeps > MANY_SWEEPS) {
+      wanted = std::max(wanted, step.k + 1);
     } else if (step.k <= wanted) {
-      wanted = step.made.sweeps < 9 ? step.k - longer : step.k;
+      wanted = step.made.sweeps <= FEW_SWEEPS ? step.k - longer : step.k;
     }
     step_class = std::max(wanted, 0);
   }

@@ -16,6 +16,10 @@
 namespace tarsus::legged {
 
 constexpr int SWEEPS = 24, ROUNDS = 4;  // of all legs, and of one leg alone in one of them
+// After so many sweeps, which may still find their way, each must leave less than that share of what the one before left: more
+// would not settle in those that a step may take.
+constexpr int WILD_SWEEPS = SWEEPS / 4;
+constexpr double CONTRACTING = 0.8;
 constexpr double UNSETTLED = -1.0,
                  UNDEFINED = -INF;  // errors of steps that did not settle, or hold no numbers
 
@@ -67,7 +71,7 @@ inline void going_on(const Legged& s, double h, Row* matrix) {
 }
 
 // First motion of the body and of the feet in the air, which go on as before, and first forces at the feet.
-inline void first_guess(Legged& s, double h) {
+inline void first_guess(Legged& s, int k, double h) {
   Row matrix[N];
   const bool known = s.length > 0.0;
   if (known) going_on(s, h, matrix);
@@ -87,7 +91,10 @@ inline void first_guess(Legged& s, double h) {
     const double gap = foot.u[UP] + leg.gap;
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
-    if (foot.film) r.film = s.film(i, r.gap);
+    if (foot.film) {
+      r.film = s.film(i, r.gap);
+      r.stiff = is_stiff(s, s.tables.of(k, leg.kind[UP]).reach_film, leg.foot, r.gap);
+    }
     if (!foot.force) continue;
     r.rate = Row(foot.w[UP]);
     if (foot.film) r.rate += r.film * (1.0 / leg.mass);
@@ -158,7 +165,7 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Row hip = spring(s, leg, UP);
   const Row u0 = load(table.state[0]) * foot.u[UP] + load(table.state[1]) * foot.w[UP];
   const Row w0 = load(table.state[2]) * foot.u[UP] + load(table.state[3]) * foot.w[UP];
-  const bool stiff = foot.film && is_stiff(s, table.reach_film, leg.foot, r.gap);
+  const bool stiff = foot.film && r.stiff;
   const bool rated = foot.force && s.laws.has(leg.foot, USES_RATE);
   Row own = r.load[UP], change = Row(0.0), used = Row(0.0);
   const auto find_rate = [&] {
@@ -247,7 +254,9 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
   }
 }
 
-// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives.
+// Truncation of a step over its tolerance: of gaps and of the way along, of the body, of the drives. The highest Legendre
+// coefficient of a force counts as a constant one would, for its errors add up from step to step; that of a film's momentum,
+// which is what the force takes or gives in all, by what the nodes miss of it within the step.
 inline double error_of(const Legged& s, int k, double h) {
   const Nodes& nodes = s.nodes;
   double worst = 0.0;
@@ -261,8 +270,8 @@ inline double error_of(const Legged& s, int k, double h) {
         const double swing = std::fabs(r.gap[N - 1] - r.gap[0]);
         // a stiff film holds the gap: an error of its momentum moves it no more than the film's slope lets it
         const double yields =
-            swing > 0.0 ? table.reach_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
-        error += nodes.truncation(r.film) * table.reach_film / (1.0 + yields);
+            swing > 0.0 ? table.missed_film * std::fabs(r.film[N - 1] - r.film[0]) / swing : 0.0;
+        error += nodes.truncation(r.film) * table.missed_film / (1.0 + yields);
       }
       worst = std::max(worst, error);
     }
@@ -288,8 +297,7 @@ struct Attempt {
 inline Attempt attempt(Legged& s, int k) {
   const double h = s.tables.lengths[k], tolerance = SETTLED * s.settings.gap;
   fill_drives(s, h);
-  first_guess(s, h);
-  make_solvers(s, k);
+  first_guess(s, k, h);
   double before = INF;
   for (int n = 0; n < SWEEPS; n++) {
     clear_body(s);
@@ -303,7 +311,7 @@ inline Attempt attempt(Legged& s, int k) {
     }
     const double change = std::max(highest(sweep.change), moved);
     if (n > 0 && change <= tolerance) return {find_held(s) ? error_of(s, k, h) : UNDEFINED, n + 1};
-    if (n > 6 && change > 0.8 * before) return {UNSETTLED, n};
+    if (n > WILD_SWEEPS && change > CONTRACTING * before) return {UNSETTLED, n};
     before = change;
   }
   return {UNSETTLED, SWEEPS};

@@ -25,7 +25,22 @@ struct alignas(64) LegStep {
   double film_end[2][N];
   double follow[2][N][N];  // u and w at the nodes (last index) of a hip displaced at one node
   double reach_force, reach_film;  // largest |u| under a constant one
+  double missed_film;              // and under a momentum of the shape that the nodes begin to miss, see ``missed_shape``
 };
+
+// What a polynomial of degree 7 through the nodes misses begins with the Legendre polynomials above it, and what these move is
+// less than under one of degree 6 of the same size: oscillating faster, it integrates to less. (That of degree 7 integrates to
+// zero at the very nodes and tells nothing there.)
+inline Row missed_shape(const Nodes& nodes) {
+  const Row x = nodes.times() * 2.0 - 1.0;
+  Row before = Row(1.0), value = x;
+  for (int n = 2; n < N - 1; n++) {
+    const Row next = (x * value * (2.0 * n - 1.0) - before * (n - 1.0)) * (1.0 / n);
+    before = value;
+    value = next;
+  }
+  return value;
+}
 
 // Points s of [0, 1] and what weighs exp(A s): Lagrange values at node - s.
 struct Panels {
@@ -173,6 +188,7 @@ class LegTables {
     }
     out.reach_force = highest(magnitude(all_force));
     out.reach_film = highest(magnitude(all_film));
+    out.missed_film = highest(magnitude(combine(out.film[0][0], missed_shape(nodes))));
     return out;
   }
 };

@@ -1,4 +1,4 @@
-// Windows in Python: runs from given moments, and samples of recorded steps.
+// Windows in Python: runs from given moments, and derivatives of them.
 #include <nanobind/stl/tuple.h>
 
 #include "base/convert.hpp"
@@ -51,21 +51,6 @@ nb::tuple run_modal_windows(Book& book, const Nodes& nodes, const Signals& signa
                         returned(std::move(result.trace_end)));
 }
 
-nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const Doubles& sources, const Doubles& trace,
-                        const Doubles& times) {
-  const size_t width = recorded_width(book.sizes);
-  if (sources.size() != size_t(book.sizes.sources()) || trace.size() % width != 0) {
-    throw std::invalid_argument("the sizes of a plan and of its recorded steps differ");
-  }
-  const Halves halves = halves_of(module);
-  std::vector<double> out;
-  {
-    nb::gil_scoped_release released;
-    out = sample_steps(book, nodes, halves, sources.data(), trace.data(), trace.size() / width, times.data(), times.size());
-  }
-  return returned(std::move(out), sample_width(book.sizes));
-}
-
 // Derivatives of a recorded window in eight lanes; ``laws`` by programs alone, ``data`` those of what enters; structural:
 // the derived book and the lane of every number of the structure.
 //
@@ -100,7 +85,6 @@ nb::tuple tangents_modal(Book& book, const Nodes& nodes, nb::handle module, cons
 
 void bind_window(nb::module_& m) {
   m.def("run_modal_windows", &run_modal_windows);
-  m.def("sample_modal", &sample_modal);
   m.def("modal_stride", &modal_stride);
   m.def("tangents_modal", &tangents_modal);
 }

@@ -364,7 +364,8 @@ inline void show(const ContactMode& mode, const Nodes& nodes, double length, dou
   }
 }
 
-// Inputs that act in a contact mode: momenta and smooth forces of the free feet, where laws have them, and drives.
+// Inputs that act in a contact mode: momenta and smooth forces of the free feet, where laws have them, and drives; friction on feet
+// that slide, and the places of those that stick.
 inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws& laws) {
   std::vector<int> out;
   for (int i : mode.free) {
@@ -374,6 +375,8 @@ inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws&
     if (laws.has(i, HAS_FORCE)) out.push_back(mode.sizes.feet + i);
   }
   for (int i = 2 * mode.sizes.feet; i < mode.sizes.last(); i++) out.push_back(i);
+  for (int i : mode.sliding) out.push_back(mode.sizes.feet + i);
+  for (int i : mode.stuck) out.push_back(mode.sizes.feet + i);
   return out;
 }
 

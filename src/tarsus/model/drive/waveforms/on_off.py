@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
+from tarsus.base.dual import columns
 from tarsus.base.messages import PathErrors
 from tarsus.base.spec import Amounts, quantity
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.track import Track, TrackSlopes, linear_track, lines
+from tarsus.model.drive.track import Track, chosen, linear_track
 
 __all__ = ["OnOff"]
 
@@ -47,16 +47,11 @@ class OnOff(Signal):
 
     def track(self) -> Track:
         """The plateaus."""
-        start = np.concatenate([[0.0], np.cumsum(self.durations)])
-        repeat = self.repeat and len(set(self.levels)) > 1
-        return linear_track(start, self.levels, self.levels, periodic=repeat, hold=not repeat)
-
-    def sloped(self, moves: Mapping[str, Floats]) -> tuple[Track, TrackSlopes] | None:
-        """The plateaus with their derivatives by levels and durations; None for a level that repeats for ever."""
-        if not set(moves) <= {"levels", "durations"} or (self.repeat and len(set(self.levels)) == 1):
-            return None
-        none = np.zeros((len(self.levels), next(iter(moves.values())).shape[1]))
-        times = np.concatenate([[0.0], np.cumsum(self.durations)])
-        later = np.concatenate([none[:1], np.cumsum(moves.get("durations", none), axis=0)])
-        levels, by = np.array(self.levels), moves.get("levels", none)
-        return lines(times, levels, levels, TrackSlopes(later, by, by), periodic=self.repeat)
+        levels, durations = (np.stack([one]) if one.ndim == 1 else one for one in map(columns, (self.levels, self.durations)))
+        start = np.concatenate([0.0 * durations[:, :1], np.cumsum(durations, axis=1)], axis=1)
+        once = (levels == levels[:, :1]).all(axis=1) if self.repeat else True
+        return chosen(
+            once,
+            lambda: linear_track(start, levels, levels, periodic=False, hold=True),
+            lambda: linear_track(start, levels, levels, periodic=True),
+        )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import Amount, quantity
-from tarsus.model.drive.track import Track, constant_track, polyline_track
+from tarsus.model.drive.track import Track, chosen, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
 __all__ = ["RampedSquare"]
@@ -45,9 +45,12 @@ class RampedSquare(Periodic):
     def track(self) -> Track:
         """Ramps and plateaus of one period."""
         top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
-        if top == bottom:
-            return constant_track(top)
         w = 0.25 * self.duty
         edges = [-w, w, 0.5 - w, 0.5 + w, 1.0 - w]
         first, last = [bottom, top, top, bottom], [top, top, bottom, bottom]
-        return polyline_track(edges, first, last, self.phase / (2.0 * math.pi), self.period)
+        begin = self.phase / (2.0 * math.pi)
+        return chosen(
+            top == bottom,
+            lambda: constant_track(top),
+            lambda: polyline_track(edges, first, last, begin, self.period),
+        )

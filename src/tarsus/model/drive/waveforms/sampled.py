@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import Enum
 from functools import lru_cache
 from pathlib import Path
@@ -12,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationInfo, field_validator, model_validator
 
+from tarsus.base.dual import Dual, columns, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.messages import PathErrors, nearest
 from tarsus.base.spec import quantity
 from tarsus.base.units import is_number
 from tarsus.model.drive.signal import Signal
-from tarsus.model.drive.track import Track, TrackSlopes, cubic_track, linear_track, lines
+from tarsus.model.drive.track import NoSlopeError, Track, cubic_track, each_run, linear_track, polynomial
 
 __all__ = ["Interpolation", "Sampled", "read_columns"]
 
@@ -76,7 +76,7 @@ class Sampled(Signal):
     def samples(self) -> tuple[Floats, Floats]:
         """Times [s] and voltages [V], each (N,)."""
         if self.file is None:
-            return np.array(self.times, dtype=np.float64), np.array(self.levels, dtype=np.float64)
+            return columns(self.times), columns(self.levels)
         path = Path(self.file)
         if not path.is_file():
             raise InputError(f"there is no file '{self.file}' (looked from {Path.cwd()})")
@@ -97,35 +97,33 @@ class Sampled(Signal):
     def track(self) -> Track:
         """Lines or monotone cubics between the samples, and the hold."""
         times, levels = self.samples()
-        cubic = self.interpolation is Interpolation.CUBIC and len(times) >= 3
-        rows = _spline(times, levels) if cubic else None
-        if times[0] > 0.0:
-            times, levels = np.append(0.0, times), np.append(levels[0], levels)
-            if rows is not None:
-                rows = np.concatenate([[[levels[0], 0.0, 0.0, 0.0]], rows])
-        if rows is not None:
-            return cubic_track(times, rows, levels)
-        needed = np.ones(len(times), dtype=bool)
-        needed[1:-1] = (levels[1:-1] != levels[:-2]) | (levels[1:-1] != levels[2:])
-        times, levels = times[needed], levels[needed]
-        return linear_track(times, levels[:-1], levels[1:], periodic=False, hold=True)
+        shape = np.broadcast_shapes((1, times.shape[-1]), times.shape, levels.shape)
+        times, levels = (np.broadcast_to(one, shape) for one in (times, levels))
+        for run in np.flatnonzero((np.diff(value_of(times), axis=1) <= 0.0).any(axis=1)):
+            _check(value_of(times)[run], value_of(levels)[run])
+        if self.interpolation is Interpolation.CUBIC and times.shape[1] >= 3:
+            return each_run(_cubics, times, levels)
+        late = value_of(times)[:, 0] > 0.0
+        if isinstance(times, Dual) and (moved := times.slope[:, 0].any(axis=0) & ~late.all()).any():
+            raise NoSlopeError(int(np.flatnonzero(moved)[0]))  # a first sample at t = 0 can only come later
+        if late.any():
+            times = np.concatenate([np.where(late, 0.0, times[:, 0])[:, None], times], axis=1)
+            levels = np.concatenate([levels[:, :1], levels], axis=1)
+        bent = (levels[:, 1:-1] != levels[:, :-2]) | (levels[:, 1:-1] != levels[:, 2:])
+        keep = np.concatenate([np.ones((len(bent), 1), dtype=bool), bent], axis=1)
+        if late.any():
+            keep[:, 1] |= ~late
+        return linear_track(times, levels[:, :-1], levels[:, 1:], periodic=False, hold=True, keep=keep)
 
-    def sloped(self, moves: Mapping[str, Floats]) -> tuple[Track, TrackSlopes] | None:
-        """The lines between samples with their derivatives by times and levels; None for a spline."""
-        times, levels = self.samples()
-        cubic = self.interpolation is Interpolation.CUBIC and len(times) >= 3
-        if cubic or not set(moves) <= {"times", "levels"}:
-            return None
-        none = np.zeros((len(times), next(iter(moves.values())).shape[1]))
-        by_times, by_levels = moves.get("times", none), moves.get("levels", none)
-        if times[0] > 0.0:
-            times, levels = np.append(0.0, times), np.append(levels[0], levels)
-            by_times = np.concatenate([none[:1], by_times])
-            by_levels = np.concatenate([by_levels[:1], by_levels])
-        elif by_times[0].any():
-            return None  # the first of the samples can only come later
-        slopes = TrackSlopes(by_times, by_levels[:-1], by_levels[1:])
-        return lines(times, levels[:-1], levels[1:], slopes, periodic=False)
+
+def _cubics(times: Any, levels: Any) -> Track:
+    """The cubic spline of one run, of samples (1, N)."""
+    times, levels = times[0], levels[0]
+    rows = _spline(times, levels)
+    if value_of(times)[0] > 0.0:
+        rows = np.concatenate([polynomial(levels[:1]), rows])
+        times, levels = np.concatenate([[0.0], times]), np.concatenate([levels[:1], levels])
+    return cubic_track(times, rows, levels)
 
 
 def _check(times: Floats, levels: Floats) -> None:
@@ -147,27 +145,22 @@ def _check(times: Floats, levels: Floats) -> None:
 
 def _spline(times: Floats, levels: Floats) -> Floats:
     """Natural cubic spline: coefficients (N-1, 4) in xi of each interval, from the tridiagonal system."""
-    step = np.diff(times)
-    slope = np.diff(levels) / step
-    right = (6.0 * np.diff(slope)).tolist()
-    diagonal = (2.0 * (step[:-1] + step[1:])).tolist()
-    h = step.tolist()
-    count = len(right)
+    step = times[1:] - times[:-1]
+    slope = (levels[1:] - levels[:-1]) / step
+    count = len(step) - 1
+    right, across = 6.0 * (slope[1:] - slope[:-1]), 2.0 * (step[:-1] + step[1:])
+    right, across, h = ([one[i] for i in range(len(one))] for one in (right, across, step))
     for i in range(1, count):
-        factor = h[i] / diagonal[i - 1]
-        diagonal[i] -= factor * h[i]
-        right[i] -= factor * right[i - 1]
+        factor = h[i] / across[i - 1]
+        across[i] = across[i] - factor * h[i]
+        right[i] = right[i] - factor * right[i - 1]
     bend = [0.0] * (count + 2)
     for i in range(count - 1, -1, -1):
-        bend[i + 1] = (right[i] - h[i + 1] * bend[i + 2]) / diagonal[i]
-    m = np.array(bend)
-    m0, m1 = m[:-1] * step**2 / 8.0, m[1:] * step**2 / 8.0
-    rows = np.empty((len(step), 4))
-    rows[:, 0] = 0.5 * (levels[:-1] + levels[1:]) - 0.5 * (m0 + m1)
-    rows[:, 1] = 0.5 * (levels[1:] - levels[:-1]) - (m1 - m0) / 6.0
-    rows[:, 2] = 0.5 * (m0 + m1)
-    rows[:, 3] = (m1 - m0) / 6.0
-    return rows
+        bend[i + 1] = (right[i] - h[i + 1] * bend[i + 2]) / across[i]
+    m = columns(bend)
+    m0, m1 = m[:-1] * (step * step) / 8.0, m[1:] * (step * step) / 8.0
+    mean, rise = 0.5 * (levels[:-1] + levels[1:]), 0.5 * (levels[1:] - levels[:-1])
+    return polynomial(mean - 0.5 * (m0 + m1), rise - (m1 - m0) / 6.0, 0.5 * (m0 + m1), (m1 - m0) / 6.0)
 
 
 @lru_cache(maxsize=16)

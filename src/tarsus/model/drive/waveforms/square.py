@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tarsus.base.spec import Amount, quantity
-from tarsus.model.drive.track import Track, constant_track, polyline_track
+from tarsus.model.drive.track import Track, chosen, constant_track, polyline_track
 from tarsus.model.drive.waveforms.periodic import Periodic
 
 __all__ = ["Square"]
@@ -31,9 +31,11 @@ class Square(Periodic):
     def track(self) -> Track:
         """Plateaus of one period."""
         top, bottom = self.offset + self.amplitude, self.offset - self.amplitude
-        if top == bottom or self.duty in (0.0, 1.0):
-            return constant_track(top if self.duty else bottom)
-        levels = [top, bottom]
-        return polyline_track(
-            [0.0, self.duty, 1.0], levels, levels, self.phase / (2.0 * math.pi), self.period
+        never = self.duty == 0.0
+        constant = (top == bottom) | never | (self.duty == 1.0)
+        edges, levels, begin = [0.0, self.duty, 1.0], [top, bottom], self.phase / (2.0 * math.pi)
+        return chosen(
+            constant,
+            lambda: constant_track(np.where(never, bottom, top)),
+            lambda: polyline_track(edges, levels, levels, begin, self.period),
         )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
+from tarsus.base.dual import columns, dot, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.base.messages import PathErrors
@@ -17,8 +18,8 @@ from tarsus.base.spec import Amount, Amounts, quantity
 from tarsus.model.drive.crossings import bracketed_root
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.parts import Parts
-from tarsus.model.drive.plays import play_states, visited
-from tarsus.model.drive.track import Track, TrackSlopes
+from tarsus.model.drive.plays import play_states, remembered, states_along, visited
+from tarsus.model.drive.track import Track
 
 __all__ = ["PrandtlIshlinskii", "fit_branches"]
 
@@ -55,11 +56,11 @@ class PrandtlIshlinskii(VoltageLaw):
     @property
     def has_memory(self) -> bool:
         """False without plays."""
-        return any(self.weights)
+        return any(bool(np.any(one != 0.0)) for one in self.weights)
 
     def coefficients(self) -> Floats:
-        """(4,), the memory-free polynomial, ascending."""
-        return np.array([self.constant, self.linear, self.quadratic, self.cubic])
+        """(4,), the memory-free polynomial, ascending; (nr, 4) where a number is one a run."""
+        return columns((self.constant, self.linear, self.quadratic, self.cubic))
 
     def plays(self) -> tuple[Floats, Floats]:
         """Thresholds (n,) [V] and weights (n,) [N/V]."""
@@ -78,24 +79,48 @@ class PrandtlIshlinskii(VoltageLaw):
         free = ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant
         return free + product(self.states(v, history), self.plays()[1])
 
-    def forces(self, volts: Floats, history: Sequence[float] = ()) -> Floats:
-        """Force (n, N) [N] along n sequences of voltages (n, N) [V], side by side."""
-        r, w = self.plays()
-        state, out = play_states(visited(history), r, np.zeros(len(r)))[-1], np.empty(volts.shape)
-        for i, v in enumerate(volts.T):
-            state = np.minimum(np.maximum(state, v[:, None] - r), v[:, None] + r)
-            out[:, i] = (
-                ((self.cubic * v + self.quadratic) * v + self.linear) * v + self.constant + product(state, w)
-            )
-        return out
-
     def parts(self, track: Track, history: Sequence[float]) -> Parts:
         """The track cut where plays engage: on each part the engaged follow the voltage, the others rest."""
-        r, w, _, states = self._along(track, history)
-        rest = states[0::2]
-        sign = track.direction()
-        engage = rest + sign[:, None] * r
-        s = sign[:, None]
+        r, w, total = self._felt()
+        rest = states_along(track, r, remembered(history, r))[0::2]
+        plain, still, r = track.plain, value_of(rest), track.of_run(r)
+        s = plain.direction()[:, None]
+        engage = still + s * value_of(r)
+        stretch, low, high = self._cuts(plain, still, value_of(r), engage)
+        new = low == -1.0
+        middle = plain.values(stretch, 0.5 * (low + high))[:, None]
+        s = s[stretch]
+        engaged = (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
+        cubic, w = (track.of_run(one)[stretch] for one in (self.coefficients(), w))
+        weighed = np.where(np.isfinite(value_of(r))[stretch], -s * r[stretch], 0.0)
+        constant = cubic[:, 0] + dot(np.where(engaged, weighed, rest[stretch]), w)
+        linear = cubic[:, 1] + dot(engaged, w)
+        law = np.stack([constant, linear, cubic[:, 2], cubic[:, 3]], axis=-1)
+        run, slack = plain.run[stretch], 1e-13 * np.broadcast_to(total, len(plain.loops))
+        kink = np.where(new, plain.kink[stretch], True)
+        gain = value_of(linear)
+        kink[1:] |= (np.abs(np.diff(gain)) > slack[run[1:]]) & (run[1:] == run[:-1])
+        again = np.flatnonzero(plain.loops >= 0)
+        loop = np.searchsorted(stretch, plain.runs[again] + plain.loops[again])
+        last = np.searchsorted(run, again, side="right") - 1
+        kink[loop] |= np.abs(gain[loop] - gain[last]) > slack[again]
+        return Parts(stretch, low, high, law, kink)
+
+    def _felt(self) -> tuple[Any, Any, Any]:
+        """Thresholds and weights (n,) or (nr, n) of the plays, and the sum of all gains; those that are not felt never
+        engage."""
+        r, w = columns(self.thresholds or (np.inf,)), columns(self.weights or (0.0,))
+        if np.ndim(r) != np.ndim(w):
+            runs = max(len(one) for one in (r, w) if np.ndim(one) > 1)
+            r, w = (np.broadcast_to(one, (runs, one.shape[-1])) for one in (r, w))
+        total = np.abs(value_of(self.linear)) + np.abs(value_of(w)).sum(axis=-1)
+        felt = (np.abs(value_of(w)) > 1e-15 * np.asarray(total)[..., None]) | (w != value_of(w))
+        return np.where(felt, r, np.inf), np.where(felt, w, 0.0), total
+
+    @staticmethod
+    def _cuts(track: Track, rest: Floats, r: Floats, engage: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
+        """Parts of stretches between the places where plays at rest (S, n) engage: stretch, and from where to where."""
+        s = track.direction()[:, None]
         # a voltage that turns where it turned before only touches the play: what is beyond is rounding
         slack = _ROUNDING * (np.abs(rest) + r + np.maximum(np.abs(track.first), np.abs(track.last))[:, None])
         inside = (s * (engage - track.first[:, None]) > slack) & (s * (track.last[:, None] - engage) > slack)
@@ -112,48 +137,7 @@ class PrandtlIshlinskii(VoltageLaw):
         new = low == -1.0
         high = np.ones(len(low))
         high[:-1][~new[1:]] = low[1:][~new[1:]]
-
-        engaged = _engaged(track, stretch, low, high, engage)
-        s = s[stretch]
-        law = np.tile(self.coefficients(), (len(stretch), 1))
-        law[:, 0] += product(np.where(engaged, -s * r, rest[stretch]), w)
-        law[:, 1] += product(engaged, w)
-        slack = 1e-13 * (abs(self.linear) + float(np.abs(w).sum()))
-        kink = np.where(new, track.kink[stretch], True)
-        kink[1:] |= np.abs(np.diff(law[:, 1])) > slack
-        if track.periodic:
-            loop = int(np.searchsorted(stretch, track.loop))
-            kink[loop] |= abs(law[loop, 1] - law[-1, 1]) > slack
-        return Parts(stretch, low, high, law, kink)
-
-    def remembered(
-        self, track: Track, history: Sequence[float], parts: Parts, slopes: TrackSlopes
-    ) -> Floats | float:
-        """A play at rest is where it was last engaged, a threshold from the voltage there."""
-        r, w, before, states = self._along(track, history)
-        rest = states[0::2]
-        engage = rest + track.direction()[:, None] * r
-        resting = ~_engaged(track, parts.stretch, parts.low, parts.high, engage)
-        dragged = states != np.concatenate([before, states[:-1]])
-        number = np.where(dragged, np.arange(len(states))[:, None], -1)
-        source = np.maximum.accumulate(number, axis=0)[0::2][parts.stretch]
-        levels = np.stack([slopes.first, slopes.last], axis=1).reshape(len(states), -1)
-        out = np.zeros((len(parts.stretch), levels.shape[1]))
-        for i in range(len(r)):
-            felt = np.flatnonzero(resting[:, i] & (source[:, i] >= 0))
-            out[felt] += w[i] * levels[source[felt, i]]
-        return out
-
-    def _along(self, track: Track, history: Sequence[float]) -> tuple[Floats, Floats, Floats, Floats]:
-        """Thresholds and weights of the plays that are felt, their states (1, n) [V] before a track, and (2S, n) at the
-        start and at the end of each of its stretches."""
-        r, w = self.plays()
-        felt = np.abs(w) > 1e-15 * (abs(self.linear) + float(np.abs(w).sum()))
-        r, w = r[felt], w[felt]
-        past = visited(history)
-        levels = np.concatenate([past, np.stack([track.first, track.last], axis=1).ravel()])
-        states = play_states(levels, r, np.zeros(len(r)))
-        return r, w, states[len(past) - 1 : len(past)], states[len(past) :]
+        return stretch, low, high
 
     def monotone_range(self) -> tuple[float, float]:
         """Widest range [V] around 0 in which the force is strictly monotone in the voltage after any history.
@@ -232,15 +216,6 @@ class PrandtlIshlinskii(VoltageLaw):
             if (fa < 0.0) != (fb < 0.0):
                 return bracketed_root(miss, a, b, fa, fb)
         return None
-
-
-def _engaged(
-    track: Track, stretch: NDArray[np.intp], low: Floats, high: Floats, engage: Floats
-) -> NDArray[np.bool_]:
-    """Which plays (Q, n) follow the voltage on parts of stretches of a track, from where they engage (S, n) [V]."""
-    middle = track.values(stretch, 0.5 * (low + high))[:, None]
-    s = track.direction()[:, None][stretch]
-    return (s * (middle - engage[stretch]) >= 0.0) & (s != 0.0)
 
 
 def _expand(miss: Callable[[float], float], start: float, sign: float) -> float:

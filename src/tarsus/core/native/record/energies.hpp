@@ -1,0 +1,817 @@
+// Where the energy of recorded steps went: what drives and weight, dampers, resistive and smooth laws did, law by law.
+//
+// Within a step the motion is linear in its vector z: the state at its start and the Legendre coefficients of its inputs. The
+// energy that something passes on over a whole step is therefore a form z^T G l, where l is the part of z that passes it on:
+// z itself for the dampers, the coefficients of the forces for what does work. G is made by Gauss quadrature for a step that
+// resolves the fastest mode, and by doubling from there, for a step is two steps of half its length: a step costs the same however
+// many oscillations it spans. One that ended early is halved down to where it ended. Nothing is interpolated.
+#pragma once
+#include <array>
+#include <map>
+
+#include "modal/make.hpp"
+#include "record/replay.hpp"
+
+namespace tarsus::modal {
+
+// Values of the first N Legendre polynomials on [0, 1] at s, and their derivatives by s.
+template <class Real>
+inline void legendre_at(const Real& s, Real* value, Real* slope) {
+  const Real x = s * 2.0 - 1.0;
+  value[0] = Real(1.0);
+  value[1] = x;
+  slope[0] = Real(0.0);
+  slope[1] = Real(2.0);
+  for (int l = 2; l < N; l++) {
+    value[l] = x * value[l - 1] * ((2.0 * l - 1.0) / l) - value[l - 2] * ((l - 1.0) / l);
+    slope[l] = slope[l - 2] + value[l - 1] * (2.0 * (2 * l - 1));
+  }
+}
+
+// Constant matrices of Legendre coefficients: an input that hardly changes is one of them, free of rounding.
+struct Legendre {
+  double of_node[N][N];            // [node][degree]: coefficients of the polynomial that is 1 at one node
+  double at_node[N][N];            // [degree][node]
+  double half[2][N][N];            // [left, right][degree on the step][degree on the half], and transposed
+  double back[2][N][N];
+  double power[N][N];              // [degree][c]: coefficient of s^c
+  Row at, weight;               // Gauss points on [0, 1]: of what resolves every mode they leave 1e-16
+
+  explicit Legendre(const Nodes& nodes) {
+    double unused[N], value[N], on_half[2][N];
+    for (int j = 0; j < N; j++) {
+      legendre_at(nodes.tau[j], value, unused);
+      const double lobatto = 1.0 / (N * (N - 1) * value[N - 1] * value[N - 1]);  // the node's weight on [0, 1]
+      for (int l = 0; l < N; l++) {
+        at_node[l][j] = value[l];
+        // the square of the highest polynomial is beyond what these nodes integrate exactly: they make 1 / (N - 1) of it
+        of_node[j][l] = (l < N - 1 ? 2.0 * l + 1.0 : N - 1.0) * lobatto * value[l];
+      }
+    }
+    std::fill(&half[0][0][0], &half[0][0][0] + 2 * N * N, 0.0);
+    for (int g = 0; g < N; g++) {
+      set_point(g);
+      legendre_at(at[g], value, unused);
+      legendre_at(0.5 * at[g], on_half[0], unused);
+      legendre_at(0.5 * at[g] + 0.5, on_half[1], unused);
+      for (int side : {0, 1}) {
+        for (int l = 0; l < N; l++) {
+          for (int k = 0; k <= l; k++) half[side][l][k] += (2 * k + 1) * weight[g] * on_half[side][l] * value[k];
+        }
+      }
+    }
+    for (int side : {0, 1}) {
+      for (int l = 0; l < N; l++) {
+        for (int k = 0; k < N; k++) back[side][k][l] = half[side][l][k];
+      }
+    }
+    for (int l = 0; l < N; l++) {
+      double factor = l % 2 ? -1.0 : 1.0;  // (-1)^(l + c) (l over c) (l + c over c)
+      for (int c = 0; c < N; c++) {
+        power[l][c] = c <= l ? factor : 0.0;
+        factor *= -double((l - c) * (l + c + 1)) / ((c + 1) * (c + 1));
+      }
+    }
+  }
+
+ private:
+  // A zero of the polynomial of degree N, by Newton's method from Chebyshev's, and its weight.
+  void set_point(int g) {
+    double s = 0.5 - 0.5 * std::cos(std::acos(-1.0) * (g + 0.75) / (N + 0.5)), value[N], slope[N], next = 0.0, rise = 0.0;
+    for (int n = 0; n < 6; n++) {
+      legendre_at(s, value, slope);
+      next = ((2 * N - 1) * (2.0 * s - 1.0) * value[N - 1] - (N - 1) * value[N - 2]) / N;
+      rise = slope[N - 2] + 2.0 * (2 * N - 1) * value[N - 1];
+      s -= next / rise;
+    }
+    at.set(g, s);
+    weight.set(g, 1.0 / (s * (1.0 - s) * rise * rise));
+  }
+};
+
+// What of the structure passes energy on: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n), constant
+// forces (n); the ways of feet along the ground (ways, n).
+struct Carriers {
+  std::vector<double> damping, normals, loads, constant, tangents;
+};
+
+// Columns of z that pass one kind of energy on, and the first row of 8 in which they lie in l.
+struct Part {
+  int first = 0, count = 0, row = 0;
+  int rows() const { return (count + N - 1) / N; }
+};
+
+// Of all laws of a kind, in the order in which they are returned; places where feet stick move the structure, and do no work.
+enum Energy { WORK, DAMPING, RESISTIVE, SMOOTH, FRICTION_WORK, ENERGIES, PLACES = ENERGIES, KINDS };
+
+// An input of a step: its number, what it passes on, the first of its columns, how many: 8, or 1 where it is constant in every step.
+struct Input {
+  int number, energy, first, count;
+};
+
+// From the vector of a step to that of one of its halves: the state by the flow of each block (4, blocks), none over the first
+// half, and by the columns of the inputs (columns, state); Legendre coefficients by ``to_half``.
+struct Half {
+  const double *to_half, *back;  // (8, 8) of Legendre, from the step and transposed
+  const double* flow;            // rows e11, e12, e21, e22
+  int stride;
+  std::vector<double> push;
+};
+
+// The vectors of the steps of one contact mode, and the forms of their energies.
+//
+// Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); friction on feet
+// that slide, places of those that stick; drives; the constant input. The state is counted from where the means of forces would hold it at rest: there it does not move, which of a
+// stiff mode were a small difference of large numbers.
+class ModeEnergies {
+ public:
+  typedef std::vector<Row> Form;  // (width, rows of l): G
+
+  // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
+  ModeEnergies(Book& book, const ContactMode& mode, const Carriers& by, const Legendre& legendre, const double* sources,
+               const std::vector<int>& count)
+      : book_(book), mode_(mode), by_(by), legendre_(legendre), blocks_(mode.blocks_used), state_(2 * mode.blocks_used),
+        coordinates_(mode.sizes.coordinates), width_(state_) {
+    for (int b = 0; b < blocks_; b++) rate_ = std::max(rate_, norm_of(block_of(mode, b)));
+    const int m = mode.sizes.feet;
+    for (int kind : {RESISTIVE, SMOOTH}) {
+      for (int i : mode.shares() ? mode.leading : mode.free) add_input(kind, kind == SMOOTH ? m + i : i, count);
+    }
+    for (int i : mode.sliding) add_input(FRICTION_WORK, m + i, count);
+    for (int i : mode.stuck) add_input(PLACES, m + i, count);
+    for (int i = 2 * m; i < mode.sizes.inputs(); i++) add_input(WORK, i, count);
+    if (std::any_of(by.damping.begin(), by.damping.end(), [](double c) { return c != 0.0; })) parts_[DAMPING].count = width_;
+    for (Part& part : parts_) {
+      part.row = rows_;
+      rows_ += part.rows();
+    }
+    copy_mode(sources);
+    find_rest();
+    one_.assign(room(), 0.0);
+    done_.assign(rows_, Row(0.0));
+    first_.assign(room(), 0.0);
+    series_.assign(size_t(SERIES + 1) * state_, 0.0);
+    flowing_.assign(state_, Row(0.0));
+  }
+
+  int room() const { return width_ + N; }  // of z, any part of which may be read in rows of 8
+  const Part& part(int energy) const { return parts_[energy]; }
+
+  // The vector of a recorded step; widens [low, high] (feet) by the gaps at its start.
+  void fill(const Recorded& r, double* z, double* low, double* high) const {
+    std::copy(r.state, r.state + state_, z);
+    std::fill(z + state_, z + room(), 0.0);
+    if (parts_[RESISTIVE].count) {  // momenta count from the start of the step, so that little motion is no difference of large numbers
+      for (int i : mode_.free) {
+        for (int k = 0; k < state_; k++) z[k] += beta_[i * state_ + k] * r.inputs[N * i];
+      }
+      collect(r.inputs, true, z + parts_[RESISTIVE].first);
+    }
+    for (int i : mode_.free) {
+      double gap = at_rest_[i];
+      for (int k : mode_.stuck) {
+        const int place = mode_.sizes.feet + k;
+        gap += mode_.feed[i * mode_.sizes.inputs() + place] * r.inputs[N * place];
+      }
+      for (int k = 0; k < state_; k++) gap += gaps_[i * state_ + k] * z[k];
+      low[i] = std::min(low[i], gap);
+      high[i] = std::max(high[i], gap);
+    }
+    for (int i : mode_.held) {
+      low[i] = std::min(low[i], 0.0);
+      high[i] = std::max(high[i], 0.0);
+    }
+    if (parts_[SMOOTH].count) collect(r.inputs + N * mode_.sizes.feet, false, z + parts_[SMOOTH].first);
+    for (const Input& input : inputs_) {
+      if (input.energy == RESISTIVE || input.energy == SMOOTH) continue;
+      const double* nodal = r.inputs + N * input.number;
+      z[input.first] = nodal[0];
+      if (input.count == N) store(z + input.first, coefficients(nodal, false));
+    }
+    for (const Rest& rest : rests_) {
+      for (int k = 0; k < state_; k++) z[k] -= z[rest.column] * rest.place[k];
+    }
+  }
+
+  // Add the coefficients (leading, 8) of what acts at the feet, given at the nodes (feet, 8): of many feet on few modes as those that
+  // lead have to have it to move the structure, and to do work on it, as all do.
+  void collect(const double* nodal, bool momenta, double* to) const {
+    const int lead = int(mode_.leading.size());
+    for (size_t f = 0; f < mode_.free.size(); f++) {
+      const Row own = coefficients(nodal + N * mode_.free[f], momenta);
+      if (!mode_.shares()) {
+        store(to + N * f, load(to + N * f) + own);
+        continue;
+      }
+      for (int l = 0; l < lead; l++) store(to + N * l, load(to + N * l) + own * mode_.spanned[mode_.free[f] * lead + l]);
+    }
+  }
+
+  // Add the energies of a whole step of class k to ``out`` (ENERGIES), and the work of laws that have a share of it behind: each share
+  // by its coefficients, of resistive laws first.
+  void add_whole(int k, const double* z, const std::vector<std::vector<double>>& shares, int resistive, double* out) {
+    apply(form(k), z);
+    for (int e = 0; e < ENERGIES; e++) out[e] += product(parts_[e], z + parts_[e].first);
+    for (size_t s = 0; s < shares.size(); s++) {
+      out[ENERGIES + s] += product(parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[s].data());
+    }
+  }
+
+  // The same of a step up to its scaled time ``along``; z and the shares become those of the part that is left.
+  void add_ended(int k, double along, double* z, std::vector<std::vector<double>>& shares, int resistive, double* out) {
+    while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
+      const std::array<Half, 2>& halves = this->halves(++k);
+      const bool late = along >= 0.5;
+      if (late) {
+        std::copy(z, z + room(), first_.begin());
+        first_shares_ = shares;
+        to_half(halves[0], first_.data(), first_shares_);
+        add_whole(k, first_.data(), first_shares_, resistive, out);
+      }
+      to_half(halves[late], z, shares);
+      along = 2.0 * along - late;
+    }
+    Motion& motion = last_;
+    take_motion(z, book_.lengths[k], along, motion);
+    for (int e : {WORK, RESISTIVE, SMOOTH, FRICTION_WORK}) out[e] += work_over(motion, e, z + parts_[e].first);
+    if (parts_[DAMPING].count) {
+      damp(motion.velocity, damped_);
+      out[DAMPING] += taken(motion, damped_);
+    }
+    for (size_t s = 0; s < shares.size(); s++) {
+      out[ENERGIES + s] += work_over(motion, int(s) < resistive ? RESISTIVE : SMOOTH, shares[s].data());
+    }
+  }
+
+  // The form of a step of class k, made from that of the next shorter one that is there: ask for the shortest first.
+  const Form& form(int k) {
+    auto from = forms_.lower_bound(k);
+    if (from == forms_.end()) {
+      int bottom = k;
+      while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
+      from = forms_.emplace(bottom, quadrature(bottom)).first;
+    }
+    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, doubled(from->second, halves(c))).first;
+    return from->second;
+  }
+
+ private:
+  static constexpr double RESOLVED = 1.0;  // |T| h up to which Taylor polynomials and Gauss points resolve every mode
+  static constexpr double STEADY = 1e-8;   // least product of a block's rates, of the sum of squares, for which it has a place of rest
+
+  // Where a column that is the mean of an input holds the blocks at rest that have such a place; what it does to velocities by the
+  // other blocks alone, which those at rest would take back; and its push on the other blocks (state).
+  struct Rest {
+    int column;
+    std::vector<double> place, drift, push;
+  };
+
+  // Over part of a step, at its Gauss points: velocities (coordinates); Legendre polynomials of the step, and their derivatives by time.
+  struct Motion {
+    std::vector<Row> velocity;
+    Row value[N], slope[N];
+    double span;
+  };
+
+  Book& book_;
+  const ContactMode& mode_;
+  const Carriers& by_;
+  const Legendre& legendre_;
+  const int blocks_, state_, coordinates_;
+  int width_, rows_ = 0;  // of z, and rows of l
+  double rate_ = 0.0;
+  Part parts_[KINDS];
+  std::vector<Input> inputs_;
+  std::vector<Rest> rests_;
+  std::vector<double> beta_, velocity_, pushes_, filmed_;  // (feet, state), (coordinates, state), (inputs, state), (feet, coordinates)
+  std::vector<double> sources_, gaps_, at_rest_;  // of the free feet: rows of the state, and what is constant
+  std::vector<uint8_t> steady_;  // blocks that have a place of rest
+  std::map<int, Form> forms_;
+  std::map<int, std::array<Half, 2>> halves_;
+  // room to work in: unit vectors, the first half of a step, Taylor series, z G, motion and dampers' forces
+  std::vector<double> one_, first_, series_;
+  std::vector<Row> done_;
+  std::vector<std::vector<double>> first_shares_;
+  std::vector<Row> flowing_, damped_;
+  Motion last_;
+
+  void add_input(int energy, int number, const std::vector<int>& count) {
+    Part& part = parts_[energy];
+    if (part.count == 0) part.first = width_;
+    if (count[number]) inputs_.push_back({number, energy, width_, count[number]});
+    part.count += count[number];
+    width_ += count[number];
+  }
+
+  // Rows of the contact mode without the room that states have, and the constant input as these sources make it.
+  void copy_mode(const double* sources) {
+    const Sizes& s = mode_.sizes;
+    const auto compact = [&](const double* from, int rows) {
+      std::vector<double> out;
+      for (int r = 0; r < 2 * rows; r++) out.insert(out.end(), from + r * s.stride, from + r * s.stride + blocks_);
+      return out;
+    };
+    beta_ = compact(mode_.beta, s.feet);
+    velocity_ = compact(mode_.to_physical + size_t(coordinates_) * s.state(), coordinates_);
+    pushes_ = compact(mode_.inputs, s.inputs());
+    const std::vector<double> bias = compact(mode_.bias_inputs, s.sources());
+    for (int k = 0; k < state_; k++) {
+      double& push = pushes_[size_t(s.last()) * state_ + k];
+      push = 0.0;
+      for (int q = 0; q < s.sources(); q++) push += sources[q] * bias[q * state_ + k];
+    }
+    filmed_.assign(size_t(s.feet) * coordinates_, 0.0);
+    for (int i = 0; i < s.feet; i++) {
+      for (int r = 0; r < coordinates_; r++) {
+        for (int k = 0; k < state_; k++) filmed_[i * coordinates_ + r] += velocity_[r * state_ + k] * beta_[i * state_ + k];
+      }
+    }
+    sources_.assign(sources, sources + s.sources());
+    gaps_ = compact(mode_.outputs, s.feet);
+    at_rest_.assign(s.feet, 0.0);
+    for (int i = 0; i < s.feet; i++) {
+      for (int q = 0; q < s.sources(); q++) at_rest_[i] += sources[q] * mode_.bias_feed[q * 2 * s.feet + i];
+    }
+  }
+  void find_rest() {
+    const int m = mode_.sizes.feet;
+    for (int b = 0; b < blocks_; b++) {
+      const Matrix2 block = block_of(mode_, b);
+      const auto& t = block.a;
+      const double squares = t[0][0] * t[0][0] + t[0][1] * t[0][1] + t[1][0] * t[1][0] + t[1][1] * t[1][1];
+      steady_.push_back(std::fabs(t[0][0] * t[1][1] - t[0][1] * t[1][0]) > STEADY * squares);
+    }
+    for (const Input& input : inputs_) {
+      if (input.number < m) continue;  // a momentum pushes by its rate of change
+      Rest rest{input.first, std::vector<double>(state_, 0.0), std::vector<double>(coordinates_, 0.0), {}};
+      const double* push = pushes_.data() + size_t(input.number) * state_;
+      rest.push.assign(push, push + state_);
+      for (int b = 0; b < blocks_; b++) {
+        if (!steady_[b]) continue;
+        const Matrix2 block = block_of(mode_, b);
+        const auto& t = block.a;
+        const double det = t[0][0] * t[1][1] - t[0][1] * t[1][0];
+        rest.place[b] = (t[0][1] * push[blocks_ + b] - t[1][1] * push[b]) / det;
+        rest.place[blocks_ + b] = (t[1][0] * push[b] - t[0][0] * push[blocks_ + b]) / det;
+        rest.push[b] = rest.push[blocks_ + b] = 0.0;
+      }
+      const double* places = mode_.to_physical;
+      for (int r = 0; r < coordinates_; r++) {
+        for (int b = 0; b < blocks_; b++) {
+          const double* row = places + size_t(r) * mode_.sizes.state();
+          rest.drift[r] += row[b] * rest.push[b] + row[mode_.sizes.stride + b] * rest.push[blocks_ + b];
+        }
+      }
+      rests_.push_back(std::move(rest));
+    }
+  }
+
+  Row coefficients(const double* nodal, bool momenta) const {
+    Row out = combine(&legendre_.of_node[0][0], load(nodal) - nodal[0]);
+    if (!momenta) out.set(0, out[0] + nodal[0]);
+    return out;
+  }
+
+  // ---- halves of steps
+
+  // The maps of a step to its halves, which are of class k.
+  const std::array<Half, 2>& halves(int k) {
+    const auto known = halves_.find(k);
+    if (known != halves_.end()) return known->second;
+    const StepClass& step = book_.step(mode_, k);
+    const int nu = width_ - state_, ns = mode_.sizes.stride;
+    std::array<Half, 2> out = {{{legendre_.half[0][0], legendre_.back[0][0], nullptr, ns, std::vector<double>(size_t(nu) * state_, 0.0)},
+                                {legendre_.half[1][0], legendre_.back[1][0], step.exponential, ns, std::vector<double>(size_t(nu) * state_, 0.0)}}};
+    std::vector<double> response(size_t(N) * state_), begun(state_);
+    for (const Input& input : inputs_) {
+      const Rest* rest = nullptr;
+      for (const Rest& one : rests_) {
+        if (one.column == input.first) rest = &one;
+      }
+      respond(step, input, response);
+      for (int r = 0; rest != nullptr && r < state_; r++) {  // blocks that a mean holds at rest do not move by it
+        if (steady_[r % blocks_]) response[r] = 0.0;
+      }
+      for (int l = 0; l < input.count; l++) {
+        double* left = out[0].push.data() + size_t(input.first - state_ + l) * state_;
+        double* right = out[1].push.data() + size_t(input.first - state_ + l) * state_;
+        if (rest != nullptr && l > 0) {  // the mean over a half is another one
+          for (int r = 0; r < state_; r++) {
+            left[r] = -legendre_.half[0][l][0] * rest->place[r];
+            right[r] = (legendre_.half[0][l][0] - legendre_.half[1][l][0]) * rest->place[r];
+          }
+        }
+        const double* e = step.exponential;
+        for (int b = 0; b < blocks_; b++) {
+          right[b] += e[b] * left[b] + e[ns + b] * left[blocks_ + b];
+          right[blocks_ + b] += e[2 * ns + b] * left[b] + e[3 * ns + b] * left[blocks_ + b];
+        }
+        for (int c = 0; c <= l; c++) {
+          for (int r = 0; r < state_; r++) right[r] += legendre_.half[0][l][c] * response[size_t(c) * state_ + r];
+        }
+      }
+    }
+    return halves_.emplace(k, std::move(out)).first->second;
+  }
+
+  // What each Legendre polynomial of an input makes of the state at the end of a step (8, state).
+  void respond(const StepClass& step, const Input& input, std::vector<double>& out) const {
+    const Sizes& s = mode_.sizes;
+    std::fill(out.begin(), out.end(), 0.0);
+    for (int r = 0; r < state_; r++) {
+      const int at = r / blocks_ * s.stride + r % blocks_;
+      if (input.number == s.last()) {
+        for (int q = 0; q < s.sources(); q++) out[r] += sources_[q] * step.state_bias[q * s.state() + at];
+        continue;
+      }
+      for (int l = 0; l < input.count; l++) {
+        for (int j = 0; j < N; j++) {
+          out[size_t(l) * state_ + r] += legendre_.at_node[l][j] * step.state_input[(size_t(input.number) * N + j) * s.state() + at];
+        }
+      }
+    }
+  }
+
+  // An input by one of the matrices of Legendre, in place; a constant one stays what it is.
+  static void transform(const double* matrix, int count, double* x) {
+    if (count == N) store(x, combine(matrix, load(x)));
+  }
+
+  void to_half(const Half& half, double* z, std::vector<std::vector<double>>& shares) const {
+    if (half.flow != nullptr) {
+      const double* e = half.flow;
+      for (int b = 0; b < blocks_; b++) {
+        const double x = z[b], y = z[blocks_ + b];
+        z[b] = e[b] * x + e[half.stride + b] * y;
+        z[blocks_ + b] = e[2 * half.stride + b] * x + e[3 * half.stride + b] * y;
+      }
+    }
+    for (int c = state_; c < width_; c++) {
+      const double* push = half.push.data() + size_t(c - state_) * state_;
+      for (int r = 0; r < state_; r++) z[r] += push[r] * z[c];
+    }
+    for (const Input& input : inputs_) transform(half.to_half, input.count, z + input.first);
+    for (std::vector<double>& share : shares) {
+      for (size_t first = 0; first < share.size(); first += N) transform(half.to_half, N, share.data() + first);
+    }
+  }
+
+  // ---- forms
+
+  // z G, and the product of some columns of it with what passes energy on.
+  TARSUS_INLINE void apply(const Form& form, const double* z) {
+    int row = 0;
+    for (; row + 8 <= rows_; row += 8) apply_rows<8>(form.data() + row, z, done_.data() + row);
+    for (; row + 4 <= rows_; row += 4) apply_rows<4>(form.data() + row, z, done_.data() + row);
+    for (; row < rows_; row++) apply_rows<1>(form.data() + row, z, done_.data() + row);
+  }
+  template <int ROWS>
+  TARSUS_INLINE void apply_rows(const Row* g, const double* z, Row* to) const {
+    Row sum[ROWS];
+    for (int r = 0; r < ROWS; r++) sum[r] = Row(0.0);
+    for (int b = 0; b < width_; b++, g += rows_) {
+      for (int r = 0; r < ROWS; r++) sum[r] += g[r] * z[b];
+    }
+    for (int r = 0; r < ROWS; r++) to[r] = sum[r];
+  }
+  // ``by``: (count), and readable up to the next row of 8.
+  TARSUS_INLINE double product(const Part& part, const double* by) const {
+    Row sum = Row(0.0);
+    for (int r = 0; r < part.rows(); r++) sum += done_[part.row + r] * load(by + N * r);
+    return total(sum);
+  }
+
+  // G of a step from that of its halves.
+  Form doubled(const Form& half, const std::array<Half, 2>& maps) const {
+    Form out(half.size(), Row(0.0)), behind;
+    std::vector<double> pull(size_t(width_ - state_) * state_);  // the push, by states
+    for (const Half& map : maps) {
+      behind = half;
+      for (int c = 0; c < width_ - state_; c++) {
+        for (int r = 0; r < state_; r++) pull[size_t(r) * (width_ - state_) + c] = map.push[size_t(c) * state_ + r];
+      }
+      for (int b = 0; b < width_; b++) pass_on(map, pull.data(), behind.data() + size_t(b) * rows_);
+      add_before(map, behind, out);
+    }
+    return out;
+  }
+
+  // A row of G times the map of l.
+  void pass_on(const Half& map, const double* pull, Row* row) const {
+    for (const Input& input : inputs_) transform(map.back, input.count, place(row, input.energy, input.first));
+    if (!parts_[DAMPING].count) return;
+    double* all = place(row, DAMPING, 0);
+    for (const Input& input : inputs_) transform(map.back, input.count, all + input.first);
+    const int columns = width_ - state_;
+    for (int r = 0; r < state_; r++) {
+      for (int c = 0; c < columns; c++) all[state_ + c] += all[r] * pull[size_t(r) * columns + c];
+    }
+    if (map.flow == nullptr) return;
+    const double* e = map.flow;
+    for (int b = 0; b < blocks_; b++) {
+      const double x = all[b], y = all[blocks_ + b];
+      all[b] = x * e[b] + y * e[2 * map.stride + b];
+      all[blocks_ + b] = x * e[map.stride + b] + y * e[3 * map.stride + b];
+    }
+  }
+
+  // Where a column of z lies in a row of G.
+  double* place(Row* row, int energy, int column) const {
+    return reinterpret_cast<double*>(row + parts_[energy].row) + column - parts_[energy].first;
+  }
+
+  // Add the map of z, transposed, times a form.
+  void add_before(const Half& map, const Form& form, Form& out) const {
+    const auto add = [&](int to, int from, double factor) {
+      Row* row = out.data() + size_t(to) * rows_;
+      const Row* by = form.data() + size_t(from) * rows_;
+      for (int a = 0; a < rows_; a++) row[a] += by[a] * factor;
+    };
+    for (int b = 0; b < blocks_; b++) {
+      for (int d = 0; d < 2; d++) {
+        const int own = d * blocks_ + b;
+        if (map.flow == nullptr) {
+          add(own, own, 1.0);
+          continue;
+        }
+        for (int c = 0; c < 2; c++) add(own, c * blocks_ + b, map.flow[(2 * c + d) * map.stride + b]);
+      }
+    }
+    for (int c = state_; c < width_; c++) {
+      for (int r = 0; r < state_; r++) {
+        const double factor = map.push[size_t(c - state_) * state_ + r];
+        if (factor != 0.0) add(c, r, factor);
+      }
+    }
+    for (const Input& input : inputs_) {
+      for (int l = 0; l < input.count; l++) {
+        for (int c = 0; c <= l; c++) add(input.first + l, input.first + c, map.to_half[l * N + c]);
+      }
+    }
+  }
+
+  // ---- Gauss quadrature of what resolves every mode
+
+  // Take the motion over the scaled times [0, along] of a step.
+  void take_motion(const double* z, double length, double along, Motion& out) {
+    out.span = along * length;
+    legendre_at(legendre_.at * along, out.value, out.slope);
+    for (Row& slope : out.slope) slope *= 1.0 / length;
+    const int terms = fill_series(z, out.span, along);
+    for (int k = 0; k < state_; k++) {
+      Row sum = Row(series_[size_t(terms) * state_ + k]);
+      for (int c = terms - 1; c >= 0; c--) sum = sum * legendre_.at + series_[size_t(c) * state_ + k];
+      flowing_[k] = sum;
+    }
+    out.velocity.resize(coordinates_);
+    for (int r = 0; r < coordinates_; r++) {
+      double drift = 0.0;
+      for (const Rest& rest : rests_) drift += z[rest.column] * rest.drift[r];
+      Row v = Row(drift);
+      for (int k = 0; k < state_; k++) v += flowing_[k] * velocity_[r * state_ + k];
+      out.velocity[r] = v;
+    }
+    for (const Input& input : inputs_) {
+      if (input.energy != RESISTIVE) break;  // momenta come first
+      const Row momentum = sum_of(out.value, z + input.first, N);
+      for (int r = 0; r < coordinates_; r++) out.velocity[r] += momentum * filmed_[input.number * coordinates_ + r];
+    }
+  }
+
+  static Row sum_of(const Row* polynomials, const double* coefficients, int count) {
+    Row out = polynomials[0] * coefficients[0];
+    for (int l = 1; l < count; l++) out += polynomials[l] * coefficients[l];
+    return out;
+  }
+
+  // Taylor coefficients (., state) of the flowing state over [0, along] of a step, scaled to [0, 1]; returns their number less one.
+  int fill_series(const double* z, double span, double along) {
+    const double* t = mode_.blocks;
+    const int ns = mode_.sizes.stride;
+    std::copy(z, z + state_, series_.begin());
+    double power = 1.0, size = 1.0;
+    int c = 0;
+    for (; c < SERIES && (c <= N || size > 1e-17); c++, power *= along) {
+      size *= span * rate_ / (c + 1);
+      const double* term = series_.data() + size_t(c) * state_;
+      double* next = series_.data() + size_t(c + 1) * state_;
+      for (int b = 0; b < blocks_; b++) {
+        next[b] = t[b] * term[b] + t[ns + b] * term[blocks_ + b];
+        next[blocks_ + b] = t[2 * ns + b] * term[b] + t[3 * ns + b] * term[blocks_ + b];
+      }
+      for (const Input& input : inputs_) {
+        double by = 0.0;
+        const bool mean = c == 0 && input.energy != RESISTIVE;  // of it, see Rest
+        for (int l = mean ? 1 : c; l < input.count; l++) by += z[input.first + l] * legendre_.power[l][c];
+        if (by == 0.0) continue;
+        const double* push = pushes_.data() + size_t(input.number) * state_;
+        for (int k = 0; k < state_; k++) next[k] += power * by * push[k];
+      }
+      for (const Rest& rest : rests_) {
+        for (int k = 0; c == 0 && k < state_; k++) next[k] += z[rest.column] * rest.push[k];
+      }
+      for (int k = 0; k < state_; k++) next[k] *= span / (c + 1);
+    }
+    return c;
+  }
+
+  // What the dampers take of motion with these velocities.
+  void damp(const std::vector<Row>& velocity, std::vector<Row>& out) const {
+    out.resize(coordinates_);
+    for (int r = 0; r < coordinates_; r++) {
+      Row sum = Row(0.0);
+      for (int c = 0; c < coordinates_; c++) sum += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
+      out[r] = sum;
+    }
+  }
+
+  double integral(const Motion& motion, const Row& power) const { return total(power * legendre_.weight) * motion.span; }
+
+  // Of the power of some forces along the coordinates, over a motion.
+  double taken(const Motion& motion, const std::vector<Row>& forces) const {
+    Row sum = Row(0.0);
+    for (int r = 0; r < coordinates_; r++) sum += forces[r] * motion.velocity[r];
+    return integral(motion, sum);
+  }
+
+  // Rate at which the structure moves where an input acts.
+  Row rate_of(const Motion& motion, const Input& input) const {
+    const int m = mode_.sizes.feet;
+    Row out = Row(0.0);
+    if (input.energy == PLACES) return out;
+    const double* along = input.number == mode_.sizes.last() ? by_.constant.data()
+                          : input.energy == WORK ? by_.loads.data() + size_t(input.number - 2 * m) * coordinates_
+                          : input.energy == FRICTION_WORK ? by_.tangents.data() + size_t(input.number - m) * coordinates_
+                                                          : by_.normals.data() + size_t(input.number % m) * coordinates_;
+    for (int r = 0; r < coordinates_; r++) out += motion.velocity[r] * along[r];
+    return out;
+  }
+
+  // Work of forces with these coefficients, of the columns of one kind.
+  double work_over(const Motion& motion, int energy, const double* by) const {
+    Row sum = Row(0.0);
+    for (const Input& input : inputs_) {
+      if (input.energy != energy) continue;
+      const double* own = by + input.first - parts_[energy].first;
+      sum += sum_of(energy == RESISTIVE ? motion.slope : motion.value, own, input.count) * rate_of(motion, input);
+    }
+    return integral(motion, sum);
+  }
+
+  // G of a step that resolves every mode.
+  Form quadrature(int k) {
+    Form out(size_t(width_) * rows_, Row(0.0));
+    std::vector<Motion> motions(width_);
+    for (int b = 0; b < width_; b++) {
+      one_[b] = 1.0;
+      take_motion(one_.data(), book_.lengths[k], 1.0, motions[b]);
+      one_[b] = 0.0;
+    }
+    for (int b = 0; b < width_; b++) {
+      Row* row = out.data() + size_t(b) * rows_;
+      if (parts_[DAMPING].count) {
+        damp(motions[b].velocity, damped_);
+        for (int a = 0; a < width_; a++) *place(row, DAMPING, a) = taken(motions[a], damped_);
+      }
+      for (const Input& input : inputs_) {
+        const Row rate = rate_of(motions[b], input), *force = input.energy == RESISTIVE ? motions[b].slope : motions[b].value;
+        for (int l = 0; l < input.count; l++) *place(row, input.energy, input.first + l) = integral(motions[b], force[l] * rate);
+      }
+    }
+    return out;
+  }
+};
+
+// What single laws put into a step, of those that act together: the inputs as the engine has applied them, law by law; of the last
+// law of a kind the rest is.
+class LawShares {
+ public:
+  LawShares(const Sizes& s, const Nodes& nodes, const Signals& signals, const Laws& laws, const RunData& run, size_t channels)
+      : laws_(laws), nodes_(nodes), player_(signals, nodes, channels), run_(run), entering_(s), nodal_(size_t(s.feet) * N) {
+    laws_.take(run.parameters);
+    begin();
+  }
+
+  int count() const { return int(laws_.shares()); }
+  int resistive() const { return std::max(int(laws_.laws.terms[MOMENTUM].size()) - 1, 0); }
+  // Steps that follow are in order again.
+  void begin() { player_.restart(run_.channels, run_.changes); }
+
+  // Coefficients of each share in a recorded step, of resistive laws first.
+  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, std::vector<std::vector<double>>& shares) {
+    const ContactMode& mode = *r.mode;
+    const Sizes& s = mode.sizes;
+    enter_recorded(r, run_.sources, entering_);
+    player_.next_kink(r.time);
+    const std::vector<int> acting = acting_inputs(mode, laws_);
+    const Row now = nodes_.times() * r.length + r.time;
+    for (size_t n = 0; n < shares.size(); n++) {
+      const bool momenta = int(n) < resistive();
+      const Term& term = momenta ? laws_.laws.terms[MOMENTUM][n] : laws_.laws.terms[FORCE][n - resistive()];
+      std::fill(nodal_.begin(), nodal_.end(), 0.0);
+      for (int i : mode.free) {
+        const Row gap = output_row(step, acting, entering_, i);
+        const auto value = [&](const Row& at) {
+          if (momenta) return laws_.momentum_of(term, i, at);
+          const Row rate = s.outputs > s.feet ? output_row(step, acting, entering_, s.feet + i) : Row(0.0);
+          return laws_.force_of(term, i, at, rate, volts(i, r), now);
+        };
+        const Row own = value(gap);
+        store(nodal_.data() + N * i, finite(own) ? own : value(larger(gap, Row(0.0))));  // below the ground a law need not be defined
+      }
+      shares[n].assign(N * mode.leading.size(), 0.0);
+      energies.collect(nodal_.data(), momenta, shares[n].data());
+    }
+  }
+
+ private:
+  ActingLaws laws_;
+  const Nodes& nodes_;
+  Player player_;
+  const RunData run_;
+  Entering<double> entering_;
+  std::vector<double> nodal_;
+
+  Row volts(int foot, const Recorded& r) const {
+    double out[N] = {};
+    const int64_t channel = laws_.laws.volts[foot];
+    if (channel >= 0) player_.fill(int(channel), r.time, r.length, out);
+    return load(out);
+  }
+};
+
+// Energies up to the end of each recorded step, from the start of the first: rows of that time [s] and the sums [J] (ENERGIES, then
+// the shares). swing [m]: between the lowest and the highest gap of each foot at the starts of the steps.
+struct EnergySums {
+  std::vector<double> rows, swing;
+};
+
+// The steps of one contact mode, and the columns of their inputs (see ModeEnergies).
+struct StepsOfMode {
+  std::vector<size_t> rows;
+  std::vector<int> columns;
+  int shortest = -1;  // class of a whole step
+
+  void add(const Sizes& s, size_t r, const double* row) {
+    rows.push_back(r);
+    if (row[2] == 1.0) shortest = std::max(shortest, int(row[4]));
+    columns.resize(s.inputs(), 0);
+    const double* nodal = row + TRACE_HEAD + 2 * s.coordinates;
+    for (int i = 0; i < s.inputs(); i++, nodal += N) {
+      if (columns[i] == N) continue;
+      if (any_less(Row(0.0), magnitude(load(nodal) - nodal[0]))) columns[i] = N;
+      if (columns[i] == 0 && nodal[0] != 0.0 && i >= s.feet) columns[i] = i < 2 * s.feet ? N : 1;
+    }
+  }
+  // Of feet that lead others each stands for some: all have columns where one has.
+  void level(int feet) {
+    for (int first : {0, feet}) {
+      const auto own = columns.begin() + first;
+      if (feet) std::fill(own, own + feet, *std::max_element(own, own + feet));
+    }
+  }
+};
+
+inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carriers& by, const double* sources, const double* trace,
+                              size_t count, LawShares* laws) {
+  const Sizes& s = book.sizes;
+  const int parts = laws == nullptr ? 0 : laws->count(), width = 1 + ENERGIES + parts;
+  EnergySums out{std::vector<double>(count * width, 0.0), std::vector<double>(s.feet, 0.0)};
+  std::vector<double> low(s.feet, INF), high(s.feet, -INF), z;
+  std::vector<std::vector<double>> shares(parts);
+  Recording recording(book, trace);
+  std::map<int, StepsOfMode> by_mode;
+  for (size_t r = 0; r < count; r++) by_mode[int(recording.row(r)[3])].add(s, r, recording.row(r));
+  for (auto& [number, steps] : by_mode) {
+    const ContactMode& mode = book.numbered(number);
+    steps.level(s.feet);
+    ModeEnergies energies(book, mode, by, legendre, sources, steps.columns);
+    if (steps.shortest >= 0) energies.form(steps.shortest);
+    if (parts) laws->begin();
+    z.resize(energies.room());
+    for (size_t r : steps.rows) {
+      const Recorded step = recording.step(r);
+      energies.fill(step, z.data(), low.data(), high.data());
+      if (parts) laws->fill(step, book.step(mode, step.step_class), energies, shares);
+      double* to = out.rows.data() + r * width;
+      to[0] = step.time + step.length * step.fraction;
+      const int resistive = parts ? laws->resistive() : 0;
+      if (step.fraction == 1.0) {
+        energies.add_whole(step.step_class, z.data(), shares, resistive, to + 1);
+      } else {
+        energies.add_ended(step.step_class, step.fraction, z.data(), shares, resistive, to + 1);
+      }
+      // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
+      const double jumps = recording.row(r)[T_JUMPS], whole = to[1 + RESISTIVE];
+      for (int p = 0; p < resistive && whole != 0.0; p++) to[1 + ENERGIES + p] *= 1.0 + jumps / whole;
+      to[1 + RESISTIVE] += jumps;
+    }
+  }
+  for (size_t r = 1; r < count; r++) {
+    for (int e = 1; e < width; e++) out.rows[r * width + e] += out.rows[(r - 1) * width + e];
+  }
+  for (int i = 0; i < s.feet && count > 0; i++) out.swing[i] = high[i] - low[i];
+  return out;
+}
+
+}  // namespace tarsus::modal

@@ -1,0 +1,48 @@
+"""Laws from voltage to force, one file a law; a file put beside these is another one.
+
+That come with the library: linear, the printed two branches (2.9), and the closed hysteresis operator.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from functools import lru_cache, reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from tarsus.base.discover import classes_beside
+from tarsus.model.drive.law import Cubic, VoltageLaw
+from tarsus.model.drive.laws.linear import LinearForce
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
+from tarsus.model.drive.laws.two_branch import TwoBranch
+
+__all__ = [
+    "Cubic",
+    "ForceLaw",
+    "LinearForce",
+    "PrandtlIshlinskii",
+    "TwoBranch",
+    "VoltageLaw",
+    "fit_branches",
+]
+
+
+@lru_cache(maxsize=1)
+def built_in() -> Mapping[str, type[VoltageLaw]]:
+    """Laws by kind, in the order of their files: every one with a field ``kind``."""
+    return classes_beside(__name__, VoltageLaw, _kind)
+
+
+def _kind(law: type[VoltageLaw]) -> str | None:
+    field = law.model_fields.get("kind")
+    return None if field is None or inspect.isabstract(law) else field.default
+
+
+if TYPE_CHECKING:
+    ForceLaw = VoltageLaw
+else:
+    ForceLaw = Annotated[reduce(or_, built_in().values()), Field(discriminator="kind")]
+    """Any law from volts to force; `kind` tells which."""
