@@ -371,7 +371,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   return true;
 }
 
-// A held foot's pull has outgrown the strength of its contact.
+// A held foot's pull has outgrown the strength of its contact. Where it is friction alone that pulls it off, and without it the foot
+// is pressed down, nothing is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
@@ -381,6 +382,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
   m.feet[foot].sense = 0.0;
+  if (m.rubs[foot]) m.jammed = pull_beside_friction(m, foot) < -CLOSE * force_parts(m, foot);
   leave_mode(m, foot, false);
 }
 
@@ -393,8 +395,7 @@ inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<doubl
 }
 
 // More pulls a foot that sticks than its contact bears: off the ground, or along it. Where more pulls it off because it sticks, it
-// slides: its contact holds it without friction. Where friction bears even that, it leaves; or, where it is pressed down without
-// friction, nothing is consistent (see modal/friction.hpp).
+// slides: its contact holds it without friction. Where friction bears even that, it leaves.
 TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   m.note_parts();
   add_film_momenta(m);
@@ -402,9 +403,7 @@ TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
   const double none = no_margin(m, foot);
   if (at.margin < -none) {
     const double pull = pull_beside_friction(m, foot);
-    const bool bears = std::fabs(at.along) <= at.most;
-    leaves = bears || m.strength_now(foot) - pull < none;
-    m.jammed = bears && pull < 0.0;
+    leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull < none;
   }
   if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
   remove_film_momenta(m);
