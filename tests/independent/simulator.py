@@ -190,10 +190,15 @@ class Simulator:
             out[i, "leave"] = lambda t, z, i=i: self.margin(i, t, self.reactions(t, z)[i, False])
             if self.contact[i] == STUCK and self.rubs(i):
                 out[i, "slip"] = lambda t, z, i=i: self.spare(i, t, z)
-            elif self.contact[i] == SLIPPING and self.sense[i] != 0.0:
+            elif self.contact[i] == SLIPPING and self.sense[i] != 0.0 and self.moves_along(i):
                 row = self.robot.tangents[:, i]
                 out[i, "stop"] = lambda t, z, i=i, row=row: self.sense[i] * float(row @ z[self.n :])
         return out
+
+    def moves_along(self, i: int) -> bool:
+        """Whether what is held leaves foot i its way along the ground."""
+        row = self.robot.tangents[:, i]
+        return bool(row @ self.struck(row, self.held()[0])[1] > 1e-11 * row @ self.inverse @ row)
 
     def spare(self, i: int, t: float, z: np.ndarray) -> float:
         """What friction could carry beyond what it must."""
@@ -303,11 +308,13 @@ class Simulator:
             return None
         if what == "stop":
             row = self.robot.tangents[:, i]
-            _, response = self.struck(row, self.held()[0])
-            self.z[self.n :] -= response * (row @ self.z[self.n :]) / (row @ response)
+            if self.moves_along(i):
+                _, response = self.struck(row, self.held()[0])
+                self.z[self.n :] -= response * (row @ self.z[self.n :]) / (row @ response)
             self.contact[i] = STUCK
             if self.spare(i, self.time, self.z) >= 0.0:
-                return self.note(i, BEGIN_STICK)
+                self.note(i, BEGIN_STICK)
+                return self.slides_on()
         along = self.reactions(self.time, self.z)[i, True]
         self.note(i, BEGIN_SLIP)
         self.contact[i], self.sense[i], self.fresh[i] = SLIPPING, math.copysign(1.0, along), True

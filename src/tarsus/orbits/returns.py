@@ -25,7 +25,7 @@ from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, SharedBook, structure_key
 from tarsus.solve.engines import Shared
-from tarsus.solve.tangents import DataTangents, Entering, tangents
+from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering, tangents
 from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
 
 __all__ = [
@@ -199,6 +199,8 @@ def return_map(
     """
     shared = shared or Shared()
     plan, rows, period, horizon = varied(scene, values or {}, shared)
+    if plan.system.tangents is not None:
+        raise InputError(NO_FRICTION)
     book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)
 
