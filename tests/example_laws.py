@@ -5,6 +5,7 @@ from __future__ import annotations
 import tarsus as ts
 from scene_files import SCENES
 from tarsus.model.laws import Law
+from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
 
 OWN = ts.load_laws(SCENES / "squeeze.py")
 EXAMPLES: list[Law] = [
@@ -15,6 +16,8 @@ EXAMPLES: list[Law] = [
     ts.Restitution(coefficient=0.378),
     ts.Friction(coefficient=0.35),
     ts.AdhesiveFriction(coefficient=0.35),
+    StribeckFriction(static=0.4, dynamic=0.2, speed=1e-3),
+    RateWeakeningFriction(static=0.4, dynamic=0.2, speed=1e-3),
     OWN["own_film"](coefficient=1.7e-21, thickness=5e-6),
     OWN["own_electrostatic"](coefficient=2e-20, offset=1e-6),
     OWN["own_rebound"](coefficient=0.5),

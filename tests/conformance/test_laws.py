@@ -10,6 +10,7 @@ from example_laws import EXAMPLES, OWN
 from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
+from tarsus.solve.acting import value
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)
@@ -46,12 +47,34 @@ def test_passive_where_its_protocol_says_so(law):
         assert np.all(values * rates <= 0.0)
 
 
+MEMORIES = [law for law in EXAMPLES if isinstance(law, AdhesionLaw) and law.remaining is not None]
+
+
+@pytest.mark.parametrize("law", MEMORIES, ids=lambda law: law.name())
+def test_what_remains_does_not_depend_on_how_the_time_is_cut(law):
+    """A flow of time: of no age nothing is left, of any the more the shorter the time; the engine's program says the same."""
+    ages, times = np.geomspace(1e-6, 10.0, 15), np.geomspace(1e-6, 10.0, 15)
+
+    def left(age, away):
+        return law.evaluate(age, away, hook="remaining")
+
+    for age in ages:
+        assert left(age, 0.0) == pytest.approx(age, rel=1e-12) and left(0.0, age) == 0.0
+        rows = [left(age, away) for away in times]
+        assert np.all(np.diff(rows) <= 0.0) and rows[-1] >= 0.0
+        assert [left(left(age, 2e-3), away) for away in times] == pytest.approx(
+            [left(age, 2e-3 + away) for away in times], rel=1e-9, abs=1e-300
+        )
+        assert value(law, age, times, hook="remaining") == pytest.approx(rows, rel=1e-13, abs=1e-300)
+
+
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())
 def test_toml_round_trip(law):
     slots = {"film", "electrostatic", "leg_electrostatic", "adhesion", "restitution"}
     base = scene("damped_chain")
     if isinstance(law, FrictionLaw):
-        written = ts.with_values(ts.load_scene("millipede"), {"ground.friction": law})
+        walker = ts.load_scene("millipede").model_copy(update={"provenance": {}})  # of other friction
+        written = ts.with_values(walker, {"ground.friction": law})
     elif law.name() in slots and "electrostatic" not in law.name():
         written = ts.with_values(base, {f"ground.{law.name()}": law})
     elif law.name() in slots:
@@ -96,3 +119,51 @@ def test_users_laws_without_the_compiler():
     laws = {"own_rebound": OWN["own_rebound"](coefficient=0.9)}
     mine = ts.with_values(base, {"ground.restitution": None, "ground.laws": laws})
     same_events(ts.simulate(base), ts.simulate(mine))
+
+
+OWN_FRICTION = '''
+from tarsus import FrictionLaw, quantity
+
+class Rough(FrictionLaw):
+    leading = ("margin", "strength")
+    mu: float = quantity("1", "coefficient of friction", ge=0)
+
+    @staticmethod
+    def bound(margin, strength, mu):
+        return mu * margin
+
+class Sluggish(FrictionLaw):
+    mu: float = quantity("1", "coefficient of friction", ge=0)
+
+    @staticmethod
+    def bound(margin, strength, speed, mu):
+        return mu * margin + 0.0 * speed
+'''
+
+
+@pytest.mark.parametrize("name", ["rough", "sluggish"])
+def test_a_users_friction_from_a_file_is_coulombs(name, tmp_path):
+    """With and without the slip speed among its arguments."""
+    (tmp_path / "own.py").write_text(OWN_FRICTION)
+    own = ts.load_laws(tmp_path / "own.py")[name]
+    base = ts.load_scene("millipede")
+    mu = base.ground.friction.coefficient
+    mine = ts.with_values(base, {"ground.friction": None, "ground.laws": {name: own(mu=mu)}})
+    one, other = (ts.simulate(scene, duration=0.03) for scene in (base, mine))
+    same_events(one, other)
+    assert other.ledger.friction == pytest.approx(one.ledger.friction, rel=1e-9)
+
+
+def test_a_users_friction_of_two_arguments_has_the_derivatives_of_coulombs(tmp_path):
+    (tmp_path / "own.py").write_text(OWN_FRICTION)
+    own = ts.load_laws(tmp_path / "own.py")["rough"]
+    base = ts.load_scene("millipede")
+    mine = ts.with_values(
+        base, {"ground.friction": None, "ground.laws": {"rough": own(mu=base.ground.friction.coefficient)}}
+    )
+    found = [
+        ts.simulate(scene, 0.01, gradients=[path]).event_gradients[path]["time"]
+        for scene, path in ((base, "ground.friction.coefficient"), (mine, "ground.laws.rough.mu"))
+    ]
+    assert np.any(found[0] != 0.0)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-12 * np.nanmax(np.abs(found[0])))

@@ -48,6 +48,23 @@ class Wind(SmoothLaw):
         return lift
 ''',
 }  # fmt: skip
+LAWS["wet"] = '''
+"""Lubricated feet."""
+from typing import Literal
+from tarsus.base.spec import quantity
+from tarsus.model.laws.base import FrictionLaw
+
+class Lubricated(FrictionLaw):
+    slot = "friction"
+    kind: Literal["lubricated"] = "lubricated"
+    dry: float = quantity("1", "coefficient of friction at rest", ge=0)
+    viscosity: float = quantity("N s/m", "drag of the lubricant", ge=0)
+    speed: float = quantity("m/s", "speed at which the feet float", gt=0)
+
+    @staticmethod
+    def bound(margin, strength, slip, dry, viscosity, speed):
+        return dry * margin / (1.0 + slip / speed) + viscosity * slip
+'''
 WAVE = '''
 """A ramp up and down."""
 from typing import Literal
@@ -152,8 +169,10 @@ suction, wind = built_in()["suction"], built_in()["wind"]
 wave = {"kind": "tooth", "top": "4 V", "half": "5 ms"}
 base = ts.read_scene(sys.argv[2])
 modal = {"ground.suction": suction(drag=2e-5, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
+wet = built_in()["lubricated"](dry=0.3, viscosity=2e-6, speed=1e-3)
 legged = {"ground.suction": suction(drag=2e-7, height=5e-6), "ground.laws.gust": wind(lift=-3e-8)}
-walker = ts.load_scene("millipede").model_copy(update={"duration": 0.006})
+legged |= {"ground.friction": wet}
+walker = ts.load_scene("millipede").model_copy(update={"duration": 0.006, "provenance": {}})
 modal |= {"signals.pzt": wave, "duration": 0.02}
 scenes = {"modal": ts.with_values(base, modal), "legged": ts.with_values(walker, legged)}
 out = {}
@@ -206,9 +225,25 @@ for path in paths:
     slopes[path] = [one.state_gradients(times)[path].x[-1].tolist(), wanted.tolist()]
 varied = {path: ts.get_value(scene, path) * np.array([0.9, 1.0, 1.05]) for path in paths}
 batch = ts.simulate_batch(scene, varied, scene.duration, track=False)
-alone = [ts.simulate(ts.with_values(scene, {p: float(c[k]) for p, c in varied.items()}), scene.duration) for k in range(3)]
-same = [[len(batch.events(k)), bool(np.allclose(batch.events(k)["time"], alone[k].events["time"], rtol=1e-11, atol=0.0))] for k in range(3)]
+same = []
+for k in range(3):
+    own = ts.with_values(scene, {path: float(column[k]) for path, column in varied.items()})
+    alone = ts.simulate(own, scene.duration).events["time"]
+    same.append([len(alone), bool(np.allclose(batch.events(k)["time"], alone, rtol=1e-11, atol=0.0))])
 out["drive"] = {"slopes": slopes, "same": same, "period": scene.signals["pzt"].period}
+run = ts.simulate(ts.with_values(walker, {"ground.friction": wet, "gait.high": "40 V"}), 0.02)
+series = run.at(np.linspace(0.0, 0.02, 4001))
+row = run.scene.robot.structure.row
+speed = np.abs([row(f"{foot.point}_x") @ series.state.v for foot in run.scene.robot.feet.values()])
+slides = series.slipping & (series.contact > 0.0)
+most = 0.3 * (series.contact + series.strength)[slides] / (1.0 + speed[slides] / 1e-3) + 2e-6 * speed[slides]
+batch = ts.simulate_batch(run.scene, {"ground.friction.dry": [0.3, 0.1]}, 0.02, track=False)
+out["friction"] = {
+    "slides": int(slides.sum()), "lost": run.ledger.friction, "closure": run.ledger.closure,
+    "misfit": float(np.abs(np.abs(series.friction[slides]) / most - 1.0).max()),
+    "batch": not np.array_equal(batch.events(0), batch.events(1)),
+    "alike": bool(np.isclose(batch.events(0)["time"][-1], run.events["time"][-1], rtol=1e-7)),
+}
 print(json.dumps(out))
 """
 
@@ -249,6 +284,13 @@ def test_its_parameters_vary_in_a_batch(found, system):
 @pytest.mark.parametrize("system", ["modal", "legged"])
 def test_the_ground_bears_every_smooth_law_on_a_held_foot(found, system):
     assert found[system]["held"] > 0 and found[system]["misfit"] < 1e-9
+
+
+def test_a_law_of_friction_of_one_file_brakes_by_the_slip_speed(found):
+    out = found["friction"]
+    assert out["slides"] > 20 and out["lost"] > 0.0 and out["closure"] < 1e-8
+    assert out["misfit"] < 1e-8
+    assert out["alike"] and out["batch"]
 
 
 def test_the_report_has_its_lines(found):

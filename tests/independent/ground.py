@@ -73,17 +73,27 @@ class Laws:
     def strength(self, age: float) -> float:
         return 0.0 if self.adhesion is None else self.adhesion.initial + self.adhesion.rate * age
 
-    def bound(self, margin: float, strength: float) -> float:
-        """Most friction [N] at a margin N + f_a and a strength f_a."""
+    def bound(self, margin: float, strength: float, speed: float = 0.0) -> float:
+        """Most friction [N] at a margin N + f_a, a strength f_a and a slip speed."""
         if self.friction is None:
             return 0.0
-        return self.friction.coefficient * (strength if self.friction.kind == "adhesive" else margin)
+        return self.coefficient(speed) * (strength if self.friction.kind == "adhesive" else margin)
 
-    def brakes(self, change: float) -> float:
-        """Most that an impact which changes the normal velocity by ``change`` takes from the velocity along [m/s]."""
+    def coefficient(self, speed: float) -> float:
+        """mu at a slip speed: of Coulomb, of Stribeck, or weakening by rate."""
+        law = self.friction
+        if law.kind == "stribeck":
+            return law.dynamic + (law.static - law.dynamic) * math.exp(-((speed / law.speed) ** law.exponent))
+        if law.kind == "rate_weakening":
+            return law.dynamic + (law.static - law.dynamic) * law.speed / (law.speed + speed)
+        return law.coefficient
+
+    def brakes(self, change: float, speed: float) -> float:
+        """Most that an impact which changes the normal velocity by ``change`` takes from the velocity along [m/s],
+        which is ``speed`` before."""
         if self.friction is None or self.friction.kind == "adhesive":
             return 0.0
-        return self.friction.coefficient * change
+        return self.coefficient(speed) * change
 
 
 def leg_share(gap: float, offset: float, rest: float) -> float:

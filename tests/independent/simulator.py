@@ -141,7 +141,7 @@ class Simulator:
         return dict(zip(which, reaction.tolist(), strict=True))
 
     def loaded(self, t: float, z: np.ndarray) -> np.ndarray:
-        """`applied` with the friction of feet that slide, which bears on the margin that bears it: both laws are straight
+        """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are straight
         lines of the margin, and that is one of all friction forces."""
         push = self.applied(t, z)
         slides = [i for i in range(self.m) if self.contact[i] == SLIPPING and self.sense[i] != 0.0]
@@ -155,8 +155,9 @@ class Simulator:
         matrix, right = np.eye(len(slides)), np.zeros(len(slides))
         for k, i in enumerate(slides):
             strength = self.laws.strength(t - self.since[i])
-            flat = self.laws.bound(0.0, strength)
-            steep = self.laws.bound(1.0, strength) - flat
+            slip = max(self.sense[i] * float(self.robot.tangents[:, i] @ z[self.n :]), 0.0)
+            flat = self.laws.bound(0.0, strength, slip)
+            steep = self.laws.bound(1.0, strength, slip) - flat
             matrix[k] -= self.sense[i] * steep * by_force[k]
             right[k] = -self.sense[i] * (flat + steep * self.margin(i, t, without[k]))
         return push + rows @ np.linalg.solve(matrix, right)
@@ -400,7 +401,7 @@ class Simulator:
         _, pushed = self.struck(normal, rows)
         change = after - float(normal @ v)
         straight = change / float(normal @ pushed)
-        most = self.laws.brakes(change) / change
+        most = self.laws.brakes(change, abs(float(tangent @ v))) / change
         if most == 0.0 or not tangent.any():
             return straight, 0.0
         _, rubbed = self.struck(tangent, rows)

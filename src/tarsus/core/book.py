@@ -57,10 +57,3 @@ class ModeBook:
     def require(self, mask: int) -> int:
         """Number of the contact mode whose held constraints are the bits of ``mask``; made now if no run has met it."""
         return self.native.require(mask)
-
-    def flow(self, q: int, k: int) -> tuple[Floats, Floats]:
-        """Flow over a step of class k in contact mode q: exponential (4, nb) with rows e11, e12, e21, e22 of the blocks,
-        and the state at its end from nodal inputs (ni, 8, 2nb)."""
-        nb = len(self.modes[q].blocks)
-        exponential, response = self.native.flow(q, k, self.sources)
-        return exponential.reshape(4, nb), response.reshape(-1, nodes.N, 2 * nb)

@@ -25,7 +25,8 @@ from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, SharedBook, structure_key
 from tarsus.solve.engines import Shared
-from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering, tangents
+from tarsus.solve.lanes import tangents
+from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
 
 __all__ = [
@@ -185,6 +186,15 @@ class ReturnMap:
         return np.repeat([place, speed], n)
 
 
+def check_memory(plan: Plan) -> None:
+    """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no
+    part of a map's state."""
+    if plan.laws.remembers:
+        raise InputError(
+            "there is no return map where feet remember their contacts: what they bring along is not in its state"
+        )
+
+
 def return_map(
     scene: Scene,
     start: float,
@@ -201,6 +211,7 @@ def return_map(
     plan, rows, period, horizon = varied(scene, values or {}, shared)
     if plan.system.tangents is not None:
         raise InputError(NO_FRICTION)
+    check_memory(plan)
     book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)
 

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import tarsus as ts
+from scene_files import SCENES
 from tarsus.core.arrays import T_CLASS, T_FRACTION, T_JUMPS, T_LENGTH, T_MODE, T_TIME, TRACE_HEAD
 from tarsus.core.book import ModeBook
 from tarsus.core.modes import LinearSystem
 from tarsus.core.nodes import TAU, N
-from tarsus.core.replay import Part, integrate, sample
+from tarsus.core.replay import integrate, sample
 
 LENGTHS = 0.5 ** np.arange(30)
 START = np.array([0.1, -0.05, 1.0, -2.0])
@@ -109,31 +111,48 @@ def test_energy_balance_of_a_step_over_a_hundred_thousand_oscillations(fraction)
     assert gained == pytest.approx(energy(last) - energy(START), rel=1e-9)
 
 
-def test_split_off_part_of_the_smooth_force():
-    plan = system(90.0, 0.2)
-    for fraction in (1.0, 0.21):
-        book, trace = recorded(plan, 3, fraction)
-        whole = integrate(
-            plan, book, trace, [Part(False, lambda gap, rate, time: force(time / LENGTHS[3])[:, None])]
-        )
-        assert whole.parts[0, 0] == pytest.approx(whole.smooth[0], rel=1e-11)
-        half = integrate(plan, book, trace, [Part(False, lambda gap, rate, time: 0.5 * rate)])
-        fine = sample(plan.sources, book, trace, np.linspace(0.0, fraction * LENGTHS[3], 4001))
-        expected = np.trapezoid(0.5 * fine.rate[0] ** 2, dx=fraction * LENGTHS[3] / 4000)
-        assert half.parts[0, 0] == pytest.approx(expected, rel=1e-6)
+def test_laws_that_act_together_share_their_work():
+    """A film and an attraction in two laws of 1/4 and 3/4 each: their shares are just that."""
+    own = ts.load_laws(SCENES / "squeeze.py")
+    together = ts.Ground(
+        restitution=ts.Restitution(coefficient=0.4),
+        film=ts.Film(coefficient=5e-22, thickness=5e-6), electrostatic=ts.Electrostatic(coefficient=1e-20, offset=2e-6),
+        laws={
+            "rest_film": own["own_film"](coefficient=1.5e-21, thickness=5e-6),
+            "rest_attraction": own["own_electrostatic"](coefficient=3e-20, offset=2e-6),
+        },
+    )  # fmt: skip
+    scene = ts.load_scene("cantilever", volts=8, hz=50, wave="sine")
+    motion = ts.simulate(scene.model_copy(update={"ground": together}), "45 ms").motion
+    found = motion.energies
+    assert found.parts.shape == (2, len(motion.log.trace)) and len(motion.log.events) > 20
+    for part, whole in zip(found.parts, (found.resistive, found.smooth), strict=True):
+        np.testing.assert_allclose(part, 0.25 * whole, rtol=0, atol=1e-10 * np.abs(whole).max())
+    works = motion.account.works
+    assert works["rest_film"] == pytest.approx(3.0 * works["film"], rel=1e-9)
 
 
-def test_work_of_a_momentum_that_jumps_is_that_of_resistive_laws_by_their_shares():
+def test_work_of_a_momentum_that_jumps_is_that_of_resistive_laws():
     plan = system(90.0, 0.2)
     book, trace = recorded(plan, 3, 1.0)
-    third = Part(True, lambda gap, rate, time: momentum(time / LENGTHS[3])[:, None] / 3.0)
-    smooth = Part(False, lambda gap, rate, time: 0.5 * rate)
-    before = integrate(plan, book, trace, [third, smooth])
+    before = integrate(plan, book, trace)
     trace[0, T_JUMPS] = 0.3 * before.resistive[0]
-    after = integrate(plan, book, trace, [third, smooth])
+    after = integrate(plan, book, trace)
     assert after.resistive[0] == pytest.approx(1.3 * before.resistive[0], rel=1e-14)
-    np.testing.assert_allclose(after.parts[0], 1.3 * before.parts[0], rtol=1e-14)
-    np.testing.assert_allclose(after.parts[0], after.resistive / 3.0, rtol=1e-11)
     for kind in ("work", "damping", "smooth"):
         assert getattr(after, kind) == getattr(before, kind)
-    assert after.parts[1] == before.parts[1]
+
+
+@pytest.mark.parametrize("steps", [1, 4, 7])
+def test_energies_are_those_of_each_step(steps):
+    """Steps of one length are taken together, others alone: a step has the same energies wherever it stands."""
+    plan = system(90.0, 0.2)
+    book, one = recorded(plan, 3, 1.0)
+    _, other = recorded(plan, 5, 0.6)
+    trace = np.concatenate([np.tile(one, (steps, 1)), other, one])
+    alone = [integrate(plan, book, row) for row in (one, other)]
+    found = integrate(plan, book, trace)
+    for kind in ("work", "damping", "resistive", "smooth"):
+        whole, part = (getattr(each, kind)[0] for each in alone)
+        expected = np.cumsum([whole] * steps + [part, whole])
+        np.testing.assert_allclose(getattr(found, kind), expected, rtol=1e-13)

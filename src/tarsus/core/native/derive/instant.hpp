@@ -17,13 +17,15 @@ class Instant {
   const Settings& settings;
   Jet time = Jet(0.0);
   std::vector<Jet> w, drives, since;  // flowing state; values of the channels; begin of the contacts [s]
-  std::vector<Jet> gaps, physical, from_offset, places;  // as in Modal
+  std::vector<Jet> aged, parted;                         // as in Grip
+  std::vector<Jet> gaps, physical, from_offset, places;  // as in Modal, and Foot::place
   std::vector<double> senses;
   std::vector<uint8_t> rubs;  // as Foot::sense and Modal::rubs
 
   Instant(Book& b, LawTangents& l, const Settings& set, std::vector<Jet> sources, const std::vector<Structural>& structural)
-      : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)),
-        gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps), senses(sizes.feet, 0.0), rubs(sizes.feet, 0), sources_(std::move(sources)),
+      : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
+        gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
+        senses(sizes.feet, 0.0), rubs(sizes.feet, 0), sources_(std::move(sources)),
         structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
@@ -77,6 +79,7 @@ class Instant {
     }
     return sum;
   }
+  Jet age_brought(int foot) const { return laws.remaining(foot, aged[foot], time - parted[foot]); }
   Jet drive_now(int d) const { return drives[d]; }
   Jet film(int i, const Jet& gap) const { return laws.momentum(i, gap); }
   Jet force_now(int i, const Jet& gap, const Jet& rate) const {
@@ -125,12 +128,14 @@ class Instant {
     out.when = time;
     if (kind == RELEASE) {
       if (told) out.pull = out.strength = laws.strength(foot, time - since[foot]);
+      aged[foot] = time - since[foot];
+      parted[foot] = time;
       add_film_momenta(*this);
     } else if (kind == CONTACT_AT_START) {
       add_film_momenta(*this);
       out.pull = pull_if_held(*this, foot);
       out.strength = new_strength(*this, foot);
-      since[foot] = time;
+      since[foot] = time - age_brought(foot);
     } else {
       return land(kind, foot);
     }
@@ -184,7 +189,7 @@ class Instant {
     } else {
       if (kind == CAPTURE && laws.has(foot, HAS_LATCH)) out.adhesion = at.kept();
       out.energy = at.lost() + at.kept();
-      since[foot] = time;
+      since[foot] = time - age_brought(foot);
       toggle(foot);
     }
     landing_ = -1;

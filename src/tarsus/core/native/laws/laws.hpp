@@ -1,4 +1,4 @@
-// What acts between a foot and the ground: six functions of plain numbers, each a sum of terms.
+// What acts between a foot and the ground: seven functions of plain numbers, each a sum of terms.
 //
 // A term is a law: one of the twins written here in C++ (the law files of tarsus.model.laws are their only other home, and a
 // conformance test holds them together), or the program made of a law's plain Python. A foot's parameters are one row;
@@ -10,7 +10,7 @@
 
 namespace tarsus {
 
-enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, HOOKS };
+enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, REMAINING, HOOKS };
 
 // Arguments of a friction law's bound. One that takes the first two alone does not depend on the slip speed.
 enum FrictionArgument { MARGIN, HELD_STRENGTH, SLIP_SPEED, FRICTION_ARGUMENTS };
@@ -76,7 +76,7 @@ struct Laws {
   std::vector<Term> terms[HOOKS];
   std::vector<Program> programs;
   int fixed = 0, registers = 0;  // room for the fixed values of all programs of a foot; most registers of a program
-  bool friction_by_speed = false;  // whether a law of friction takes the slip speed
+  bool friction_by_speed = false;  // whether the law of friction takes the slip speed; it is a program then
 
   void add(int hook, Term term) {
     if (term.program >= 0) {
@@ -211,6 +211,14 @@ struct ActingLaws {
     return sum;
   }
 
+  // What is left [s] of the age [s] of a contact after so long in the air [s]; none by any law that does not say.
+  double remaining(int foot, double age, double away) const {
+    double sum = 0.0;
+    const double arguments[2] = {age, away};
+    for (const Term& term : laws.terms[REMAINING]) sum += by_program(foot, term, arguments);
+    return sum;
+  }
+
   // Largest friction force [N] of a contact of that strength f_a [N] with the margin N + f_a [N], at the slip speed [m/s], not
   // negative: 0 where the foot sticks, and what it holds then.
   template <class Real>
@@ -226,6 +234,16 @@ struct ActingLaws {
         const Real arguments[FRICTION_ARGUMENTS] = {margin, held, speed};
         sum += by_program(foot, term, arguments);
       }
+    }
+    return sum;
+  }
+
+  // The same at the nodes, with its derivative by the slip speed [N s/m].
+  Dual<Row, 1> friction_by_speed(int foot, const Row& margin, const Row& held, const Row& speed) const {
+    Dual<Row, 1> sum(Row(0.0));
+    for (const Term& term : laws.terms[FRICTION]) {
+      const Dual<Row, 1> arguments[FRICTION_ARGUMENTS] = {margin, held, Dual<Row, 1>::variable(speed, 0)};
+      sum = sum + value_of(foot, term, arguments, sloping.data());
     }
     return sum;
   }

@@ -27,7 +27,8 @@ struct Present {
   double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
   double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
-  double landing_gap(int i) const { return s.feet[i].u[UP] + leg(i).gap; }
+  double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
+  double landing_gap(int i) const { return leg(i).clearance(s.feet[i].u[UP]); }
   // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
   double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
   double smooth(int i, double gap, double rate) const {
@@ -63,7 +64,7 @@ inline Landing<typename P::Real> meet_ground(P& p, int i) {
   typedef typename P::Real Real;
   const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
   p.u(i, UP) = -p.gap(i);
-  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, Real(0.0)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
+  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
 }
 
 // How one that approaches the ground departs.
@@ -91,7 +92,7 @@ inline typename P::Real impact(P& p, int i, EventKind kind, const Landing<typena
 // Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + leg.gap) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
   for (int n = leg.first; n < leg.last; n++) {
     parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }
@@ -104,7 +105,7 @@ inline double no_pull(const Legged& s, int i) {
 inline double no_rate(const Legged& s, int i, double momentum) {
   const Leg& leg = s.body.legs[i];
   double parts = std::fabs(momentum);
-  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * leg.gap;
+  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * std::fabs(leg.standing());
   return s.settings.speed_zero + ROUNDING * (std::fabs(s.feet[i].w[UP]) + parts / leg.mass);
 }
 
@@ -119,13 +120,14 @@ inline void begin_flight(Legged& s, int i) {
 // Put a foot on the ground; what it has along the ground stays.
 inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
-  foot.u[UP] = -s.body.legs[i].gap;
+  foot.u[UP] = s.body.legs[i].standing();
   foot.w[UP] = 0.0;
-  foot.since = s.clock.time;
+  foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
-  const bool rubs = s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, 0.0) != 0.0;
   double& along = foot.w[ALONG];
+  const auto bound = [&](double speed) { return s.laws.friction(s.body.legs[i].foot, 1.0, 1.0, speed); };
+  const bool rubs = bound(0.0) != 0.0 || bound(std::fabs(along)) != 0.0;
   const bool stands = rubs && std::fabs(along) <= s.settings.speed_zero;
   if (stands) along = 0.0;
   foot.contact = stands ? STUCK : SLIPPING;
@@ -174,6 +176,7 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
+    foot.end(t);
     foot.w[UP] = leaving_rate(present, i, 0.0);
     begin_flight(s, i);
     return;

@@ -12,6 +12,7 @@
 #pragma once
 #include "legged/answer.hpp"
 #include "legged/film.hpp"
+#include "legged/slip.hpp"
 
 namespace tarsus::legged {
 
@@ -86,9 +87,10 @@ inline void first_guess(Legged& s, int k, double h) {
     LegRows& r = s.rows[i];
     if (foot.contact != AIR) {
       held_strength(s, i, h);
+      if (slips_by_speed(s, i)) r.w[ALONG] = known && foot.start == AS_IT_COMES ? on(r.w[ALONG]) : Row(foot.w[ALONG]);
       continue;
     }
-    const double gap = foot.u[UP] + leg.gap;
+    const double gap = leg.clearance(foot.u[UP]);
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
     if (foot.film) {
@@ -178,15 +180,15 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
     if (foot.film) {
-      if (stiff && !stiff_film(s, &table.film[0][0][0], i, r.u[UP] + leg.gap, r)) sweep.failed = true;
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, leg.clearance(r.u[UP]), r)) sweep.failed = true;
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
-      r.gap = r.u[UP] + leg.gap;
+      r.gap = leg.clearance(r.u[UP]);
       r.film = s.film(i, r.gap);
       // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
-      r.gap = r.u[UP] + leg.gap;
+      r.gap = leg.clearance(r.u[UP]);
     }
     if (foot.force) {
       if (rated) find_rate();
@@ -210,18 +212,25 @@ TARSUS_INLINE void find_margin(Legged& s, int i) {
 }
 
 // A foot that slides or is in the air, along the way.
-TARSUS_INLINE void move_along(Legged& s, int i, int k, double h) {
+TARSUS_INLINE void move_along(Legged& s, int i, int k, double h, Sweep& sweep) {
   const Leg& leg = s.body.legs[i];
   const LeggedFoot& foot = s.feet[i];
   LegRows& r = s.rows[i];
+  const LegStep& table = s.tables.of(k, leg.kind[ALONG]);
+  const Row pulled = spring(s, leg, ALONG);
   Row own = r.load[ALONG];
   if (foot.contact == SLIPPING) {
-    r.bound = s.laws.friction(leg.foot, r.margin, r.strength, magnitude(r.w[ALONG]));
+    if (slips_by_speed(s, i)) {
+      Row u, w;
+      free_motion(table, foot.u[ALONG], foot.w[ALONG], own + pulled, u, w);
+      if (!slide(s, table, i, h, w, r)) sweep.failed = true;
+    } else {
+      r.bound = s.laws.friction(leg.foot, r.margin, r.strength, Row(0.0));
+    }
     own -= r.bound * foot.sense;
   }
-  r.q[ALONG] = own + spring(s, leg, ALONG);
-  free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG],
-              r.w[ALONG]);
+  r.q[ALONG] = own + pulled;
+  free_motion(table, foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
   carry_free(s, i, ALONG, own, h, r);
 }
 
@@ -250,7 +259,7 @@ inline void move_legs(Legged& s, int k, double h, Sweep& sweep) {
     } else {
       fly(s, i, k, h, sweep);
     }
-    move_along(s, i, k, h);
+    move_along(s, i, k, h, sweep);
   }
 }
 

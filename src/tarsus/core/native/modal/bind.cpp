@@ -1,4 +1,6 @@
 // Modal robots in Python: the book of contact modes and the entry that runs a batch.
+#include <nanobind/stl/tuple.h>
+
 #include "base/convert.hpp"
 #include "derive/derived_mode.hpp"
 #include "modal/run.hpp"
@@ -184,28 +186,6 @@ nb::list modes_of(KeptBook& book) {
   return out;
 }
 
-// Matrix parts of a step as tarsus.core.replay takes them: exponential (4, nb) and state_input (inputs, 8, 2 nb), in which
-// the constant input does what it does with these rest gaps and gravity.
-nb::tuple flow_of(KeptBook& book, int q, int k, const Doubles& sources) {
-  const ContactMode& mode = book.numbered(q);
-  const StepClass& step = book.step(mode, k);
-  const int nb = mode.blocks_used, ns = book.sizes.stride, ni = book.sizes.inputs();
-  std::vector<double> exponential, response;
-  for (int e = 0; e < 4; e++) exponential.insert(exponential.end(), step.exponential + e * ns, step.exponential + e * ns + nb);
-  for (int row = 0; row < 2 * ni * N; row++) {
-    response.insert(response.end(), step.state_input + row * ns, step.state_input + row * ns + nb);
-  }
-  double* constant = response.data() + size_t(book.sizes.last()) * N * 2 * nb;  // an equal part for every node
-  for (int row = 0; row < 2 * N; row++) {
-    for (int b = 0; b < nb; b++) {
-      double& to = constant[row * nb + b];
-      to = 0.0;
-      for (int s = 0; s < book.sizes.sources(); s++) to += sources.data()[s] * step.state_bias[s * 2 * ns + row % 2 * ns + b] / N;
-    }
-  }
-  return nb::make_tuple(returned(std::move(exponential)), returned(std::move(response)));
-}
-
 // Everything of a step, for tests of the tables.
 nb::dict step_of(KeptBook& book, int q, int k) {
   const StepClass& step = book.step(book.numbered(q), k);
@@ -218,23 +198,45 @@ nb::dict step_of(KeptBook& book, int q, int k) {
   put("node_constant", step.node_constant, size_t(s.outputs) * s.inputs() * N);
   put("node_input", step.node_input, size_t(s.outputs) * s.inputs() * N * N);
   put("envelope", step.envelope, size_t(s.constraints()) * s.stride);
+  put("exponential", step.exponential, 4 * size_t(s.stride));
+  put("state_input", step.state_input, size_t(s.inputs()) * N * s.state());
+  put("state_bias", step.state_bias, size_t(s.sources()) * s.state());
   put("node_bias", step.node_bias, size_t(s.sources()) * s.outputs * N);
   out["terms"] = step.terms;
   out["stride"] = s.stride;
   return out;
 }
 
+// Every run of a batch. ``begin``: where each starts, as times (runs,) [s], held, leaving and since (runs, feet): see Beginning; from
+// t = 0 without it.
+//
+// Returns codes, events and where those of every run end, finish, recorded steps, and of the last run the contact mode it is in, the
+// mask of the one in which it goes on, and its place; then notes on the events of recorded runs.
 nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    nb::handle rows) {
+                    nb::handle rows, nb::object begin) {
   if (laws.feet != book.sizes.feet) throw std::invalid_argument("the book and the laws are of different feet");
-  const Rows given(rows, signals, size_t(laws.feet) * laws.columns, 2 * size_t(book.sizes.coordinates), laws.feet, book.sizes.drives);
+  const size_t m = laws.feet;
+  const Rows given(rows, signals, m * laws.columns, 2 * size_t(book.sizes.coordinates), m, book.sizes.drives);
   for (int64_t flags : laws.flags) {
     if (flags & USES_RATE && book.sizes.outputs == book.sizes.feet) throw std::invalid_argument("the book has no gap rates");
+  }
+  std::tuple<Doubles, Array<uint8_t>, Array<uint8_t>, Doubles> from;
+  std::vector<Beginning> starts;
+  if (!begin.is_none()) {
+    from = nb::cast<decltype(from)>(begin);
+    const auto& [times, held, leaving, since] = from;
+    const size_t runs = given.batch.runs;
+    if (times.size() != runs || held.size() != runs * m || leaving.size() != runs * m || since.size() != runs * m) {
+      throw std::invalid_argument("the sizes of the windows and of their starts differ");
+    }
+    for (size_t r = 0; r < runs; r++) {
+      starts.push_back({times.data()[r], held.data() + r * m, leaving.data() + r * m, since.data() + r * m});
+    }
   }
   ModalResult result;
   {
     nb::gil_scoped_release released;
-    result = run_modal(book, nodes, signals, laws, settings, given.batch);
+    result = run_modal(book, nodes, signals, laws, settings, given.batch, starts);
   }
   const Sizes& s = book.sizes;
   return nb::make_tuple(returned(std::move(result.codes)), returned_rows(std::move(result.events)),
@@ -242,7 +244,7 @@ nb::tuple run_batch(KeptBook& book, const Nodes& nodes, const Signals& signals, 
                         returned(std::move(result.trace), recorded_width(s)),
                         result.mode == nullptr ? 0 : result.mode->number,
                         result.pending == nullptr ? nb::object(nb::int_(-1)) : mask_of(result.pending->feet),
-                        returned(std::move(result.physical)));
+                        returned(std::move(result.physical)), returned_rows(std::move(result.notes)));
 }
 
 }  // namespace
@@ -253,11 +255,12 @@ void bind_modal(nb::module_& m) {
       .def("__init__", &make_book)
       .def("require", [](KeptBook& book, nb::handle mask) { return book.require(feet_of(book.sizes, mask)).number; })
       .def_prop_ro("modes", &modes_of)
-      .def("flow", &flow_of)
       .def("step", &step_of);
   nb::class_<DerivedBook>(m, "AnyDerivedBook");
   nb::class_<KeptDerivedBook, DerivedBook>(m, "DerivedBook").def(nb::init<KeptBook&, nb::object>(), nb::keep_alive<1, 2>());
-  m.def("run_modal", &run_batch);
+  m.def("run_modal", &run_batch, nb::arg("book"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"), nb::arg("settings"),
+        nb::arg("rows"), nb::arg("begin").none());
+  m.def("modal_stride", &modal_stride);
 }
 
 }  // namespace tarsus

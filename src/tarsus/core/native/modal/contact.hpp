@@ -99,7 +99,7 @@ inline typename M::Real pull_if_held(M& m, int foot) {
 template <class M>
 inline typename M::Real new_strength(const M& m, int foot) {
   typedef typename M::Real Real;
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, Real(0.0)) : Real(0.0);
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot)) : Real(0.0);
 }
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
@@ -273,7 +273,7 @@ inline bool sticks_at_once(Modal& m, int foot) {
 
 // Put a foot on the ground; the state is the modal one.
 inline void hold(Modal& m, int foot, double t) {
-  m.feet[foot].since = t;
+  m.feet[foot].begin(m.laws, foot, t);
   turn_over(m, foot, UNDER_WAY, t);
   leave_mode(m, foot, true, sticks_at_once(m, foot));
 }
@@ -320,7 +320,10 @@ inline void let_go_by_impact(Modal& m, int constraint) {
   const bool leaves = constraint < m.sizes.feet;
   m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
   (leaves ? m.feet[foot].departure : m.feet[foot].slide) = FROM_REST;
-  if (leaves) m.feet[foot].sense = 0.0;
+  if (leaves) {
+    m.feet[foot].sense = 0.0;
+    m.feet[foot].end(m.clock.time);
+  }
   leave_mode(m, foot, !leaves);
 }
 
@@ -378,6 +381,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
   m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
   m.feet[foot].left = t;
+  m.feet[foot].end(t);
   m.note_parts();
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);

@@ -39,7 +39,7 @@ inline double no_slide(const Modal& m, int foot) {
   return m.settings.speed_zero + ROUNDING * std::max(m.feet[foot].slides, m.parts(m.mode->slide_rate, foot));
 }
 
-// Largest friction of a foot, and its slopes by margin and speed, by differences that a law linear in them does not feel.
+// Largest friction of a foot, and its slopes by margin (by a difference, which a law linear in it does not feel) and by speed.
 template <class Real>
 struct Bound {
   Real most, by_margin, by_speed;
@@ -51,13 +51,22 @@ inline double size_of(const Row& x) { return highest(magnitude(x)); }
 template <class Real>
 inline Bound<Real> friction_bound(const Modal& m, int foot, const Real& margin, const Real& strength, const Real& speed) {
   constexpr double SHARE = 1e-5;  // of a number, over which differences leave as much rounding as a law's bend
-  const double more = SHARE * size_of(margin) + m.settings.force_zero, faster = SHARE * size_of(speed) + m.settings.speed_zero;
+  const double more = SHARE * size_of(margin) + m.settings.force_zero;
   Bound<Real> out{m.laws.friction(foot, margin, strength, speed), Real(0.0), Real(0.0)};
   out.by_margin = (m.laws.friction(foot, margin + Real(more), strength, speed) -
                    m.laws.friction(foot, margin - Real(more), strength, speed)) / (2.0 * more);
-  if (m.laws.laws.friction_by_speed) {
-    out.by_speed = (m.laws.friction(foot, margin, strength, speed + Real(faster)) - out.most) / faster;
-  }
+  return out;
+}
+
+// That of a foot that slides, at the nodes. Beyond a stop (speed [m/s] below 0, in the sense of the slide) it stays what it is at rest,
+// as under walkers.
+inline Bound<Row> sliding_bound(const Modal& m, int foot, const Row& margin, const Row& strength, const Row& speed) {
+  const Row ahead = larger(speed, Row(0.0));
+  Bound<Row> out = friction_bound(m, foot, margin, strength, ahead);
+  if (!m.laws.laws.friction_by_speed) return out;
+  const auto found = m.laws.friction_by_speed(foot, margin, strength, ahead);
+  out.most = found.value;
+  out.by_speed = each(found.slope[0], speed, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? by : 0.0; });
   return out;
 }
 
@@ -115,10 +124,8 @@ inline Sliding sliding_at_nodes(const Modal& m, const StepClass& step, int foot,
   const Row margin = breaking_pull(m, foot, times, m.volts[foot]) - m.outputs[foot];
   const Row strength = m.laws.strength(foot, times - m.feet[foot].since);
   const double sense = m.feet[foot].sense;
-  Sliding out{Row(0.0), friction_bound(m, foot, margin, strength, magnitude(m.outputs[along]))};
+  Sliding out{Row(0.0), sliding_bound(m, foot, margin, strength, m.outputs[along] * sense)};
   out.misfit = out.bound.most * -sense - m.values[along];
-  // beyond its stop a foot is faster the farther it has turned back
-  out.bound.by_speed = each(out.bound.by_speed, m.outputs[along], [sense](double by, double rate) { return rate * sense < 0.0 ? -by : by; });
   return out;
 }
 
@@ -180,6 +187,9 @@ inline bool settle_friction(Modal& m, const StepClass& step, double t, const Set
     for (int i : m.rubbing) {
       sliding.push_back(sliding_at_nodes(m, step, i, t));
       const Bound<Row>& bound = sliding.back().bound;
+      // most powers of e by which friction that falls with the speed may drive a foot within a step, as under walkers: an implicit
+      // step far longer than that finds a motion of the other sign
+      if (-lowest(bound.by_speed) * step.reach[feet + i] > step.length) return false;
       const double misfit = size_of(sliding.back().misfit), size = size_of(bound.most);
       if (!std::isfinite(misfit) || !finite(bound.by_margin + bound.by_speed)) return false;
       const double none = no_margin(m, i) * (1.0 + size_of(bound.by_margin));

@@ -118,6 +118,8 @@ struct Half {
   std::vector<double> push;
 };
 
+typedef std::vector<std::vector<double>> Shares;  // of laws that act together, in one step: coefficients of each
+
 // The vectors of the steps of one contact mode, and the forms of their energies.
 //
 // Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); friction on feet
@@ -126,6 +128,7 @@ struct Half {
 class ModeEnergies {
  public:
   typedef std::vector<Row> Form;  // (width, rows of l): G
+  static constexpr int TOGETHER = 4;  // steps that share the loading of a form
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
   ModeEnergies(Book& book, const ContactMode& mode, const Carriers& by, const Legendre& legendre, const double* sources,
@@ -148,14 +151,13 @@ class ModeEnergies {
     copy_mode(sources);
     find_rest();
     one_.assign(room(), 0.0);
-    done_.assign(rows_, Row(0.0));
+    done_.assign(TOGETHER * size_t(rows_), Row(0.0));
     first_.assign(room(), 0.0);
     series_.assign(size_t(SERIES + 1) * state_, 0.0);
     flowing_.assign(state_, Row(0.0));
   }
 
   int room() const { return width_ + N; }  // of z, any part of which may be read in rows of 8
-  const Part& part(int energy) const { return parts_[energy]; }
 
   // The vector of a recorded step; widens [low, high] (feet) by the gaps at its start.
   void fill(const Recorded& r, double* z, double* low, double* high) const {
@@ -168,12 +170,13 @@ class ModeEnergies {
       collect(r.inputs, true, z + parts_[RESISTIVE].first);
     }
     for (int i : mode_.free) {
-      double gap = at_rest_[i];
+      Row parts = Row(0.0);  // the inputs have not come to z yet, or have no part in it
+      for (int k = 0; k < state_; k += N) parts += load(gaps_.data() + i * size_t(room()) + k) * load(z + k);
+      double gap = at_rest_[i] + total(parts);
       for (int k : mode_.stuck) {
         const int place = mode_.sizes.feet + k;
         gap += mode_.feed[i * mode_.sizes.inputs() + place] * r.inputs[N * place];
       }
-      for (int k = 0; k < state_; k++) gap += gaps_[i * state_ + k] * z[k];
       low[i] = std::min(low[i], gap);
       high[i] = std::max(high[i], gap);
     }
@@ -207,18 +210,26 @@ class ModeEnergies {
     }
   }
 
-  // Add the energies of a whole step of class k to ``out`` (ENERGIES), and the work of laws that have a share of it behind: each share
-  // by its coefficients, of resistive laws first.
-  void add_whole(int k, const double* z, const std::vector<std::vector<double>>& shares, int resistive, double* out) {
-    apply(form(k), z);
-    for (int e = 0; e < ENERGIES; e++) out[e] += product(parts_[e], z + parts_[e].first);
-    for (size_t s = 0; s < shares.size(); s++) {
-      out[ENERGIES + s] += product(parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[s].data());
+  // Add the energies of whole steps of class k, up to TOGETHER of them whose vectors lie ``room`` apart, to ``out`` (ENERGIES) of each,
+  // and the work of laws that have a share of it behind: each share by its coefficients, of resistive laws first.
+  void add_whole(int k, const double* z, const Shares* shares, int count, int resistive, double* const* out) {
+    const Form& g = form(k);
+    if (count > 1) {
+      apply<TOGETHER>(g, z);
+    } else {
+      apply<1>(g, z);
+    }
+    for (int n = 0; n < count; n++, z += room()) {
+      const Row* done = done_.data() + n * rows_;
+      for (int e = 0; e < ENERGIES; e++) out[n][e] += product(done, parts_[e], z + parts_[e].first);
+      for (size_t s = 0; s < shares[n].size(); s++) {
+        out[n][ENERGIES + s] += product(done, parts_[int(s) < resistive ? RESISTIVE : SMOOTH], shares[n][s].data());
+      }
     }
   }
 
   // The same of a step up to its scaled time ``along``; z and the shares become those of the part that is left.
-  void add_ended(int k, double along, double* z, std::vector<std::vector<double>>& shares, int resistive, double* out) {
+  void add_ended(int k, double along, double* z, Shares& shares, int resistive, double* out) {
     while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
       const std::array<Half, 2>& halves = this->halves(++k);
       const bool late = along >= 0.5;
@@ -226,7 +237,7 @@ class ModeEnergies {
         std::copy(z, z + room(), first_.begin());
         first_shares_ = shares;
         to_half(halves[0], first_.data(), first_shares_);
-        add_whole(k, first_.data(), first_shares_, resistive, out);
+        add_whole(k, first_.data(), &first_shares_, 1, resistive, &out);
       }
       to_half(halves[late], z, shares);
       along = 2.0 * along - late;
@@ -243,15 +254,15 @@ class ModeEnergies {
     }
   }
 
-  // The form of a step of class k, made from that of the next shorter one that is there: ask for the shortest first.
+  // The form of a step of class k, folded, made from that of the next shorter one that is there: ask for the shortest first.
   const Form& form(int k) {
     auto from = forms_.lower_bound(k);
     if (from == forms_.end()) {
       int bottom = k;
       while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
-      from = forms_.emplace(bottom, quadrature(bottom)).first;
+      from = forms_.emplace(bottom, folded(quadrature(bottom))).first;
     }
-    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, doubled(from->second, halves(c))).first;
+    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, folded(doubled(from->second, halves(c)))).first;
     return from->second;
   }
 
@@ -291,7 +302,7 @@ class ModeEnergies {
   // room to work in: unit vectors, the first half of a step, Taylor series, z G, motion and dampers' forces
   std::vector<double> one_, first_, series_;
   std::vector<Row> done_;
-  std::vector<std::vector<double>> first_shares_;
+  Shares first_shares_;
   std::vector<Row> flowing_, damped_;
   Motion last_;
 
@@ -327,9 +338,11 @@ class ModeEnergies {
       }
     }
     sources_.assign(sources, sources + s.sources());
-    gaps_ = compact(mode_.outputs, s.feet);
+    const std::vector<double> gaps = compact(mode_.outputs, s.feet);
+    gaps_.assign(s.feet * size_t(room()), 0.0);
     at_rest_.assign(s.feet, 0.0);
     for (int i = 0; i < s.feet; i++) {
+      std::copy_n(gaps.data() + i * size_t(state_), state_, gaps_.data() + i * size_t(room()));
       for (int q = 0; q < s.sources(); q++) at_rest_[i] += sources[q] * mode_.bias_feed[q * 2 * s.feet + i];
     }
   }
@@ -382,7 +395,7 @@ class ModeEnergies {
     const int nu = width_ - state_, ns = mode_.sizes.stride;
     std::array<Half, 2> out = {{{legendre_.half[0][0], legendre_.back[0][0], nullptr, ns, std::vector<double>(size_t(nu) * state_, 0.0)},
                                 {legendre_.half[1][0], legendre_.back[1][0], step.exponential, ns, std::vector<double>(size_t(nu) * state_, 0.0)}}};
-    std::vector<double> response(size_t(N) * state_), begun(state_);
+    std::vector<double> response(size_t(N) * state_);
     for (const Input& input : inputs_) {
       const Rest* rest = nullptr;
       for (const Rest& one : rests_) {
@@ -437,7 +450,7 @@ class ModeEnergies {
     if (count == N) store(x, combine(matrix, load(x)));
   }
 
-  void to_half(const Half& half, double* z, std::vector<std::vector<double>>& shares) const {
+  void to_half(const Half& half, double* z, Shares& shares) const {
     if (half.flow != nullptr) {
       const double* e = half.flow;
       for (int b = 0; b < blocks_; b++) {
@@ -458,26 +471,52 @@ class ModeEnergies {
 
   // ---- forms
 
-  // z G, and the product of some columns of it with what passes energy on.
-  TARSUS_INLINE void apply(const Form& form, const double* z) {
-    int row = 0;
-    for (; row + 8 <= rows_; row += 8) apply_rows<8>(form.data() + row, z, done_.data() + row);
-    for (; row + 4 <= rows_; row += 4) apply_rows<4>(form.data() + row, z, done_.data() + row);
-    for (; row < rows_; row++) apply_rows<1>(form.data() + row, z, done_.data() + row);
-  }
-  template <int ROWS>
-  TARSUS_INLINE void apply_rows(const Row* g, const double* z, Row* to) const {
-    Row sum[ROWS];
-    for (int r = 0; r < ROWS; r++) sum[r] = Row(0.0);
-    for (int b = 0; b < width_; b++, g += rows_) {
-      for (int r = 0; r < ROWS; r++) sum[r] += g[r] * z[b];
+  // The same form with all of the dampers' on one side of the diagonal.
+  Form folded(Form g) const {
+    for (int b = 0; b < parts_[DAMPING].count; b++) {
+      for (int a = 0; a < b; a++) {
+        double& other = *place(g.data() + size_t(a) * rows_, DAMPING, b);
+        *place(g.data() + size_t(b) * rows_, DAMPING, a) += other;
+        other = 0.0;
+      }
     }
-    for (int r = 0; r < ROWS; r++) to[r] = sum[r];
+    return g;
+  }
+
+  // z G of some steps, up to four rows of it at a time; and the product of some columns with what passes energy on.
+  template <int COUNT>
+  void apply(const Form& form, const double* z) {
+    for (int row = 0, chunks = (rows_ + 3) / 4; chunks > 0; chunks--) {
+      const int some = (rows_ - row + chunks - 1) / chunks;
+      const Row* g = form.data() + row;
+      Row* to = done_.data() + row;
+      const Part& damping = parts_[DAMPING];  // which is folded
+      const int first = damping.row <= row && row + some <= damping.row + damping.rows() ? N * (row - damping.row) : 0;
+      switch (some) {
+        case 1: apply_rows<COUNT, 1>(g, z, to, first); break;
+        case 2: apply_rows<COUNT, 2>(g, z, to, first); break;
+        case 3: apply_rows<COUNT, 3>(g, z, to, first); break;
+        default: apply_rows<COUNT, 4>(g, z, to, first);
+      }
+      row += some;
+    }
+  }
+  template <int COUNT, int ROWS>
+  void apply_rows(const Row* g, const double* z, Row* to, int first) const {
+    Row sum[COUNT][ROWS];
+    for (auto& own : sum) std::fill(own, own + ROWS, Row(0.0));
+    g += size_t(first) * rows_;
+    for (int b = first; b < width_; b++, g += rows_) {
+      for (int n = 0; n < COUNT; n++) {
+        for (int r = 0; r < ROWS; r++) sum[n][r] += g[r] * z[n * room() + b];
+      }
+    }
+    for (int n = 0; n < COUNT; n++) std::copy(sum[n], sum[n] + ROWS, to + n * rows_);
   }
   // ``by``: (count), and readable up to the next row of 8.
-  TARSUS_INLINE double product(const Part& part, const double* by) const {
+  static double product(const Row* done, const Part& part, const double* by) {
     Row sum = Row(0.0);
-    for (int r = 0; r < part.rows(); r++) sum += done_[part.row + r] * load(by + N * r);
+    for (int r = 0; r < part.rows(); r++) sum += done[part.row + r] * load(by + N * r);
     return total(sum);
   }
 
@@ -558,18 +597,16 @@ class ModeEnergies {
     legendre_at(legendre_.at * along, out.value, out.slope);
     for (Row& slope : out.slope) slope *= 1.0 / length;
     const int terms = fill_series(z, out.span, along);
-    for (int k = 0; k < state_; k++) {
-      Row sum = Row(series_[size_t(terms) * state_ + k]);
-      for (int c = terms - 1; c >= 0; c--) sum = sum * legendre_.at + series_[size_t(c) * state_ + k];
-      flowing_[k] = sum;
+    std::fill(flowing_.begin(), flowing_.end(), Row(0.0));
+    for (int c = terms; c >= 0; c--) {  // sums side by side do not wait for each other
+      for (int k = 0; k < state_; k++) flowing_[k] = flowing_[k] * legendre_.at + series_[size_t(c) * state_ + k];
     }
-    out.velocity.resize(coordinates_);
-    for (int r = 0; r < coordinates_; r++) {
-      double drift = 0.0;
-      for (const Rest& rest : rests_) drift += z[rest.column] * rest.drift[r];
-      Row v = Row(drift);
-      for (int k = 0; k < state_; k++) v += flowing_[k] * velocity_[r * state_ + k];
-      out.velocity[r] = v;
+    out.velocity.assign(coordinates_, Row(0.0));
+    for (const Rest& rest : rests_) {
+      for (int r = 0; r < coordinates_; r++) out.velocity[r] += z[rest.column] * rest.drift[r];
+    }
+    for (int k = 0; k < state_; k++) {
+      for (int r = 0; r < coordinates_; r++) out.velocity[r] += flowing_[k] * velocity_[r * state_ + k];
     }
     for (const Input& input : inputs_) {
       if (input.energy != RESISTIVE) break;  // momenta come first
@@ -617,11 +654,9 @@ class ModeEnergies {
 
   // What the dampers take of motion with these velocities.
   void damp(const std::vector<Row>& velocity, std::vector<Row>& out) const {
-    out.resize(coordinates_);
-    for (int r = 0; r < coordinates_; r++) {
-      Row sum = Row(0.0);
-      for (int c = 0; c < coordinates_; c++) sum += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
-      out[r] = sum;
+    out.assign(coordinates_, Row(0.0));
+    for (int c = 0; c < coordinates_; c++) {
+      for (int r = 0; r < coordinates_; r++) out[r] += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
     }
   }
 
@@ -698,7 +733,7 @@ class LawShares {
   void begin() { player_.restart(run_.channels, run_.changes); }
 
   // Coefficients of each share in a recorded step, of resistive laws first.
-  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, std::vector<std::vector<double>>& shares) {
+  void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, Shares& shares) {
     const ContactMode& mode = *r.mode;
     const Sizes& s = mode.sizes;
     enter_recorded(r, run_.sources, entering_);
@@ -772,40 +807,68 @@ struct StepsOfMode {
   }
 };
 
+// Whole steps of one class that wait for the others with which their energies are found.
+struct Waiting {
+  static constexpr int MOST = ModeEnergies::TOGETHER;
+  std::vector<double> z;  // (MOST, room)
+  Shares shares[MOST];
+  double* to[MOST];
+  int count = 0;
+};
+
+// Add what each step of a contact mode passes on to its row of ``out``.
+inline void add_steps(Book& book, Recording& trace, const StepsOfMode& steps, ModeEnergies& energies, LawShares* laws,
+                      EnergySums& out, double* low, double* high) {
+  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
+  std::vector<Waiting> waiting(book.classes());
+  const auto finish = [&](int k) {
+    Waiting& some = waiting[k];
+    if (some.count) energies.add_whole(k, some.z.data(), some.shares, some.count, resistive, some.to);
+    some.count = 0;
+  };
+  if (parts) laws->begin();
+  for (size_t r : steps.rows) {
+    const Recorded step = trace.step(r);
+    Waiting& some = waiting[step.step_class];
+    if (some.z.empty()) {
+      some.z.assign(Waiting::MOST * energies.room(), 0.0);
+      for (Shares& shares : some.shares) shares.resize(parts);
+    }
+    double *z = some.z.data() + some.count * energies.room(), *to = out.rows.data() + r * width;
+    to[0] = step.time + step.length * step.fraction;
+    energies.fill(step, z, low, high);
+    if (parts) laws->fill(step, book.step(*step.mode, step.step_class), energies, some.shares[some.count]);
+    if (step.fraction != 1.0) {
+      energies.add_ended(step.step_class, step.fraction, z, some.shares[some.count], resistive, to + 1);
+      continue;
+    }
+    some.to[some.count] = to + 1;
+    if (++some.count == Waiting::MOST) finish(step.step_class);
+  }
+  for (int k = 0; k < book.classes(); k++) finish(k);
+}
+
 inline EnergySums energies_of(Book& book, const Legendre& legendre, const Carriers& by, const double* sources, const double* trace,
                               size_t count, LawShares* laws) {
   const Sizes& s = book.sizes;
-  const int parts = laws == nullptr ? 0 : laws->count(), width = 1 + ENERGIES + parts;
+  const int parts = laws == nullptr ? 0 : laws->count(), resistive = parts ? laws->resistive() : 0, width = 1 + ENERGIES + parts;
   EnergySums out{std::vector<double>(count * width, 0.0), std::vector<double>(s.feet, 0.0)};
-  std::vector<double> low(s.feet, INF), high(s.feet, -INF), z;
-  std::vector<std::vector<double>> shares(parts);
+  std::vector<double> low(s.feet, INF), high(s.feet, -INF);
   Recording recording(book, trace);
   std::map<int, StepsOfMode> by_mode;
   for (size_t r = 0; r < count; r++) by_mode[int(recording.row(r)[3])].add(s, r, recording.row(r));
   for (auto& [number, steps] : by_mode) {
-    const ContactMode& mode = book.numbered(number);
     steps.level(s.feet);
-    ModeEnergies energies(book, mode, by, legendre, sources, steps.columns);
+    ModeEnergies energies(book, book.numbered(number), by, legendre, sources, steps.columns);
     if (steps.shortest >= 0) energies.form(steps.shortest);
-    if (parts) laws->begin();
-    z.resize(energies.room());
-    for (size_t r : steps.rows) {
-      const Recorded step = recording.step(r);
-      energies.fill(step, z.data(), low.data(), high.data());
-      if (parts) laws->fill(step, book.step(mode, step.step_class), energies, shares);
-      double* to = out.rows.data() + r * width;
-      to[0] = step.time + step.length * step.fraction;
-      const int resistive = parts ? laws->resistive() : 0;
-      if (step.fraction == 1.0) {
-        energies.add_whole(step.step_class, z.data(), shares, resistive, to + 1);
-      } else {
-        energies.add_ended(step.step_class, step.fraction, z.data(), shares, resistive, to + 1);
-      }
-      // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
-      const double jumps = recording.row(r)[T_JUMPS], whole = to[1 + RESISTIVE];
-      for (int p = 0; p < resistive && whole != 0.0; p++) to[1 + ENERGIES + p] *= 1.0 + jumps / whole;
-      to[1 + RESISTIVE] += jumps;
-    }
+    add_steps(book, recording, steps, energies, laws, out, low.data(), high.data());
+  }
+  for (size_t r = 0; r < count; r++) {
+    double* own = out.rows.data() + r * width + 1;
+    // what momenta do as they jump into the next step, their laws dissipate by their shares in this one
+    const double jumps = recording.row(r)[T_JUMPS], whole = own[RESISTIVE];
+    for (int p = 0; p < resistive && whole != 0.0; p++) own[ENERGIES + p] *= 1.0 + jumps / whole;
+    own[RESISTIVE] += jumps;
   }
   for (size_t r = 1; r < count; r++) {
     for (int e = 1; e < width; e++) out.rows[r * width + e] += out.rows[(r - 1) * width + e];

@@ -1,0 +1,200 @@
+"""Friction that falls with the slip speed: Stribeck's curve and weakening by rate."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+import tarsus as ts
+from independent.compare import compare
+from random_scenes import plain_scene
+from tarsus.base.events import EventKind
+from tarsus.model.laws import Friction, FrictionLaw
+from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
+from tarsus.model.structure import Walker, WalkerBody, WalkerLeg
+from walking_scenes import GRAVITY, LOOSE, block, moving, sticky, trotter
+
+MASS, START = 1e-6, 0.05
+SLIP, STICK = EventKind.SLIP_BEGINS, EventKind.STICK_BEGINS
+LAWS = {
+    "stribeck": StribeckFriction(static=0.4, dynamic=0.15, speed=0.01),
+    "steep": StribeckFriction(static=0.4, dynamic=0.15, speed=1e-5, exponent=1.0),
+    "rising": StribeckFriction(static=0.1, dynamic=0.35, speed=1e-3),
+    "weakening": RateWeakeningFriction(static=0.4, dynamic=0.15, speed=0.01),
+    "steeply weakening": RateWeakeningFriction(static=0.4, dynamic=0.1, speed=1e-6),
+}
+
+
+def on(law: FrictionLaw, **changes) -> ts.Scene:
+    scene = block(**changes)
+    return scene.model_copy(update={"ground": scene.ground.model_copy(update={"friction": law})})
+
+
+def transitions(run: ts.Run) -> np.ndarray:
+    return run.events[np.isin(run.events["kind"], (SLIP, STICK))]
+
+
+def stop_time(law: FrictionLaw, begun: float = START) -> float:
+    """int_0^v0 dv / (mu(v) g) [s]."""
+    edges = [0.0, *np.geomspace(1e-8, begun, 15)]
+    return sum(
+        quad(lambda v: 1.0 / (law.evaluate(1.0, 0.0, v) * GRAVITY), low, high, epsabs=0.0, epsrel=1e-12)[0]
+        for low, high in pairwise(edges)
+    )
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_a_sliding_block_stops_after_the_time_of_the_quadrature(name: str) -> None:
+    """m v' = -mu(v) m g: T = int_0^v0 dv / (mu(v) g); friction has taken all of the kinetic energy by then."""
+    law = LAWS[name]
+    run = ts.simulate(moving(on(law), block_x=START), duration=0.06)
+    assert run.ok and transitions(run)["kind"].tolist() == [STICK]
+    assert transitions(run)["time"] == pytest.approx([stop_time(law)], rel=1e-10)
+    assert run.ledger.friction == pytest.approx(0.5 * MASS * START**2, rel=1e-10)
+    assert run.ledger.closure < 1e-11
+
+
+def slider(law: FrictionLaw, stiffness: float, pull: float, heavy: float) -> ts.Scene:
+    """A block on a spring whose other end, a heavy body, moves on at ``pull`` [m/s]."""
+    scene = on(law)
+    leg = WalkerLeg(mass=MASS, **(LOOSE | {"stiffness_l": stiffness}))
+    structure = Walker(body=WalkerBody(mass=heavy), legs={"block": leg})
+    robot = scene.robot.model_copy(update={"structure": structure})
+    return moving(scene.model_copy(update={"robot": robot}), body_x=pull)
+
+
+@pytest.mark.parametrize("name", ["stribeck", "weakening", "steep"])
+def test_a_mass_on_a_pulled_spring_sticks_and_slips_as_its_equation_does(name: str) -> None:
+    """m x'' = k (X - x) - mu(x') m g, M X'' = -k (X - x), from where the spring carries mu_s m g to where x' is 0."""
+    law, stiffness, pull, heavy = LAWS[name], 0.01, 0.002, 1e-3
+    run = ts.simulate(slider(law, stiffness, pull, heavy), duration=1.3)
+    weight, limit = MASS * GRAVITY, law.evaluate(1.0, 0.0, 0.0)
+
+    def slides(t, z):
+        x, v, body, speed = z
+        force = stiffness * (body - x)
+        return [v, (force - law.evaluate(weight, 0.0, max(v, 0.0))) / MASS, speed, -force / heavy]
+
+    def sticks(t, z):
+        x, _, body, speed = z
+        return [0.0, 0.0, speed, -stiffness * (body - x) / heavy]
+
+    def stop(t, z):
+        return z[1]
+
+    def onset(t, z):
+        return stiffness * (z[2] - z[0]) - limit * weight
+
+    stop.terminal = onset.terminal = True
+    stop.direction, onset.direction = -1.0, 1.0
+    tight = {"rtol": 1e-12, "atol": 1e-16, "method": "DOP853", "max_step": 5e-3}
+    t, z, expected = 0.0, np.array([0.0, 0.0, 0.0, pull]), []
+    while True:
+        for rates, end, kind in ((sticks, onset, SLIP), (slides, stop, STICK)):
+            if kind == STICK:  # from the unstable rest the slip grows as the load does
+                tiny = 1e-7
+                load = stiffness * z[3] / MASS
+                braked = limit * weight / heavy * tiny
+                z += np.array(
+                    [load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked]
+                )
+                t += tiny
+            found = solve_ivp(rates, (t, 1.3), z, events=end, first_step=1e-9, **tight)
+            if found.status != 1:
+                break
+            t, z = found.t_events[0][0], found.y_events[0][0]
+            z[1] = 0.0
+            expected.append((t, kind))
+        if found.status != 1:
+            break
+    assert run.ok and len(expected) >= 4
+    assert transitions(run)["kind"].tolist() == [kind for _, kind in expected]
+    # a force is none below 1e-13 of the body's weight, 2.5e-10 of what friction bears
+    assert transitions(run)["time"] == pytest.approx([time for time, _ in expected], rel=2e-9)
+    assert run.ledger.closure < 1e-12
+    series = run.at(np.linspace(0.0, 1.3, 400))
+    slip = np.abs(run.scene.robot.structure.row("block_x") @ series.state.v)
+    bound = [law.evaluate(weight, 0.0, v) for v in slip[series.slipping[0]]]
+    assert series.slipping.any() and not series.slipping.all()
+    np.testing.assert_allclose(-series.friction[0, series.slipping[0]], bound, rtol=1e-9)
+    assert np.all(np.abs(series.friction[0, ~series.slipping[0]]) <= limit * weight * (1.0 + 1e-9))
+
+
+def test_a_foot_that_has_stopped_rests_under_more_than_fast_friction_holds() -> None:
+    """Between the dynamic and the static bound it stays where it is, which a slip of 1e-3 m/s would not."""
+    law = LAWS["steep"]
+    push = 0.5 * (law.static + law.dynamic) * MASS * GRAVITY
+    still = ts.simulate(on(law, signals={"along": ts.Constant(level=push)}), duration=0.02)
+    assert not len(still.events[still.events["kind"] == SLIP])
+    sliding = moving(on(law, signals={"along": ts.Constant(level=push)}), block_x=1e-3)
+    run = ts.simulate(sliding, duration=0.02)
+    speed = 1e-3 + 0.02 * (push / MASS - law.dynamic * GRAVITY)
+    assert run.at(np.array([0.02])).state.v[2, 0] == pytest.approx(speed, rel=1e-9)
+
+
+def test_an_impact_brakes_by_the_friction_of_the_speed_before_it() -> None:
+    law = LAWS["stribeck"]
+    run = ts.simulate(moving(on(law), block=0.1, block_x=0.012), duration=0.03)
+    first = run.events[run.events["kind"] == EventKind.BOUNCE][0]
+    after = run.at(np.array([np.nextafter(first["time"], 1.0)])).state.v
+    along = run.scene.robot.structure.row("block_x") @ after[:, 0]
+    change = 1.5 * first["speed_before"]
+    assert along == pytest.approx(max(0.012 - law.evaluate(change, 0.0, 0.012), 0.0), abs=1e-12)
+    assert run.ledger.closure < 1e-11
+
+
+def test_with_one_coefficient_it_is_coulombs() -> None:
+    film = ts.Film(coefficient=1e-23, thickness=1e-6)
+    runs = [
+        ts.simulate(trotter(legs=3, ground=sticky(friction=law, film=film)), 0.02)
+        for law in (Friction(coefficient=0.3), StribeckFriction(static=0.3, dynamic=0.3, speed=1e-3))
+    ]
+    one, other = (run.events for run in runs)
+    assert len(one) > 15 and one["kind"].tolist() == other["kind"].tolist()
+    np.testing.assert_allclose(other["time"], one["time"], rtol=0.0, atol=1e-12 * 0.02)
+
+
+@pytest.mark.parametrize("speed", [3e-9, 4e-8, 3e-7, 1e-5])
+def test_a_walk_on_friction_that_falls_at_once_neither_stalls_nor_chatters(speed: float) -> None:
+    """The foot follows one motion from its unstable rest: a slip begins once and ends once."""
+    law = RateWeakeningFriction(static=0.9, dynamic=0.25, speed=speed)
+    run = ts.simulate(trotter(legs=2, seed=38, ground=sticky(friction=law)), 0.02)
+    assert run.ok and run.ledger.closure < 1e-9
+    assert 0 < np.count_nonzero(run.events["kind"] == SLIP) < 20
+    for foot in range(2):
+        own = transitions(run)
+        own = own[own["foot"] == foot]
+        again = (own["kind"][1:] == SLIP) & (own["kind"][:-1] == SLIP)
+        assert np.all(np.diff(own["time"])[again] > 1e-7)
+
+
+@pytest.mark.parametrize("name", ["stribeck", "weakening"])
+def test_whole_sequences_agree_with_the_independent_simulator(name: str) -> None:
+    scene = ts.with_values(plain_scene(22, True), {"ground.friction": LAWS[name]})
+    found = compare(scene)
+    assert found.wrong is None, found
+
+
+@pytest.mark.parametrize(
+    ("name", "within"),
+    [("stribeck", 1e-7), ("rising", 1e-7), ("weakening", 1e-7), ("steep", 2e-6), ("steeply weakening", 1e-3)],
+)
+def test_derivatives_of_the_time_in_which_a_block_stops(name: str, within: float) -> None:
+    """The quadrature's differences of fourth order, by the law's numbers; dT/dv0 = 1 / (mu(v0) g).
+
+    What the time of the stop errs by counts as often as friction changes the speed by powers of e in it: 3e6 times a
+    second where friction falls within 1 um/s.
+    """
+    law, numbers, begun = LAWS[name], ("static", "dynamic", "speed"), "initial.velocity.2"
+    paths = [f"ground.friction.{number}" for number in numbers]
+    run = ts.simulate(moving(on(law), block_x=START), 0.06, gradients=[*paths, begun])
+    found = [run.event_gradients[path]["time"][-1] for path in [*paths, begun]]
+    for number, had in zip(numbers, found, strict=False):
+        at = getattr(law, number)
+        values = [stop_time(law.model_copy(update={number: at * (1.0 + k * 1e-3)})) for k in (-2, -1, 1, 2)]
+        wanted = float(np.dot(values, [1.0, -8.0, 8.0, -1.0])) / (12e-3 * at)
+        assert had == pytest.approx(wanted, rel=within)
+    assert found[-1] == pytest.approx(1.0 / (law.evaluate(1.0, 0.0, START) * GRAVITY), rel=within)
