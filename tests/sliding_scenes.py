@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 import tarsus as ts
+from example_files import load
 from tarsus.model.drive.laws import LinearForce
 from tarsus.model.laws import Friction
 from tarsus.model.scene import Drive, Foot, Ground, Initial, PointLoad, Robot, Scene
@@ -83,43 +83,5 @@ def cantilever(**laws: Any) -> Scene:
     )
 
 
-def biped(lean: float = 0.4, tied: float = 0.2, **laws: Any) -> Scene:
-    """A body that surges, heaves and pitches on two legs that lean: their springs tie upward and along the ground.
-
-    lean [rad]: of the legs, to the middle; tied: share of a foot's mass that couples its two ways.
-    """
-    names = ("x", "z", "pitch", "ax", "az", "bx", "bz")
-    surge, heave, pitch, *feet = np.eye(7)
-    mass = np.diag([2e-7, 2e-7, 8e-14, *[5e-9] * 4])
-    stiffness, damping = np.zeros((2, 7, 7))
-    points = {}
-    for leg, side, x, z in (("a", 1.0, *feet[:2]), ("b", -1.0, *feet[2:])):
-        hip_x, hip_z = surge - 1e-4 * pitch, heave - side * 1e-3 * pitch
-        points |= {f"{leg}_hip": tuple(hip_z), f"{leg}_hip_x": tuple(hip_x)}
-        c, s = math.cos(side * lean), math.sin(side * lean)
-        stretch, bend = c * (hip_z - z) + s * (hip_x - x), c * (hip_x - x) - s * (hip_z - z)
-        stiffness += 2.0 * np.outer(stretch, stretch) + 0.7 * np.outer(bend, bend)
-        damping += 4e-6 * np.outer(stretch, stretch) + 3e-6 * np.outer(bend, bend)
-        mass += side * tied * 5e-9 * (np.outer(x, z) + np.outer(z, x))
-    structure = ts.Lumped(
-        coordinates=names, mass=mass.tolist(), stiffness=stiffness.tolist(), damping=damping.tolist(),
-        weights=points, upward=(0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0),
-    )  # fmt: skip
-    loads = {
-        leg: PointLoad(weights={f"{leg}z": -1.0, f"{leg}_hip": 1.0, f"{leg}x": -0.7, f"{leg}_hip_x": 0.7})
-        for leg in "ab"
-    }
-    return Scene(
-        name="biped",
-        robot=Robot(
-            structure=structure,
-            drives={leg: Drive(load=load, law=LinearForce(gain=2e-6)) for leg, load in loads.items()},
-            feet={leg: Foot(point=f"{leg}z", gap=1e-6, along=f"{leg}x") for leg in "ab"},
-        ),
-        ground=sticky(**({"friction": Friction(coefficient=0.4)} | laws)),
-        signals={
-            leg: ts.Sine(amplitude=7.0, offset=7.0, frequency=200.0, phase=math.pi * i)
-            for i, leg in enumerate("ab")
-        },
-        duration=0.01,
-    )
+biped = load("leaning_biped").scene
+"""A robot on two legs that lean, see the example."""
