@@ -38,6 +38,7 @@ class ModeBook:
     ) -> None:
         self.lengths = np.ascontiguousarray(lengths, dtype=float)
         self.sources = system.sources
+        self.slides = system.tangents is not None
         self._modes: list[ContactMode] = []
         self._lock = Lock()
         n, m = system.normals.shape

@@ -83,16 +83,17 @@ def integrate(
     return Integrals(time, work, damping, resistive, smooth, friction, np.reshape(shares, (-1, len(trace))), swing)
 
 
-def sample(system: LinearSystem, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
+def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
     """States and forces at ``times`` [s] by the recorded steps; times outside the run take its nearest recorded state.
 
-    system: with the rest gaps and the gravity of the run.
+    sources (m + 1,): rest gaps [m] and gravity [m/s^2] of the run.
     """
-    n, m = system.normals.shape
-    given = (np.ascontiguousarray(one, dtype=float) for one in (system.sources, trace, times))
+    m = len(sources) - 1
+    given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
     rows = _native.sample_modal(book.native, NODES, nodes, *given).T
-    x, v, feet = np.split(rows, [n, 2 * n])
-    kinds = len(feet) // m if m else 6
+    kinds = 7 if book.slides else 6
+    motion, feet = np.split(rows, [len(rows) - kinds * m])
+    x, v = np.split(motion, 2)
     gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(kinds, m, len(times))
     along = (contact, friction[0]) if friction else ()
     return Sampled(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)

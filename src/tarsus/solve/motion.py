@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tarsus.base.events import FootState
 from tarsus.core import arrays as a
 from tarsus.core import replay
-from tarsus.core.modes import LinearSystem, contact_mode
+from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
@@ -80,18 +80,14 @@ class Replayed:
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""
-        return replay.sample(self._system, self.log.book.book, self.log.trace, times)
-
-    @property
-    def _system(self) -> LinearSystem:
-        return self.acting.plan.system.at(self.acting.rows.sources[0])
+        return replay.sample(self.acting.rows.sources[0], self.log.book.book, self.log.trace, times)
 
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
         knots = np.concatenate([[0.0], self.energies.time])
         energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
         state = self.states(times)
-        return Seen(state, account_of(self.acting, np.array(energy)), _way(self._system.tangents, state))
+        return Seen(state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state))
 
     @cached_property
     def account(self) -> Account:

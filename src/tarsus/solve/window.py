@@ -183,7 +183,7 @@ def simulate_window(
         return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
     book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
     made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
-    states = sample(plan.system.at(rows.sources[0]), book.book, made.trace, when)
+    states = sample(rows.sources[0], book.book, made.trace, when)
     return Window(acts, when, states, ResultCode.of(int(made.codes[0])), made.events)
 
 
