@@ -15,7 +15,7 @@ from tarsus.plan.slots import slots
 from tarsus.solve import objective as module
 from tarsus.solve.adjoint import Seeds, swept
 from tarsus.solve.engines import RECORDED
-from tarsus.solve.window import Recorded, recording
+from tarsus.solve.window import recording
 
 
 @pytest.fixture
@@ -77,7 +77,7 @@ def numbers_of(run: ts.GradientRun, kinds: dict[str, list[int]]):
     times = np.linspace(0.0, run.end_time, 9)[1:-1] * 0.997
     rows, tangents = run.log.events, run._tangents(times)
     recorded, settings = (
-        Recorded(run.raw, run.notes),
+        run.raw,
         recording(run.plan, run.duration, run.accuracy or RECORDED),
     )
     rng = np.random.default_rng(1)

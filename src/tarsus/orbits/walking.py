@@ -157,7 +157,7 @@ class WalkMap(ReturnMap):
         for k, foot in enumerate(self.aging):
             data.since[foot, n2 + k] = 1.0
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-        begin = (self.start, *(row[0] for row in self._at(state).rows(self.plan.feet, self.start)))
+        begin = self._at(state).begin(self.plan.feet, self.start)
         found = walk_tangents(
             self.plan,
             end,

@@ -16,10 +16,10 @@ from tarsus.core.book import NODES
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
-from tarsus.solve.engine import SharedBook
+from tarsus.solve.engine import RawRuns, SharedBook
 from tarsus.solve.lanes import Doubt
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.window import Contacts
 
 __all__ = ["Seeds", "swept"]
 
@@ -42,7 +42,7 @@ def swept(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     seeds: Seeds,
 ) -> tuple[Floats, list[tuple[int, int, int]]] | None:
@@ -55,7 +55,7 @@ def swept(
     count = len(given.paths)
     parameters = data.parameters.reshape(-1, count)
     groups, moves = _groups(parameters)
-    begin = (0.0, *(one[0] for one in Contacts().rows(plan.feet, 0.0)))
+    begin = Contacts().begin(plan.feet, 0.0)
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
         book.book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,

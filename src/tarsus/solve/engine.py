@@ -70,7 +70,8 @@ class SharedBook:
         sources: np.ndarray | None = None,
     ) -> None:
         self.system = plan.system if sources is None else plan.system.at(sources)
-        self._made_of = self.system, step_lengths(duration), plan.laws.use_rates
+        lengths = step_lengths(duration) if shared is None else shared.book.lengths
+        self._made_of = self.system, lengths, plan.laws.use_rates
         self._met: list[int] = []
         if shared is not None:
             self.__dict__["book"] = ModeBook(*self._made_of, shared=shared.book)
@@ -149,13 +150,16 @@ def rows_between(rows: np.ndarray, ends: np.ndarray | None, run: int) -> np.ndar
 
 @dataclass(frozen=True)
 class RawRuns(Log):
-    """What runs by contact modes left. trace: recorded steps of all runs, end to end.
+    """What runs by contact modes left. trace: recorded steps of all runs, end to end; notes (ne, 2) on the events of
+    recorded ones: the steps recorded by then, and 0 if the event was found inside the last of them, 1 if it was due at
+    that very moment, 2 for a mark.
 
     Of the last run: mode, number of the contact mode it ended in; pending, mask of the one in which it would go on from
     the physical state (2n,), or -1 where there was no run.
     """
 
     trace: np.ndarray = field(kw_only=True)
+    notes: np.ndarray = field(kw_only=True)
     book: SharedBook = field(kw_only=True)
     mode: int = field(kw_only=True)
     pending: int = field(kw_only=True)
@@ -172,21 +176,26 @@ def execute(
     period: float = math.inf,
     track: bool = True,
     record: bool = False,
+    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
 ) -> RawRuns:
     """Run a plan for ``duration`` [s], as it is or for many rows of its data.
 
     period [s]: events mark the highest gap of every drive period, that of the rows where they are given; track: find
-    the apex of every flight; record: keep every step of a single run for series and energies.
+    the apex of every flight; record: keep every step of a single run for series and energies; start: where a single run
+    begins, as time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
     """
     rows = rows_of(plan, 1, period) if rows is None else rows
     if book is None or record:
         book = SharedBook(plan, duration, shared=book, sources=rows.sources[0])
     settings = unit_settings(plan, duration, accuracy or Accuracy())
     settings.track, settings.record = track, record
-    codes, *rest = _native.run_modal(book.book.native, NODES, rows.signals, plan.laws.native, settings, rows)
-    events, event_end, finish, trace, mode, pending, physical = rest
+    begin = None if start is None else (np.array([start[0]]), *start[1:])
+    codes, events, event_end, finish, trace, mode, pending, physical, notes = _native.run_modal(
+        book.book.native, NODES, rows.signals, plan.laws.native, settings, rows, begin
+    )
     return RawRuns(
-        codes, finish, events, event_end, trace=trace, book=book, mode=mode, pending=pending, physical=physical
+        codes, finish, events, event_end, trace=trace, notes=notes, book=book, mode=mode, pending=pending,
+        physical=physical,
     )  # fmt: skip
 
 

@@ -22,12 +22,12 @@ from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_ev
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
-from tarsus.solve.lanes import Doubt, Tangents, refuse_slip_speed, tangents, walk_tangents
+from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.tangents import Direction, Entering, directions_of, entering
-from tarsus.solve.window import Recorded, record, recording
+from tarsus.solve.window import record, recording
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
@@ -75,7 +75,6 @@ class GradientRun(Run):
     """A finished simulation with derivatives by numbers, or along directions of several; nothing is
     computed before it is asked for."""
 
-    notes: Floats = field(kw_only=True)
     entered: Entering = field(kw_only=True)
     directions: tuple[Direction, ...] = field(kw_only=True)
 
@@ -100,9 +99,8 @@ class GradientRun(Run):
                 len(self.log.events), len(self.log.marks if self.log.marks is not None else ())
             )
         settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
-        recorded = Recorded(self.raw, self.notes)
         return tangents(
-            self.plan, self.raw.book, self.entered, recorded, settings, times=times, steps=energies
+            self.plan, self.raw.book, self.entered, self.raw, settings, times=times, steps=energies
         )
 
     def sampled(self, times: Floats) -> Floats:
@@ -315,13 +313,10 @@ def gradient_run(
     given.row.scales[:, 2] = period
     moving = {"entered": given, "directions": tuple(directions_of(paths).values())}
     if isinstance(engine, ByLegs):
-        refuse_slip_speed(plan)
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
-        log, notes = kept.log, np.zeros(0)
+        log = kept.log
     else:
-        made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
-        kept, log, notes = Replayed(Acting(plan, given.row), made.raw), made.raw, made.notes
+        log = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
+        kept = Replayed(Acting(plan, given.row), log)
     spent = time.perf_counter() - start
-    return GradientRun(
-        scene, seconds, period, log, {}, accuracy, kept=kept, wall_s=spent, notes=notes, **moving
-    )  # fmt: skip
+    return GradientRun(scene, seconds, period, log, {}, accuracy, kept=kept, wall_s=spent, **moving)

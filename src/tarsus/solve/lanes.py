@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import Plan
-from tarsus.solve.engine import Accuracy, SharedBook
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
 from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.tangents import LANES, Entering
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.window import Contacts
 
-__all__ = ["Doubt", "Tangents", "refuse_slip_speed", "tangents", "walk_tangents"]
+__all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -85,7 +84,7 @@ def tangents(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     *,
     start: float = 0.0,
@@ -96,7 +95,7 @@ def tangents(
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events."""
     laws, n, m = plan.laws.by_programs, len(plan.system.mass), plan.feet
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
-    begin = (start, *(row[0] for row in (contacts or Contacts()).rows(m, start)))
+    begin = (contacts or Contacts()).begin(m, start)
 
     def engine(first: int) -> Sequence[Any]:
         structural = [
@@ -111,16 +110,6 @@ def tangents(
     return _in_lanes(given, {"events": 12, "samples": 2 * n + 5 * m, "steps": width}, engine)
 
 
-def refuse_slip_speed(plan: Plan) -> None:
-    """Raise InputError where friction depends on the slip speed: no derivatives follow that."""
-    for name, law in plan.laws.acting.items():
-        if law.hook == "friction" and "speed" in law.leading:
-            raise InputError(
-                f"ground: no derivatives follow '{name}', the {law.title}, whose bound depends on the slip speed; "
-                "compare runs, or take friction that does not depend on it"
-            )
-
-
 def walk_tangents(
     plan: Plan,
     duration: float,
@@ -133,12 +122,8 @@ def walk_tangents(
     start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
 ) -> Tangents:
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
-    these follow it. Other parameters as for `walk`.
-
-    Raises InputError where friction depends on the slip speed.
-    """
+    these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
-    refuse_slip_speed(plan)
     legs, laws, n, m = plan.legs, plan.laws.by_programs, len(plan.system.mass), plan.feet
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = walk_settings(plan, duration, accuracy, True)

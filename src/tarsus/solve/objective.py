@@ -18,7 +18,7 @@ from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import simulate
-from tarsus.solve.window import Recorded, recording
+from tarsus.solve.window import recording
 
 __all__ = ["gradient"]
 
@@ -95,12 +95,9 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     if np.isnan(seeds.period):
         forwards |= set(np.flatnonzero(moved).tolist())
     backwards = run.along([p for p in range(len(run.paths)) if p not in forwards])
-    settings, recorded = (
-        recording(run.plan, run.duration, run.accuracy or RECORDED),
-        Recorded(run.raw, run.notes),
-    )
+    settings = recording(run.plan, run.duration, run.accuracy or RECORDED)
     found = (
-        swept(run.plan, run.raw.book, backwards.entered, recorded, settings, seeds)
+        swept(run.plan, run.raw.book, backwards.entered, run.raw, settings, seeds)
         if backwards.paths
         else None
     )

@@ -223,7 +223,7 @@ class LeggedTangent : public LeggedMarch {
           own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
           own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
-          own.bound += f.by_margin * r.margin * one.weight;
+          own.bound += (f.by_margin * r.margin + f.by_speed * r.w[ALONG] * feet[i].sense) * one.weight;
         }
       }
       one.finish(h);
@@ -402,7 +402,8 @@ class LeggedTangent : public LeggedMarch {
       f.acts[0] = foot.contact == AIR && foot.film;
       f.acts[1] = foot.contact == AIR && foot.force;
       f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
-      f.by_gap[0] = f.by_gap[1] = f.by_rate = Row(0.0);
+      f.speeds = f.slides && laws.laws.friction_by_speed;
+      f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by_margin = f.by_strength = f.by_speed = Row(0.0);
       if (foot.contact != AIR) linearise_held(i, times);
       if (!f.acts[0] && !f.acts[1]) continue;
       linearise_free(i, times);
@@ -460,9 +461,27 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    const Row arguments[2] = {r.margin, r.strength};
-    laws_.slopes(FRICTION, foot, arguments, 2, f.by_margin, f.by_strength);
-    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.value(FRICTION, foot, {Jet(r.margin[j]), Jet(r.strength[j])}); });
+    // beyond a stop, where the step goes on, the run's bound goes on straight: its own part from there as far as it has come
+    const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
+    const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
+    const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
+      const Row arguments[FRICTION_ARGUMENTS] = {r.margin, r.strength, at};
+      laws_.slopes(FRICTION, foot, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
+    };
+    slopes(forward, f.by_margin, f.by_strength);
+    own_rows(i, &OwnPart::bound, [&](int j) {
+      return speed[j] < 0.0 && f.speeds ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
+    });
+    if (!f.speeds) return;
+    if (any_less(speed, Row(0.0))) {
+      Row by_margin, by_strength;
+      slopes(magnitude(speed), by_margin, by_strength);
+      f.by_margin = f.by_margin * 2.0 - by_margin;
+      f.by_strength = f.by_strength * 2.0 - by_strength;
+    }
+    Row most;
+    sliding_bound(*this, i, r, speed, most, f.by_speed);
+    if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 
   // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.

@@ -82,8 +82,8 @@ struct Account {
     size_t share = 0;
     for (size_t n = 0; n + 1 < resistive.size(); n++) {
       const Row film = over.of(s.laws.momentum_of(resistive[n], leg.foot, r.gap));
-      const double low = s.laws.momentum_of(resistive[n], leg.foot, path.low + leg.gap);
-      const double high = s.laws.momentum_of(resistive[n], leg.foot, path.high + leg.gap);
+      const double low = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.low));
+      const double high = s.laws.momentum_of(resistive[n], leg.foot, leg.clearance(path.high));
       const Row without = rate - film * (1.0 / leg.mass);  // what the other films put into the rate is in it
       s.shares[share++] += by_film(without, film, rate, leg.mass, low, high, UNSEEN_SHARE);
     }
@@ -104,8 +104,8 @@ struct Account {
     if (d == UP && foot.filmed()) {
       const Row film = over.of(r.film);
       rate += film * (1.0 / leg.mass);
-      const double low = s.film(i, path.low + leg.gap);
-      const double high = s.film(i, path.high + leg.gap);
+      const double low = s.film(i, leg.clearance(path.low));
+      const double high = s.film(i, leg.clearance(path.high));
       s.energy.film -= by_film(path.w, film, rate, leg.mass, low, high);
     }
     if (d == UP && leg.foot >= 0 && !s.shares.empty() && foot.contact == AIR) add_shares(i, over, path, rate);

@@ -52,6 +52,14 @@ struct Leg {
   double stiffness[DIRECTIONS], damping[DIRECTIONS];     // [N/m], [N s/m]
   int kind[DIRECTIONS], foot = -1, first = 0, last = 0;  // tables; foot or -1; drives that act on the foot
   Hip hip[DIRECTIONS];
+
+  // The ground below a foot, which is level: the clearance [m] of a foot displaced by ``up``, and the displacement of one that
+  // stands on the ground. All that a march knows of the ground's shape is said here.
+  template <class Real>
+  TARSUS_INLINE Real clearance(const Real& up) const {
+    return up + gap;
+  }
+  double standing() const { return -gap; }
 };
 
 struct Body {

@@ -28,7 +28,7 @@ struct Present {
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
   double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
   double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
-  double landing_gap(int i) const { return s.feet[i].u[UP] + leg(i).gap; }
+  double landing_gap(int i) const { return leg(i).clearance(s.feet[i].u[UP]); }
   // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
   double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
   double smooth(int i, double gap, double rate) const {
@@ -92,7 +92,7 @@ inline typename P::Real impact(P& p, int i, EventKind kind, const Landing<typena
 // Pull [N] on a foot on the ground that is none: of the scene's scale, or what rounding leaves of `pull_on`.
 inline double no_pull(const Legged& s, int i) {
   const Leg& leg = s.body.legs[i];
-  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + leg.gap) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
+  double parts = leg.stiffness[UP] * (leg.hip[UP].parts(s.x) + std::fabs(leg.standing())) + leg.damping[UP] * leg.hip[UP].parts(s.v) + std::fabs(leg.weight);
   for (int n = leg.first; n < leg.last; n++) {
     parts += std::fabs(s.body.gain[2 * n + UP] * s.player.value(s.body.drive[n], s.clock.time));
   }
@@ -105,7 +105,7 @@ inline double no_pull(const Legged& s, int i) {
 inline double no_rate(const Legged& s, int i, double momentum) {
   const Leg& leg = s.body.legs[i];
   double parts = std::fabs(momentum);
-  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * leg.gap;
+  if (s.feet[i].film) parts += std::fabs(s.laws.momentum_slope(leg.foot, 0.0, s.settings.probe)) * std::fabs(leg.standing());
   return s.settings.speed_zero + ROUNDING * (std::fabs(s.feet[i].w[UP]) + parts / leg.mass);
 }
 
@@ -120,7 +120,7 @@ inline void begin_flight(Legged& s, int i) {
 // Put a foot on the ground; what it has along the ground stays.
 inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
-  foot.u[UP] = -s.body.legs[i].gap;
+  foot.u[UP] = s.body.legs[i].standing();
   foot.w[UP] = 0.0;
   foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;

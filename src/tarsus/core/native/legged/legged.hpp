@@ -179,7 +179,7 @@ struct Legged {
     for (int i : body.leg) {
       LeggedFoot& foot = feet[i];
       if (!foot.filmed()) continue;
-      const double gap = foot.u[UP] + body.legs[i].gap;
+      const double gap = body.legs[i].clearance(foot.u[UP]);
       foot.w[UP] += film(i, gap) / body.legs[i].mass;
       foot.from = gap;
       foot.base = laws.momentum(body.legs[i].foot, gap);

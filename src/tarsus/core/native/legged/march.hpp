@@ -86,7 +86,7 @@ struct LeggedMarch : Legged {
         foot.w[d] = initial[n + nb + 2 * i + 1 - d];
       }
       if (!foot.film) continue;
-      foot.from = foot.u[UP] + body.legs[i].gap;
+      foot.from = body.legs[i].clearance(foot.u[UP]);
       foot.base = laws.momentum(f, foot.from);
     }
     energy = {};
@@ -158,7 +158,7 @@ struct LeggedMarch : Legged {
       for (int d = 0; d < DIRECTIONS; d++) {
         const Motion at = moment.of(i, d);
         const double film =
-            d == UP && feet[i].filmed() ? this->film(i, at.u + body.legs[i].gap) : 0.0;
+            d == UP && feet[i].filmed() ? this->film(i, body.legs[i].clearance(at.u)) : 0.0;
         *to++ = at.u;
         *to++ = at.w + film / body.legs[i].mass;
       }

@@ -57,7 +57,7 @@ inline void falls_below(const Legged& s, const Row& values, double level, double
 inline Motion gap_at(const Legged& s, int i, double h, double fraction) {
   Motion at = leg_at(s, i, UP, h, fraction);
   if (s.feet[i].filmed()) at.w += s.polynomial_at(s.rows[i].film, fraction) / s.body.legs[i].mass;
-  at.u += s.body.legs[i].gap;
+  at.u = s.body.legs[i].clearance(at.u);
   return at;
 }
 

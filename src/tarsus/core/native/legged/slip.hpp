@@ -18,22 +18,12 @@ inline bool slips_by_speed(const Legged& s, int i) {
 }
 
 // The bound of friction [N] on a sliding foot at the nodes, and its slope by the slip speed [N s/m]; speed [m/s]: in the sense of
-// the slip. Beyond a stop, where it is negative, the bound goes on straight, so that the nodes of a step that ends there see
-// nothing sudden. A foot that begins to slide is not followed backwards: friction that rises there would push it further, the
-// other of two motions from an unstable rest, so the bound stays what it is at rest.
+// the slip. Where it is negative, beyond a stop, the bound stays what it is at rest: friction that falls with the speed would
+// else push a foot backwards from its unstable rest.
 inline void sliding_bound(const Legged& s, int i, const LegRows& r, const Row& speed, Row& bound, Row& slope) {
-  const Row forward = larger(speed, Row(0.0));
-  const auto found = s.laws.friction_by_speed(s.body.legs[i].foot, r.margin, r.strength, forward);
-  slope = found.slope[0];
-  if (!finite(slope)) slope = each(slope, [](double by) { return std::isfinite(by) ? by : 0.0; });
-  if (s.feet[i].start == JUST_SLIDING) {
-    bound = found.value;
-    for (int j = 0; j < N; j++) {
-      if (speed[j] < 0.0) slope.set(j, 0.0);
-    }
-  } else {
-    bound = found.value + slope * (speed - forward);
-  }
+  const auto found = s.laws.friction_by_speed(s.body.legs[i].foot, r.margin, r.strength, larger(speed, Row(0.0)));
+  bound = found.value;
+  slope = each(found.slope[0], speed, [](double by, double at) { return at > 0.0 && std::isfinite(by) ? by : 0.0; });
 }
 
 // Solve w = ``alone`` - force matrix sense bound(sense w) at the nodes, by rows of what a force at one node does to w, from the

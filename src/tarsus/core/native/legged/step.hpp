@@ -90,7 +90,7 @@ inline void first_guess(Legged& s, int k, double h) {
       if (slips_by_speed(s, i)) r.w[ALONG] = known && foot.start == AS_IT_COMES ? on(r.w[ALONG]) : Row(foot.w[ALONG]);
       continue;
     }
-    const double gap = foot.u[UP] + leg.gap;
+    const double gap = leg.clearance(foot.u[UP]);
     r.gap = known && foot.start == AS_IT_COMES ? on(r.gap) : Row(gap);
     if (!(lowest(r.gap) > 0.0)) r.gap = Row(gap);
     if (foot.film) {
@@ -180,15 +180,15 @@ TARSUS_INLINE void fly(Legged& s, int i, int k, double h, Sweep& sweep) {
     r.q[UP] = own + hip;
     r.u[UP] = u0 + combine(&table.force[0][0][0], r.q[UP]);
     if (foot.film) {
-      if (stiff && !stiff_film(s, &table.film[0][0][0], i, r.u[UP] + leg.gap, r)) sweep.failed = true;
+      if (stiff && !stiff_film(s, &table.film[0][0][0], i, leg.clearance(r.u[UP]), r)) sweep.failed = true;
       used = r.film;
       r.u[UP] += combine(&table.film[0][0][0], used);
-      r.gap = r.u[UP] + leg.gap;
+      r.gap = leg.clearance(r.u[UP]);
       r.film = s.film(i, r.gap);
       // Newton's method has settled a stiff one, whose momentum magnifies what rounding leaves of the gap
       change = stiff ? Row(0.0) : magnitude(r.film - used) * table.reach_film;
     } else {
-      r.gap = r.u[UP] + leg.gap;
+      r.gap = leg.clearance(r.u[UP]);
     }
     if (foot.force) {
       if (rated) find_rate();

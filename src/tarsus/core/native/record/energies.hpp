@@ -155,7 +155,6 @@ class ModeEnergies {
   }
 
   int room() const { return width_ + N; }  // of z, any part of which may be read in rows of 8
-  const Part& part(int energy) const { return parts_[energy]; }
 
   // The vector of a recorded step; widens [low, high] (feet) by the gaps at its start.
   void fill(const Recorded& r, double* z, double* low, double* high) const {
@@ -168,8 +167,9 @@ class ModeEnergies {
       collect(r.inputs, true, z + parts_[RESISTIVE].first);
     }
     for (int i : mode_.free) {
-      double gap = at_rest_[i];
-      for (int k = 0; k < state_; k++) gap += gaps_[i * state_ + k] * z[k];
+      Row parts = Row(0.0);  // the inputs have not come to z yet, or have no part in it
+      for (int k = 0; k < state_; k += N) parts += load(gaps_.data() + i * size_t(room()) + k) * load(z + k);
+      const double gap = at_rest_[i] + total(parts);
       low[i] = std::min(low[i], gap);
       high[i] = std::max(high[i], gap);
     }
@@ -247,15 +247,15 @@ class ModeEnergies {
     }
   }
 
-  // The form of a step of class k, made from that of the next shorter one that is there: ask for the shortest first.
+  // The form of a step of class k, folded, made from that of the next shorter one that is there: ask for the shortest first.
   const Form& form(int k) {
     auto from = forms_.lower_bound(k);
     if (from == forms_.end()) {
       int bottom = k;
       while (bottom + 1 < book_.classes() && book_.lengths[bottom] * rate_ > RESOLVED) bottom++;
-      from = forms_.emplace(bottom, quadrature(bottom)).first;
+      from = forms_.emplace(bottom, folded(quadrature(bottom))).first;
     }
-    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, doubled(from->second, halves(c))).first;
+    for (int c = from->first; c > k; c--) from = forms_.emplace(c - 1, folded(doubled(from->second, halves(c)))).first;
     return from->second;
   }
 
@@ -331,9 +331,11 @@ class ModeEnergies {
       }
     }
     sources_.assign(sources, sources + s.sources());
-    gaps_ = compact(mode_.outputs, s.feet);
+    const std::vector<double> gaps = compact(mode_.outputs, s.feet);
+    gaps_.assign(s.feet * size_t(room()), 0.0);
     at_rest_.assign(s.feet, 0.0);
     for (int i = 0; i < s.feet; i++) {
+      std::copy_n(gaps.data() + i * size_t(state_), state_, gaps_.data() + i * size_t(room()));
       for (int q = 0; q < s.sources(); q++) at_rest_[i] += sources[q] * mode_.bias_feed[q * 2 * s.feet + i];
     }
   }
@@ -386,7 +388,7 @@ class ModeEnergies {
     const int nu = width_ - state_, ns = mode_.sizes.stride;
     std::array<Half, 2> out = {{{legendre_.half[0][0], legendre_.back[0][0], nullptr, ns, std::vector<double>(size_t(nu) * state_, 0.0)},
                                 {legendre_.half[1][0], legendre_.back[1][0], step.exponential, ns, std::vector<double>(size_t(nu) * state_, 0.0)}}};
-    std::vector<double> response(size_t(N) * state_), begun(state_);
+    std::vector<double> response(size_t(N) * state_);
     for (const Input& input : inputs_) {
       const Rest* rest = nullptr;
       for (const Rest& one : rests_) {
@@ -462,6 +464,18 @@ class ModeEnergies {
 
   // ---- forms
 
+  // The same form with all of the dampers' on one side of the diagonal.
+  Form folded(Form g) const {
+    for (int b = 0; b < parts_[DAMPING].count; b++) {
+      for (int a = 0; a < b; a++) {
+        double& other = *place(g.data() + size_t(a) * rows_, DAMPING, b);
+        *place(g.data() + size_t(b) * rows_, DAMPING, a) += other;
+        other = 0.0;
+      }
+    }
+    return g;
+  }
+
   // z G of some steps, up to four rows of it at a time; and the product of some columns with what passes energy on.
   template <int COUNT>
   void apply(const Form& form, const double* z) {
@@ -469,20 +483,23 @@ class ModeEnergies {
       const int some = (rows_ - row + chunks - 1) / chunks;
       const Row* g = form.data() + row;
       Row* to = done_.data() + row;
+      const Part& damping = parts_[DAMPING];  // which is folded
+      const int first = damping.row <= row && row + some <= damping.row + damping.rows() ? N * (row - damping.row) : 0;
       switch (some) {
-        case 1: apply_rows<COUNT, 1>(g, z, to); break;
-        case 2: apply_rows<COUNT, 2>(g, z, to); break;
-        case 3: apply_rows<COUNT, 3>(g, z, to); break;
-        default: apply_rows<COUNT, 4>(g, z, to);
+        case 1: apply_rows<COUNT, 1>(g, z, to, first); break;
+        case 2: apply_rows<COUNT, 2>(g, z, to, first); break;
+        case 3: apply_rows<COUNT, 3>(g, z, to, first); break;
+        default: apply_rows<COUNT, 4>(g, z, to, first);
       }
       row += some;
     }
   }
   template <int COUNT, int ROWS>
-  void apply_rows(const Row* g, const double* z, Row* to) const {
+  void apply_rows(const Row* g, const double* z, Row* to, int first) const {
     Row sum[COUNT][ROWS];
     for (auto& own : sum) std::fill(own, own + ROWS, Row(0.0));
-    for (int b = 0; b < width_; b++, g += rows_) {
+    g += size_t(first) * rows_;
+    for (int b = first; b < width_; b++, g += rows_) {
       for (int n = 0; n < COUNT; n++) {
         for (int r = 0; r < ROWS; r++) sum[n][r] += g[r] * z[n * room() + b];
       }
@@ -573,18 +590,16 @@ class ModeEnergies {
     legendre_at(legendre_.at * along, out.value, out.slope);
     for (Row& slope : out.slope) slope *= 1.0 / length;
     const int terms = fill_series(z, out.span, along);
-    for (int k = 0; k < state_; k++) {
-      Row sum = Row(series_[size_t(terms) * state_ + k]);
-      for (int c = terms - 1; c >= 0; c--) sum = sum * legendre_.at + series_[size_t(c) * state_ + k];
-      flowing_[k] = sum;
+    std::fill(flowing_.begin(), flowing_.end(), Row(0.0));
+    for (int c = terms; c >= 0; c--) {  // sums side by side do not wait for each other
+      for (int k = 0; k < state_; k++) flowing_[k] = flowing_[k] * legendre_.at + series_[size_t(c) * state_ + k];
     }
-    out.velocity.resize(coordinates_);
-    for (int r = 0; r < coordinates_; r++) {
-      double drift = 0.0;
-      for (const Rest& rest : rests_) drift += z[rest.column] * rest.drift[r];
-      Row v = Row(drift);
-      for (int k = 0; k < state_; k++) v += flowing_[k] * velocity_[r * state_ + k];
-      out.velocity[r] = v;
+    out.velocity.assign(coordinates_, Row(0.0));
+    for (const Rest& rest : rests_) {
+      for (int r = 0; r < coordinates_; r++) out.velocity[r] += z[rest.column] * rest.drift[r];
+    }
+    for (int k = 0; k < state_; k++) {
+      for (int r = 0; r < coordinates_; r++) out.velocity[r] += flowing_[k] * velocity_[r * state_ + k];
     }
     for (const Input& input : inputs_) {
       if (input.energy != RESISTIVE) break;  // momenta come first
@@ -632,11 +647,9 @@ class ModeEnergies {
 
   // What the dampers take of motion with these velocities.
   void damp(const std::vector<Row>& velocity, std::vector<Row>& out) const {
-    out.resize(coordinates_);
-    for (int r = 0; r < coordinates_; r++) {
-      Row sum = Row(0.0);
-      for (int c = 0; c < coordinates_; c++) sum += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
-      out[r] = sum;
+    out.assign(coordinates_, Row(0.0));
+    for (int c = 0; c < coordinates_; c++) {
+      for (int r = 0; r < coordinates_; r++) out[r] += velocity[c] * by_.damping[size_t(r) * coordinates_ + c];
     }
   }
 
