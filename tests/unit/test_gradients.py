@@ -390,9 +390,9 @@ def test_a_landing_at_the_threshold_of_the_pull_as_printed_has_no_derivative():
     assert "within rounding of its threshold" in said
 
 
-@pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36, 165])
+@pytest.mark.parametrize("seed", [2, 3, 6, 10, 18, 26, 36, 132, 165])
 def test_derivatives_of_random_scenes_as_differences(seed):
-    """In that of seed 165 one blow tears two feet off."""
+    """In that of seed 165 one blow tears two feet off; in that of 132 steps go far beyond a short piece."""
     found = look_at(seed)
     assert found["compared"] > 50
     assert not found["wrong"] and not found["signs"] and not found["flagged"]

@@ -256,6 +256,7 @@ def entering(
         _add_drive(data, row, plan, names.index(name), one)
         if one.period == float(rows.periods[0]):
             data.period[0] += one.by_period
+    _drop_rounding(data, row)
     changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
     beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, beside)
@@ -315,6 +316,20 @@ def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: Sloped
             one.end,
         )
         data.loops[channel] = one.loop
+
+
+ROUNDED = 1e-10
+"""Part of the largest derivative of a piece's terms that rounding may leave of one."""
+
+
+def _drop_rounding(data: DataTangents, row: Rows) -> None:
+    """Leave nothing of derivatives of terms that a piece does not have, where they are rounding alone: they would grow
+    with the powers of time where a step goes on beyond a piece."""
+    terms = data.coef.shape[1]
+    used = np.where(np.asarray(row.signals.coef)[:, :terms] != 0.0, np.arange(terms), 0).max(axis=1, initial=0)
+    from_here = np.maximum.accumulate(np.abs(data.coef)[:, ::-1], axis=1)[:, ::-1]  # most of a term and all above
+    beyond = (np.arange(terms) > used[:, None])[..., None]
+    data.coef[beyond & (from_here <= ROUNDED * from_here[:, :1])] = 0.0
 
 
 def _stepped(
