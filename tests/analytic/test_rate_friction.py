@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +11,6 @@ from scipy.integrate import quad, solve_ivp
 import tarsus as ts
 from independent.compare import compare
 from random_scenes import plain_scene
-from tarsus.base.errors import InputError
 from tarsus.base.events import EventKind
 from tarsus.model.laws import Friction, FrictionLaw
 from tarsus.model.laws.rate_friction import RateWeakeningFriction, StribeckFriction
@@ -96,7 +94,9 @@ def test_a_mass_on_a_pulled_spring_sticks_and_slips_as_its_equation_does(name: s
                 tiny = 1e-7
                 load = stiffness * z[3] / MASS
                 braked = limit * weight / heavy * tiny
-                z += np.array([load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked])
+                z += np.array(
+                    [load * tiny**3 / 6.0, load * tiny**2 / 2.0, (z[3] - 0.5 * braked) * tiny, -braked]
+                )
                 t += tiny
             found = solve_ivp(rates, (t, 1.3), z, events=end, first_step=1e-9, **tight)
             if found.status != 1:
@@ -174,8 +174,43 @@ def test_whole_sequences_agree_with_the_independent_simulator(name: str) -> None
     assert found.wrong is None, found
 
 
-def test_derivatives_are_refused_in_a_sentence() -> None:
-    scene = moving(on(LAWS["stribeck"]), block_x=START)
-    with pytest.raises(InputError, match="Stribeck friction, whose bound depends on the slip speed"):
-        ts.simulate(scene, 0.01, gradients=["ground.friction.dynamic"])
-    assert math.isfinite(ts.simulate(scene, 0.01).ledger.closure)
+@pytest.mark.parametrize("name", ["stribeck", "rising", "weakening"])
+def test_the_moment_of_the_stop_moves_as_its_quadrature_does(name: str) -> None:
+    """dT/dp = - int_0^v0 (dmu/dp) / (mu^2 g) dv, for every number p of mu."""
+    law = LAWS[name]
+    paths = [f"ground.friction.{field}" for field in law.names()]
+    run = ts.simulate(moving(on(law), block_x=START), 0.06, gradients=paths)
+    last = [event["kind"] for event in run.events].index(STICK)
+    for path, field in zip(paths, law.names(), strict=True):
+        step = 1e-3 * getattr(law, field)
+
+        def mu(v: float, by: float, field=field, step=step) -> float:
+            return law.model_copy(update={field: getattr(law, field) + by * step}).evaluate(1.0, 0.0, v)
+
+        def moves(v: float, mu=mu, step=step) -> float:
+            slope = (mu(v, -2.0) - 8.0 * mu(v, -1.0) + 8.0 * mu(v, 1.0) - mu(v, 2.0)) / (12.0 * step)
+            return -slope / (mu(v, 0.0) ** 2 * GRAVITY)
+
+        edges = [0.0, *np.geomspace(1e-5, START, 8)]
+        parts = [quad(moves, low, high, epsabs=1e-14, epsrel=1e-10)[0] for low, high in pairwise(edges)]
+        assert run.event_gradients[path]["time"][last] == pytest.approx(sum(parts), rel=1e-8)
+
+
+def test_derivatives_of_stick_slip_are_those_of_differences() -> None:
+    """Through a slip's begin and end, by numbers of the law, of the leg and of the body."""
+    scene, duration = slider(LAWS["weakening"], 0.01, 0.002, 1e-3), 0.6
+    paths = ["ground.friction.static", "ground.friction.speed", "robot.structure.legs.block.stiffness_l"]
+    run = ts.simulate(scene, duration, gradients=paths)
+    assert np.count_nonzero(run.events["kind"] == STICK) == 2
+    for path in paths:
+        value = ts.get_value(scene, path)
+        other = [
+            ts.simulate(ts.with_values(scene, {path: value * (1.0 + k * 1e-4)}), duration)
+            for k in (-2, -1, 1, 2)
+        ]
+        weights = np.array([1.0, -8.0, 8.0, -1.0]) / (12e-4 * value)
+        times = sum(w * one.events["time"] for w, one in zip(weights, other, strict=True))
+        lost = sum(w * one.ledger.friction for w, one in zip(weights, other, strict=True))
+        found = run.event_gradients[path]["time"]
+        np.testing.assert_allclose(found, times, rtol=0.0, atol=3e-7 * np.abs(times).max())
+        assert run.gradient("ledger.friction")[path] == pytest.approx(lost, rel=1e-7)

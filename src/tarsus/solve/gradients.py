@@ -33,7 +33,7 @@ from tarsus.solve.tangents import (
     entering,
     tangents,
 )
-from tarsus.solve.walk_tangents import WalkTangents, refuse_slip_speed, walk_tangents
+from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
 from tarsus.solve.window import Recorded, record, recording
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
@@ -337,7 +337,6 @@ def gradient_run(
     given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
     if isinstance(engine, ByLegs):
-        refuse_slip_speed(plan)
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
         return WalkGradientRun(
             scene, seconds, period, kept.log, {}, accuracy, kept=kept, wall_s=time.perf_counter() - start,

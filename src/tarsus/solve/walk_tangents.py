@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
 from tarsus.core import _native
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import Plan
@@ -15,7 +14,7 @@ from tarsus.solve.engine import Accuracy
 from tarsus.solve.march import tables_of, walk_settings
 from tarsus.solve.tangents import LANES, LOST, Entering, by_programs
 
-__all__ = ["WalkTangents", "refuse_slip_speed", "walk_tangents"]
+__all__ = ["WalkTangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -51,16 +50,6 @@ class WalkTangents:
         return replace(self, events=fitted(self.events, events), marks=fitted(self.marks, marks), flags=flags)
 
 
-def refuse_slip_speed(plan: Plan) -> None:
-    """Raise InputError where friction depends on the slip speed: no derivatives follow that."""
-    for name, law in plan.laws.acting.items():
-        if law.hook == "friction" and "speed" in law.leading:
-            raise InputError(
-                f"ground: no derivatives follow '{name}', the {law.title}, whose bound depends on the slip speed; "
-                "compare runs, or take friction that does not depend on it"
-            )
-
-
 def walk_tangents(
     plan: Plan,
     duration: float,
@@ -73,12 +62,8 @@ def walk_tangents(
     start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
 ) -> WalkTangents:
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
-    these follow it. Other parameters as for `walk`.
-
-    Raises InputError where friction depends on the slip speed.
-    """
+    these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
-    refuse_slip_speed(plan)
     tables = tables if tables is not None else tables_of(plan, duration)
     settings, when = (
         walk_settings(plan, duration, accuracy, True),

@@ -223,6 +223,7 @@ class LeggedTangent : public LeggedMarch {
           own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
           own.bound += f.by_margin * r.margin * one.weight;
+          if (f.by_slip) own.bound += f.by_speed * r.w[ALONG] * (feet[i].sense * one.weight);
         }
       }
       one.finish(h);
@@ -395,6 +396,7 @@ class LeggedTangent : public LeggedMarch {
       f.acts[0] = foot.contact == AIR && foot.film;
       f.acts[1] = foot.contact == AIR && foot.force;
       f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
+      f.by_slip = slips_by_speed(*this, i);
       f.by_gap[0] = f.by_gap[1] = f.by_rate = Row(0.0);
       if (foot.contact != AIR) linearise_held(i, times);
       if (!f.acts[0] && !f.acts[1]) continue;
@@ -453,9 +455,13 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    const Row arguments[2] = {r.margin, r.strength};
-    laws_.slopes(FRICTION, foot, arguments, 2, f.by_margin, f.by_strength);
-    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.value(FRICTION, foot, {Jet(r.margin[j]), Jet(r.strength[j])}); });
+    const Row speed = larger(r.w[ALONG] * feet[i].sense, Row(0.0)), arguments[] = {r.margin, r.strength, speed};
+    laws_.slopes(FRICTION, foot, arguments, f.by_slip ? 3 : 2, f.by_margin, f.by_strength);
+    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(speed[j])); });
+    if (!f.by_slip) return;
+    Row bound;
+    sliding_bound(*this, i, r, r.w[ALONG] * feet[i].sense, bound, f.by_speed);
+    if (!invert_slip(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 
   // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.

@@ -13,11 +13,12 @@
 namespace tarsus::legged {
 
 // The laws of one foot linearised at the nodes of a step: slopes of momentum and smooth force by the gap, of the force by
-// the rate, of friction by its two arguments; and columns of the inverse of what makes momentum and force consistent.
+// the rate, of friction by its arguments; and columns of the inverses of what makes momentum and force consistent, and a slip
+// with friction that depends on its speed.
 struct LinearFoot {
-  Row by_gap[2], by_rate, by_margin, by_strength;
-  Row inverse[2][2][N];
-  bool acts[2], slides;  // whether a momentum and a smooth force act in the air; sliding with friction
+  Row by_gap[2], by_rate, by_margin, by_strength, by_speed;
+  Row inverse[2][2][N], slip[N];
+  bool acts[2], slides, by_slip;  // whether a momentum and a smooth force act in the air; sliding with friction, that of its speed
 };
 
 // What laws add to the rows of a lane by numbers of their own: momentum and smooth force in the air; held, strength less
@@ -86,6 +87,27 @@ inline void fly_linear(const LinearFoot& f, const LegStep& table, double mass, d
   r.rate = r.w[UP] + r.film * (1.0 / mass);
 }
 
+// Make the slip of a foot consistent with friction that its speed changes: (1 + G by_speed) w = w under friction's other part.
+inline bool invert_slip(const LegStep& along, LinearFoot& f) {
+  Row columns[N];
+  for (int j = 0; j < N; j++) {
+    columns[j] = load(along.force[1][j]) * f.by_speed[j];
+    columns[j].set(j, columns[j][j] + 1.0);
+  }
+  return invert_columns(columns, f.slip);
+}
+
+// A foot along the way from u0, w0 under the force q and friction, of which ``bound`` is what does not follow from its slip;
+// bound becomes all of it.
+inline void slide_linear(const LinearFoot& f, const LegStep& along, double sense, double u0, double w0, const Row& q, Row& bound,
+                         LegRows& r) {
+  if (f.by_slip) {
+    free_motion(along, u0, w0, q - bound * sense, r.u[ALONG], r.w[ALONG]);
+    bound += f.by_speed * combine(reinterpret_cast<const double*>(f.slip), r.w[ALONG]) * sense;
+  }
+  free_motion(along, u0, w0, q - bound * sense, r.u[ALONG], r.w[ALONG]);
+}
+
 // Add to the matrix of the body's rates what legs and held feet make of them.
 inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of, Factored& solver) {
   const int nb = s.coordinates(), size = nb * N;
@@ -120,13 +142,14 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
         add(leg.hip[UP], leg.hip[UP], l, r.w[UP] * leg.mass - combine(once, r.smooth) * h);
       } else if (of.feet[i].slides) {
         const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
-        const Row own = of.feet[i].by_margin * pull * s.feet[i].sense;
-        free_motion(along, 0.0, 0.0, own, r.u[ALONG], r.w[ALONG]);
-        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, own) * h);
+        Row bound = -(of.feet[i].by_margin * pull);
+        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), bound, r);
+        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass + combine(once, bound * s.feet[i].sense) * h);
       }
       if (s.feet[i].held(ALONG)) continue;
-      free_motion(along, 0.0, 0.0, place * leg.stiffness[ALONG] + unit * leg.damping[ALONG], r.u[ALONG], r.w[ALONG]);
-      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass);
+      Row bound = Row(0.0);
+      slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, place * leg.stiffness[ALONG] + unit * leg.damping[ALONG], bound, r);
+      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass + combine(once, bound * s.feet[i].sense) * h);
     }
   }
   return solver.factor(std::move(matrix), size);
@@ -153,14 +176,11 @@ inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTang
       find_margin(t, i);
     }
     if (foot.contact == STUCK) continue;
-    Row load = r.load[ALONG];
-    r.bound = Row(0.0);
-    if (f.slides) {
-      r.bound = f.by_margin * r.margin + f.by_strength * own.strength + own.bound;
-      load -= r.bound * foot.sense;
-    }
-    r.q[ALONG] = load + spring(t, leg, ALONG);
-    free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+    const Row hip = spring(t, leg, ALONG);
+    r.bound = f.slides ? f.by_margin * r.margin + f.by_strength * own.strength + own.bound : Row(0.0);
+    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG], r.load[ALONG] + hip, r.bound, r);
+    const Row load = r.load[ALONG] - r.bound * foot.sense;
+    r.q[ALONG] = load + hip;
     carry_free(t, i, ALONG, load, h, r);
   }
 }
