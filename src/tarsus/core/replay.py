@@ -54,6 +54,11 @@ class Integrals:
     parts: Floats
     swing: Floats
 
+    @property
+    def rows(self) -> Floats:
+        """(ENERGIES + np, nr): as the account of a walker has them, see `tarsus.core.arrays`."""
+        return np.vstack([self.work, self.damping, -self.resistive, self.smooth, np.zeros_like(self.work), *self.parts])
+
 
 def integrate(
     system: LinearSystem, book: ModeBook, trace: Floats, acting: tuple[Any, Any, Any] | None = None

@@ -23,6 +23,7 @@ from tarsus.orbits.returns import (
     HORIZON,
     Returned,
     ReturnMap,
+    check_memory,
     contacts_of,
     drive_period,
     follow_contact,
@@ -31,11 +32,11 @@ from tarsus.orbits.returns import (
 )
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import rows_of
+from tarsus.solve.engine import tables_of
 from tarsus.solve.engines import Shared
-from tarsus.solve.march import tables_of
+from tarsus.solve.lanes import Tangents, walk_tangents
 from tarsus.solve.run import Run
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
 from tarsus.solve.window import Contacts, Window, simulate_window
 
 __all__ = ["WalkMap", "walk_map"]
@@ -146,7 +147,7 @@ class WalkMap(ReturnMap):
             window.repeated(multiple * self.period), travel,
         )  # fmt: skip
 
-    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, WalkTangents]:
+    def _slopes(self, state: Floats, multiple: int) -> tuple[Floats, Tangents]:
         """Derivatives (2n, 2n + na) of where a state gets to, travel included, and what else there is."""
         n2, size = 2 * len(self.plan.system.mass), len(state)
         end = self.start + multiple * self.period
@@ -156,7 +157,7 @@ class WalkMap(ReturnMap):
         for k, foot in enumerate(self.aging):
             data.since[foot, n2 + k] = 1.0
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-        begin = (self.start, *(row[0] for row in self._at(state).rows(self.plan.feet, self.start)))
+        begin = self._at(state).begin(self.plan.feet, self.start)
         found = walk_tangents(
             self.plan,
             end,
@@ -189,6 +190,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
     after ``count`` of them, and the state there in a run."""
     plan, period = lower_scene(scene), drive_period(scene)
+    check_memory(plan)
     start = _quiet(run.events, count * period, (count + 1) * period)
     held: dict[int, float] = {}
     for event in run.events[run.events["time"] <= start]:

@@ -16,16 +16,14 @@ from tarsus.core.book import NODES
 from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
-from tarsus.solve.engine import SharedBook
-from tarsus.solve.tangents import DataTangents, Entering, by_programs
-from tarsus.solve.window import Contacts, Recorded
+from tarsus.solve.engine import RawRuns, SharedBook
+from tarsus.solve.lanes import Doubt
+from tarsus.solve.tangents import DataTangents, Entering
+from tarsus.solve.window import Contacts
 
-__all__ = ["EDGE_AT_START", "Seeds", "swept"]
+__all__ = ["Seeds", "swept"]
 
 Floats = NDArray[np.float64]
-
-EDGE_AT_START = 5
-"""Reason of a flag: a drive's edge lies at the very start and moves, as in native/derive/tangent.hpp."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ def swept(
     plan: Plan,
     book: SharedBook,
     given: Entering,
-    recorded: Recorded,
+    recorded: RawRuns,
     settings: _native.Settings,
     seeds: Seeds,
 ) -> tuple[Floats, list[tuple[int, int, int]]] | None:
@@ -57,10 +55,10 @@ def swept(
     count = len(given.paths)
     parameters = data.parameters.reshape(-1, count)
     groups, moves = _groups(parameters)
-    begin = (0.0, *(one[0] for one in Contacts().rows(plan.feet, 0.0)))
+    begin = Contacts().begin(plan.feet, 0.0)
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
-        book.book.native, NODES, nodes, row.signals, by_programs(plan.laws), settings, row, begin, groups,
+        book.book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
         _degrees(row, data), recorded, asked,
     )  # fmt: skip
     if refused:
@@ -76,7 +74,7 @@ def swept(
     told = [(int(event), int(reason), -1) for event, reason, _ in np.asarray(flags).reshape(-1, 3)]
     for piece, turns, c in np.asarray(edges).reshape(-1, 3):
         moved = data.begin[piece] + data.loops[row.channels[0, c]] * turns - data.changes[c, 2]
-        told += [(0, EDGE_AT_START, int(p)) for p in np.flatnonzero(moved)]
+        told += [(0, int(Doubt.EDGE_AT_START), int(p)) for p in np.flatnonzero(moved)]
     return values, sorted(set(told))
 
 

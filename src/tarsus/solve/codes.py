@@ -113,34 +113,28 @@ def without_marks(found: np.ndarray, own: np.ndarray | None = None) -> np.ndarra
     return out
 
 
-def structured_events(rows: np.ndarray) -> np.ndarray:
-    """Kernel event rows (ne, 12) as a structured array, in time order.
+def event_order(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there.
 
     A rest bears the time at which its accumulation ends, which other feet's events may precede; it comes at the latest
     with the next event of its own foot.
     """
-    out = _as_events(rows)
-    if np.all(out["time"][1:] >= out["time"][:-1]):
-        return out
-    for foot in np.unique(out["foot"]):
-        own = out["foot"] == foot
-        out["time"][own] = np.minimum.accumulate(out["time"][own][::-1])[::-1]
-    return out[np.argsort(out["time"], kind="stable")]
+    time, given = rows[:, a.E_TIME], np.arange(len(rows))
+    if np.all(time[1:] >= time[:-1]):
+        return given, given
+    for foot in np.unique(rows[:, a.E_FOOT]):
+        own = np.flatnonzero(rows[:, a.E_FOOT] == foot)[::-1]
+        earliest = np.minimum.accumulate(time[own]) == time[own]
+        given[own] = own[np.maximum.accumulate(np.where(earliest, np.arange(len(own)), 0))]
+    return np.argsort(time[given], kind="stable"), given
 
 
-def event_order(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Order (ne,) of event rows in time, as runs hold them; and of every row the one whose time it has there: a rest
-    has that of the next event of its foot at the latest."""
-    numbers = rows.copy()
-    numbers[:, a.E_INTEGRAL] = np.arange(len(rows))
-    found = structured_events(numbers)
-    order = found["gap_integral"].astype(np.intp)
-    given = np.arange(len(rows))
-    for place in np.flatnonzero(found["time"] != rows[order, a.E_TIME]):
-        row, when = order[place], found["time"][place]
-        later = np.flatnonzero((rows[:, a.E_FOOT] == rows[row, a.E_FOOT]) & (rows[:, a.E_TIME] == when))
-        given[row] = later[later > row][0]
-    return order, given
+def structured_events(rows: np.ndarray) -> np.ndarray:
+    """Kernel event rows (ne, 12) as a structured array, in their order (`event_order`)."""
+    order, given = event_order(rows)
+    out = _as_events(rows[order])
+    out["time"] = rows[given[order], a.E_TIME]
+    return out
 
 
 def structured_marks(rows: np.ndarray, feet: int) -> np.ndarray:

@@ -21,10 +21,10 @@ from tarsus.core.replay import integrate, sample
 
 if TYPE_CHECKING:
     from tarsus.solve.gradients import GradientRun
-    from tarsus.solve.tangents import Entering, Tangents
-    from tarsus.solve.walk_tangents import WalkTangents
+    from tarsus.solve.lanes import Tangents
+    from tarsus.solve.tangents import Entering
 
-__all__ = ["energy_slopes", "walk_energy_slopes"]
+__all__ = ["energy_slopes"]
 
 Floats = NDArray[np.float64]
 
@@ -32,26 +32,17 @@ Floats = NDArray[np.float64]
 def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping[str, Floats]:
     """Derivatives (P,) of the ledger's terms by name, and of the work of laws that act alone of their kind.
 
-    found: with a sample at the run's end, and with the steps.
+    found: with a sample at the run's end, and with the energies of a walker or with the steps.
     """
-    count = len(given.paths)
-    of = [_by_structure if p in given.structure else _integrals for p in range(count)]
-    totals = np.array([one(run, given, found, p) for p, one in enumerate(of)]).reshape(count, 4).T
-    totals += _jumps(run, found)
-    return _terms(run, given, found, (*totals, np.zeros(count)))
-
-
-def walk_energy_slopes(run: GradientRun, given: Entering, found: WalkTangents) -> Mapping[str, Floats]:
-    """The same of a walker's run, whose energies the engine sums up. found: with a sample at the run's end."""
-    work, damping, film, smooth, friction = found.energies
-    return _terms(run, given, found, (work, damping, -film, smooth, friction))
-
-
-def _terms(
-    run: GradientRun, given: Entering, found: Tangents | WalkTangents, totals: tuple[Floats, ...]
-) -> Mapping[str, Floats]:
-    """By name, from those of work, damping, resistive and smooth forces' work, and friction."""
-    work, damping, resistive, smooth, friction = totals
+    if run.plan.legs is not None:
+        work, damping, film, smooth, friction = found.energies
+        resistive = -film
+    else:
+        count = len(given.paths)
+        of = [_by_structure if p in given.structure else _integrals for p in range(count)]
+        totals = np.array([one(run, given, found, p) for p, one in enumerate(of)]).reshape(count, 4).T
+        work, damping, resistive, smooth = totals + _jumps(run, found)
+        friction = np.zeros(count)
     losses = found.events[:, E_ENERGY], found.events[:, E_ADHESION]
     impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(len(work)) for one in losses)
     kinetic, elastic = _stored(run, given, found)
@@ -193,7 +184,7 @@ def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
     )  # fmt: skip
 
 
-def _stored(run: GradientRun, given: Entering, found: Tangents | WalkTangents) -> tuple[Floats, Floats]:
+def _stored(run: GradientRun, given: Entering, found: Tangents) -> tuple[Floats, Floats]:
     """Derivatives (P,) of the changes of kinetic and elastic energy."""
 
     system, n = run.plan.system, len(run.plan.system.mass)

@@ -20,38 +20,30 @@ from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
+from tarsus.solve.engine import Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
+from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
-from tarsus.solve.tangents import (
-    Direction,
-    Entering,
-    Tangents,
-    directions_of,
-    entering,
-    tangents,
-)
-from tarsus.solve.walk_tangents import WalkTangents, walk_tangents
-from tarsus.solve.window import Recorded, record, recording
+from tarsus.solve.tangents import Direction, Entering, directions_of, entering
+from tarsus.solve.window import Contacts
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
 Floats = npt.NDArray[np.float64]
 
 _REASONS = {
-    1: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
-    2: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
-    3: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
-    4: "the derivative could not be followed beyond {time}",
-    5: "an edge of a drive lies at the very start, and acts only if it is later",
-    6: "events or edges of drives that meet at {time} move apart",
-    7: "a foot turns just above the ground before {time}: whether it touches is within the error of a step",
+    Doubt.GRAZING: "{foot} grazes the ground at {time}: whether it touches is within the error of a step",
+    Doubt.SIMULTANEOUS: "{foot} lands at {time} together with another foot, and which comes first decides what follows",
+    Doubt.AT_THRESHOLD: "whether {foot} is held or bounces at {time} is within rounding of its threshold",
+    Doubt.LOST: "the derivative could not be followed beyond {time}",
+    Doubt.EDGE_AT_START: "an edge of a drive lies at the very start, and acts only if it is later",
+    Doubt.APART: "events or edges of drives that meet at {time} move apart",
+    Doubt.NEAR_MISS: "a foot turns just above the ground before {time}: it may touch it within the error of a step",
 }
-_ONE_SIDED = {3, 5}
+_ONE_SIDED = {Doubt.AT_THRESHOLD, Doubt.EDGE_AT_START}
 """Where the derivative to the run's own side is the one told."""
-_ENERGY_ONLY = 6
 _KINKED = (
     "an event lies on the edge of a period or on a threshold of the measure, which has a kink or a jump there"
 )
@@ -83,8 +75,8 @@ class GradientRun(Run):
     """A finished simulation with derivatives by numbers, or along directions of several; nothing is
     computed before it is asked for."""
 
-    notes: Floats = field(kw_only=True)
     entered: Entering = field(kw_only=True)
+    directions: tuple[Direction, ...] = field(kw_only=True)
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -97,17 +89,26 @@ class GradientRun(Run):
         assert isinstance(self.log, RawRuns)
         return self.log
 
-    def _tangents(self, times: Floats | None = None, *, steps: bool = False) -> Tangents:
-        settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
-        recorded = Recorded(self.raw, self.notes)
-        return tangents(self.plan, self.raw.book, self.entered, recorded, settings, times=times, steps=steps)
+    def _tangents(self, times: Floats | None = None, *, energies: bool = False) -> Tangents:
+        """Derivatives with samples at times [s] and, of a walker, energies; else the steps that these are made of."""
+        if self.plan.legs is not None:
+            found = walk_tangents(
+                self.plan, self.duration, self.entered, accuracy=self.accuracy, account=energies, times=times
+            )
+            return found.of_run(
+                len(self.log.events), len(self.log.marks if self.log.marks is not None else ())
+            )
+        settings = settings_of(self.plan, self.duration, self.accuracy or RECORDED, record=True)
+        return tangents(
+            self.plan, self.raw.book, self.entered, self.raw, settings, times=times, steps=energies
+        )
 
     def sampled(self, times: Floats) -> Floats:
         """Derivatives of samples at times [s], in order, as `Tangents` has them."""
         return self._tangents(times).samples
 
     @cached_property
-    def _derived(self) -> Tangents | WalkTangents:
+    def _derived(self) -> Tangents:
         return self._tangents()
 
     def _reasons(self, path: int, *, energy: bool = False) -> list[tuple[int, int]]:
@@ -115,7 +116,7 @@ class GradientRun(Run):
         return [
             (int(event), int(reason))
             for event, reason, of in self._derived.flags
-            if of in (-1, path) and (energy or reason != _ENERGY_ONLY)
+            if of in (-1, path) and (energy or reason != Doubt.APART)
         ]
 
     def _sentence(self, event: int, reason: int) -> str:
@@ -231,10 +232,26 @@ class GradientRun(Run):
         missing = kinked | lost.reshape(-1, *(1,) * (slopes.ndim - 1))
         return np.moveaxis(np.where(missing, np.nan, slopes), 0, -1)
 
+    @cached_property
+    def way_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
+        """Derivatives of a walker's marks by path, fields as those of `marks`; NaN from the time on from which there is
+        none."""
+        derived, out = self._derived, {}
+        assert self.log.marks is not None
+        for p, path in enumerate(self.paths):
+            rows = derived.marks[..., p].copy()
+            for event, _ in self._reasons(p):
+                start = self.log.events[event, E_TIME] if event < len(self.log.events) else self.end_time
+                rows[self.log.marks[:, 0] >= start] = np.nan
+            out[path] = structured_marks(rows, len(self.foot_names))
+        return MappingProxyType(out)
+
     @property
     def _log(self) -> Log:
+        derived, marks = self._derived, self.log.marks
+        ways = None if marks is None else Ways(marks, derived.marks, self.scene, self.directions)
         return Log(
-            self.log.events, self._derived.events, self.end_time, self.period, self.entered.data.period[0]
+            self.log.events, derived.events, self.end_time, self.period, self.entered.data.period[0], ways
         )
 
     def _gradient(self, values: Floats, kinked: npt.NDArray[np.bool_], *, energy: bool = False) -> Gradient:
@@ -259,49 +276,7 @@ class GradientRun(Run):
     def _energies(self) -> Mapping[str, Floats]:
         from tarsus.solve.energy_slopes import energy_slopes
 
-        return energy_slopes(self, self.entered, self._tangents(np.array([self.end_time]), steps=True))
-
-
-@dataclass(frozen=True, repr=False)
-class WalkGradientRun(GradientRun):
-    """That of a walker: the engine makes the run again with its derivatives beside it."""
-
-    directions: tuple[Direction, ...] = field(kw_only=True)
-
-    def _tangents(  # type: ignore[override]
-        self, times: Floats | None = None, *, account: bool = False
-    ) -> WalkTangents:
-        found = walk_tangents(
-            self.plan, self.duration, self.entered, accuracy=self.accuracy, account=account, times=times
-        )
-        return found.told_of(len(self.log.events), len(self.log.marks if self.log.marks is not None else ()))
-
-    @cached_property
-    def way_gradients(self) -> Mapping[str, npt.NDArray[np.void]]:
-        """Derivatives of the marks by path, fields as those of `marks`; NaN from the time on from which there is
-        none."""
-        derived, out = self._derived, {}
-        assert isinstance(derived, WalkTangents) and self.log.marks is not None
-        for p, path in enumerate(self.paths):
-            rows = derived.marks[..., p].copy()
-            for event, _ in self._reasons(p):
-                start = self.log.events[event, E_TIME] if event < len(self.log.events) else self.end_time
-                rows[self.log.marks[:, 0] >= start] = np.nan
-            out[path] = structured_marks(rows, len(self.foot_names))
-        return MappingProxyType(out)
-
-    @property
-    def _log(self) -> Log:
-        derived = self._derived
-        assert isinstance(derived, WalkTangents) and self.log.marks is not None
-        ways = Ways(self.log.marks, derived.marks, self.scene, self.directions)
-        return Log(self.log.events, derived.events, self.end_time, self.period, self.entered.data.period[0], ways)
-
-    @cached_property
-    def _energies(self) -> Mapping[str, Floats]:
-        from tarsus.solve.energy_slopes import walk_energy_slopes
-
-        return walk_energy_slopes(self, self.entered, self._tangents(np.array([self.end_time]), account=True))
+        return energy_slopes(self, self.entered, self._tangents(np.array([self.end_time]), energies=True))
 
 
 @dataclass(frozen=True, repr=False)
@@ -336,23 +311,13 @@ def gradient_run(
     plan, accuracy, period = engine.plan, accuracy or RECORDED, float(rows.periods[0])
     given = entering(scene, plan, paths, seconds)
     given.row.scales[:, 2] = period
+    moving = {"entered": given, "directions": tuple(directions_of(paths).values())}
     if isinstance(engine, ByLegs):
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
-        return WalkGradientRun(
-            scene, seconds, period, kept.log, {}, accuracy, kept=kept, wall_s=time.perf_counter() - start,
-            notes=np.zeros(0), entered=given, directions=tuple(directions_of(paths).values()),
-        )  # fmt: skip
-    made = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
-    motion, spent = Replayed(Acting(plan, given.row), made.raw), time.perf_counter() - start
-    return GradientRun(
-        scene,
-        seconds,
-        period,
-        made.raw,
-        {},
-        accuracy,
-        kept=motion,
-        wall_s=spent,
-        notes=made.notes,
-        entered=given,
-    )
+        log = kept.log
+    else:
+        begin = Contacts().begin(plan.feet, 0.0)
+        log = execute(plan, seconds, rows=given.row, accuracy=accuracy, record=True, start=begin)
+        kept = Replayed(Acting(plan, given.row), log)
+    spent = time.perf_counter() - start
+    return GradientRun(scene, seconds, period, log, {}, accuracy, kept=kept, wall_s=spent, **moving)

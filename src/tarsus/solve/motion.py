@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -17,8 +16,7 @@ from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import Accuracy, RawRuns
-from tarsus.solve.march import RawWalks, walk
+from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
 
 Floats = NDArray[np.float64]
 
@@ -30,6 +28,12 @@ class Account(NamedTuple):
 
     terms: dict[str, Floats]
     works: dict[str, Floats]
+
+
+def account_of(acting: Acting, energy: Floats) -> Account:
+    """Of energies that the engine has summed up (ENERGIES + np, ...), see `tarsus.core.arrays`."""
+    terms = {"work_in": energy[a.WORK], "damping": energy[a.DAMPING], "friction": energy[a.FRICTION]}
+    return Account(terms, acting.works(-energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :]))
 
 
 class Way(NamedTuple):
@@ -80,24 +84,14 @@ class Replayed:
     def seen(self, times: Floats) -> Seen:
         """The same with energies."""
         knots = np.concatenate([[0.0], self.energies.time])
+        energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
+        return Seen(self.states(times), account_of(self.acting, np.array(energy)), None)
 
-        def by_then(values: Floats) -> Floats:
-            return np.interp(times, knots, np.concatenate([[0.0], values]))
-
-        return Seen(self.states(times), self._account(by_then), None)
-
-    @property
+    @cached_property
     def account(self) -> Account:
         """Energies of the whole run."""
-        return self._account(lambda values: values[-1] if len(values) else np.zeros(()))
-
-    def _account(self, of: Callable[[Floats], Floats]) -> Account:
-        found = self.energies
-        works = self.acting.works(found.resistive, found.smooth, found.parts)
-        terms = {"work_in": found.work, "damping": found.damping, "friction": np.zeros_like(found.work)}
-        return Account(
-            {name: of(one) for name, one in terms.items()}, {name: of(one) for name, one in works.items()}
-        )
+        rows = self.energies.rows
+        return account_of(self.acting, rows[:, -1] if rows.shape[1] else np.zeros(len(rows)))
 
     @property
     def last(self) -> Floats:
@@ -162,16 +156,11 @@ class Marched:
             account=True, times=times,
         )  # fmt: skip
         state, way, energy = unpacked(self.acting, again.samples, times)
-        return Seen(state, self._account(energy), way)
+        return Seen(state, account_of(self.acting, energy), way)
 
     @property
     def account(self) -> Account:
-        return self._account(self.log.end[3])
-
-    def _account(self, energy: Floats) -> Account:
-        """Of energies that the engine has summed up: 5, and as many as laws have shares."""
-        terms = {"work_in": energy[a.WORK], "damping": energy[a.DAMPING], "friction": energy[a.FRICTION]}
-        return Account(terms, self.acting.works(-energy[a.FILM], energy[a.SMOOTH], energy[a.ENERGIES :]))
+        return account_of(self.acting, self.log.end[3])
 
     @property
     def last(self) -> Floats:

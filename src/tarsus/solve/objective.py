@@ -12,13 +12,12 @@ from tarsus.files.library import SceneLike
 from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, Log, directional_slopes
-from tarsus.solve.engine import Accuracy
+from tarsus.solve.engine import Accuracy, settings_of
 from tarsus.solve.engines import RECORDED
-from tarsus.solve.gradients import Gradient, GradientRun, WalkGradientRun
+from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import simulate
-from tarsus.solve.window import Recorded, recording
 
 __all__ = ["gradient"]
 
@@ -63,11 +62,7 @@ def gradient(
     """
     run = simulate(scene, duration, accuracy, gradients=wrt)
     when = None if times is None or isinstance(objective, str) else increasing(times)
-    parts = (
-        [_forwards(run, objective, when)]
-        if isinstance(run, WalkGradientRun)
-        else _parts(run, objective, when)
-    )
+    parts = [_forwards(run, objective, when)] if run.plan.legs is not None else _parts(run, objective, when)
     if len(parts) == 1:
         return parts[0]
     found = [
@@ -91,18 +86,17 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
         seeds = number_seeds(log, objective, np.zeros(0), None)
     else:
         seeds = number_seeds(log, objective, times, run.states(times))
-    if seeds is None:
+    if (
+        seeds is None or run.plan.laws.remembers
+    ):  # what feet bring along from contact to contact has no way back
         return [_forwards(run, objective, times)]
     moved = by_period != 0.0
     if np.isnan(seeds.period):
         forwards |= set(np.flatnonzero(moved).tolist())
     backwards = run.along([p for p in range(len(run.paths)) if p not in forwards])
-    settings, recorded = (
-        recording(run.plan, run.duration, run.accuracy or RECORDED),
-        Recorded(run.raw, run.notes),
-    )
+    settings = settings_of(run.plan, run.duration, run.accuracy or RECORDED, record=True)
     found = (
-        swept(run.plan, run.raw.book, backwards.entered, recorded, settings, seeds)
+        swept(run.plan, run.raw.book, backwards.entered, run.raw, settings, seeds)
         if backwards.paths
         else None
     )

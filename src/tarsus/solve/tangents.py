@@ -1,4 +1,4 @@
-"""What enters a run and its derivatives by numbers of the scene; derivatives of a recorded run from the engine.
+"""What enters a run, and its derivatives by numbers of the scene.
 
 Lowered arrays are differentiated by differences, runs never are.
 """
@@ -15,34 +15,27 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import get_value, with_values
-from tarsus.core import _native, nodes
-from tarsus.core.book import NODES
+from tarsus.core import _native
 from tarsus.core.modes import LinearSystem, derived_mode
 from tarsus.model.drive.pieces import TERMS
 from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
-from tarsus.plan.lowering import FootLaws, Plan, lower_system, pack, program_of
 from tarsus.plan.channels import SlopedDrive, sloped_drives
+from tarsus.plan.lowering import Plan, lower_system, pack
 from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
-from tarsus.solve.window import Contacts, Recorded
 
 __all__ = [
     "DataTangents",
     "Direction",
     "Entering",
-    "Tangents",
-    "by_programs",
     "directions_of",
     "entering",
-    "tangents",
 ]
 
 Floats = NDArray[np.float64]
 
-LOST = 4
-"""Reason of a flag: the derivative could not be followed, as in native/derive/tangent.hpp."""
 LANES = 8
 """Derivatives that the engine carries at once."""
 STEP = 1e-4
@@ -259,7 +252,9 @@ def entering(
     return Entering(tuple(found), row, data, structure, beside)
 
 
-def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) -> tuple[tuple[Plan, float], ...]:
+def _walkers(
+    scene: Scene, plan: Plan, direction: Direction, initial: Floats
+) -> tuple[tuple[Plan, float], ...]:
     """The plans of a walker beside its own along a direction that changes its structure, with their weights; where it
     begins standing, the derivative of its initial state (2n,) takes in that it stands otherwise."""
     stencil = Stencil.of(scene, direction, STEP)
@@ -273,7 +268,9 @@ def _walkers(scene: Scene, plan: Plan, direction: Direction, initial: Floats) ->
         for one, system in zip(changed, systems, strict=True)
     ]
     return tuple(
-        (one, float(weight)) for one, weight in zip([plan, *plans], stencil.weights, strict=True) if weight != 0.0
+        (one, float(weight))
+        for one, weight in zip([plan, *plans], stencil.weights, strict=True)
+        if weight != 0.0
     )
 
 
@@ -425,75 +422,3 @@ def _check_shapes(shapes: NDArray[np.generic], paths: Sequence[str]) -> None:
         raise InputError(
             f"{path}: there is no derivative by it here, for the drive's voltage changes its pieces"
         )
-
-
-@dataclass(frozen=True)
-class Tangents:
-    """Derivatives of a recorded run by P numbers, last axis.
-
-    events (ne, 12, P): of the event rows; samples (nt, 2n + 5m, P): of displacements, velocities, gaps, gap rates,
-    resistive and smooth forces and pulls at sample times; steps (nr, width, P) where asked for: of the end of every
-    step [s], its start state and its nodal inputs; flags (nf, 3): number of an event, reason, number of a path or -1
-    for all.
-    """
-
-    events: Floats
-    samples: Floats
-    steps: Floats
-    flags: NDArray[np.int64]
-
-
-def tangents(
-    plan: Plan,
-    book: SharedBook,
-    given: Entering,
-    recorded: Recorded,
-    settings: _native.Settings,
-    *,
-    start: float = 0.0,
-    contacts: Contacts | None = None,
-    times: Floats | None = None,
-    steps: bool = False,
-) -> Tangents:
-    """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events, eight numbers
-    at a time."""
-    laws = by_programs(plan.laws)
-    when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
-    begin = (start, *(row[0] for row in (contacts or Contacts()).rows(plan.feet, start)))
-    parts, flags = [], []
-    for first in range(0, max(len(given.paths), 1), LANES):
-        structural = [(given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES]
-        *found, flag = _native.tangents_modal(
-            book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
-            given.data.lanes(first), structural, recorded, when, steps,
-        )  # fmt: skip
-        parts.append(found)
-        rows = np.asarray(flag).reshape(-1, 3).astype(np.int64)
-        rows[rows[:, 2] >= 0, 2] += first
-        flags.append(rows)
-
-    n, inputs = len(plan.system.mass), 2 * plan.feet + plan.drives + 1
-    width = 1 + 2 * _native.modal_stride(n) + 8 * inputs
-    shapes = (
-        (len(recorded.events), 12),
-        (len(when), 2 * n + 5 * plan.feet),
-        (len(recorded.trace) * steps, width),
-    )
-    event_slopes, samples, of_steps = [
-        np.concatenate([np.asarray(one[k]).reshape(*shape, LANES) for one in parts], axis=2)[
-            ..., : len(given.paths)
-        ]
-        for k, shape in enumerate(shapes)
-    ]
-    all_flags = np.concatenate(flags)
-    return Tangents(event_slopes, samples, of_steps, all_flags[all_flags[:, 2] < len(given.paths)])
-
-
-def by_programs(laws: FootLaws) -> _native.Laws:
-    """The laws as programs alone, which carry derivatives."""
-    terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
-        for k, (name, law) in enumerate(laws.acting.items())
-    ]
-    programs = [program_of(type(law)) for law in laws.acting.values()]
-    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

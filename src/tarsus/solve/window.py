@@ -12,17 +12,15 @@ import numpy.typing as npt
 
 from tarsus.base.errors import InputError
 from tarsus.core import _native
-from tarsus.core.book import NODES
 from tarsus.core.replay import Sampled, sample
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, unit_settings
-from tarsus.solve.march import tables_of, walk
+from tarsus.solve.engine import Accuracy, SharedBook, execute, tables_of, walk
 from tarsus.solve.motion import unpacked
 
-__all__ = ["Contacts", "Recorded", "Window", "record", "recording", "simulate_window"]
+__all__ = ["Contacts", "Window", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -63,71 +61,16 @@ class Contacts:
                 problems.append(f"since: a contact held at {start:g} s has begun by then")
         return problems
 
-    def rows(self, feet: int, start: float) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.uint8], Floats]:
-        """held, leaving and since (1, m) as the engine takes them."""
-        held, leaving = np.zeros((2, 1, feet), dtype=np.uint8)
-        since = np.full((1, feet), start)
-        held[0, list(self.held)] = leaving[0, list(self.leaving)] = 1
+    def begin(
+        self, feet: int, start: float
+    ) -> tuple[float, npt.NDArray[np.uint8], npt.NDArray[np.uint8], Floats]:
+        """Time [s], held, leaving and since (m,) as the engine takes them."""
+        held, leaving = np.zeros((2, feet), dtype=np.uint8)
+        since = np.full(feet, start)
+        held[list(self.held)] = leaving[list(self.leaving)] = 1
         if self.since is not None:
-            since[0, list(self.held)] = self.since
-        return held, leaving, since
-
-
-@dataclass(frozen=True)
-class Recorded:
-    """A run with every step recorded, and notes (ne, 2) on its events: the steps recorded when each happened, and 0
-    if it was found inside the last of them, 1 if it was due at that very moment, 2 for a mark."""
-
-    raw: RawRuns
-    notes: Floats
-
-    @property
-    def events(self) -> Floats:
-        """Event rows (ne, 12)."""
-        return self.raw.events
-
-    @property
-    def trace(self) -> Floats:
-        """Recorded steps (nr, width)."""
-        return self.raw.trace
-
-
-def record(
-    plan: Plan,
-    book: SharedBook,
-    end: float,
-    rows: Rows,
-    accuracy: Accuracy,
-    *,
-    start: float = 0.0,
-    contacts: Contacts | None = None,
-) -> Recorded:
-    """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
-    begin = (contacts or Contacts()).rows(plan.feet, start)
-    code, events, event_end, finish, trace, mode, pending, place, notes, _ = _native.run_modal_windows(
-        book.book.native, NODES, rows.signals, plan.laws.native, recording(plan, end, accuracy), rows,
-        np.array([start]), *begin,
-    )  # fmt: skip
-    mask = -1 if pending is None else sum(1 << i for i in pending)
-    raw = RawRuns(
-        code,
-        finish,
-        events,
-        event_end,
-        trace=trace,
-        book=book,
-        mode=mode,
-        pending=mask,
-        physical=place,
-    )
-    return Recorded(raw, notes)
-
-
-def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
-    """Settings of a run with every step recorded."""
-    settings = unit_settings(plan, end, accuracy)
-    settings.track, settings.record = True, True
-    return settings
+            since[list(self.held)] = self.since
+        return start, held, leaving, since
 
 
 @dataclass(frozen=True)
@@ -206,19 +149,16 @@ def simulate_window(
     _check(plan, first, t0, when, contacts)
     end = float(when[-1])
     rows = (rows_of(plan) if rows is None else rows).starting(first)
-    acts = Acting(plan, rows)
+    acts, begin = Acting(plan, rows), contacts.begin(plan.feet, t0)
     if plan.legs is not None:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
-        raw = walk(
-            plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
-            start=(t0, *(row[0] for row in contacts.rows(plan.feet, t0))),
-        )  # fmt: skip
-        states = unpacked(acts, raw.samples, when)[0]
-        return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
+        walked = walk(plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when, start=begin)
+        states = unpacked(acts, walked.samples, when)[0]
+        return Window(acts, when, states, ResultCode.of(int(walked.codes[0])), walked.events)
     book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
-    made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
+    made = execute(plan, end, rows=rows, book=book, accuracy=accuracy, record=True, start=begin)
     states = sample(rows.sources[0], book.book, made.trace, when)
-    return Window(acts, when, states, ResultCode.of(int(made.raw.codes[0])), made.events)
+    return Window(acts, when, states, ResultCode.of(int(made.codes[0])), made.events)
 
 
 def _check(plan: Plan, state: Floats, t0: float, times: Floats, contacts: Contacts) -> None:

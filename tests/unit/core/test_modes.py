@@ -92,7 +92,8 @@ def test_step_tables_flow_exactly_over_long_and_short_steps():
         tables = book.native.step(number, k)
         e = tables["exponential"].reshape(4, -1)[:, :nb]
         end = np.concatenate([e[0] * y[:nb] + e[1] * y[nb:], e[2] * y[:nb] + e[3] * y[nb:]])
-        pushed = TAU**3 @ tables["state_input"].reshape(6, N, -1)[4] + SYSTEM.sources @ tables["state_bias"].reshape(3, -1)
+        pushed = TAU**3 @ tables["state_input"].reshape(6, N, -1)[4]
+        pushed += SYSTEM.sources @ tables["state_bias"].reshape(3, -1)
         end += pushed.reshape(2, -1)[:, :nb].ravel()
         np.testing.assert_allclose(mode.to_physical @ end, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
         state = tables["node_state"].reshape(4, -1, 2, N)[0, :nb]

@@ -13,7 +13,7 @@ from __future__ import annotations
 import hashlib
 import math
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum, auto
 from functools import cached_property
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from tarsus.base.errors import InputError
 
-__all__ = ["Builder", "Number", "Op", "Program", "Value", "add_programs"]
+__all__ = ["Builder", "Number", "Op", "Program", "Value"]
 
 LIMIT = 4000
 """Operations of a program at most: the core numbers values in 16 bits, and a longer law takes longer than a step."""
@@ -163,22 +163,6 @@ class Program:
     def __hash__(self) -> int:
         return hash(self.digest)
 
-    def to_lists(self) -> dict[str, Any]:
-        """Plain numbers and lists, fit for JSON; infinities and NaN are words."""
-        constants = [c if math.isfinite(c) else str(c) for c in self.constants.tolist()]
-        return {
-            "arguments": self.arguments,
-            "parameters": self.parameters,
-            "constants": constants,
-            "code": self.code.tolist(),
-        }
-
-    @classmethod
-    def from_lists(cls, lists: dict[str, Any]) -> Program:
-        """The program that `to_lists` wrote."""
-        constants = np.array([float(c) for c in lists["constants"]])
-        return cls(np.array(lists["code"]), constants, int(lists["arguments"]), int(lists["parameters"]))
-
     def __str__(self) -> str:
         """One operation a line, to read."""
         names = [f"x{i}" for i in range(self.arguments)] + [f"p{i}" for i in range(self.parameters)]
@@ -268,36 +252,6 @@ class Builder:
             self._known[key] = len(self._rows)
             self._rows.append(row)
         return self._known[key]
-
-
-def add_programs(programs: Sequence[Program]) -> Program:
-    """The sum of laws of one kind: the same arguments, the parameters of all laid end to end.
-
-    Raises
-    ------
-    InputError
-        Where there is none, or they take different arguments.
-    """
-    if len({program.arguments for program in programs}) != 1:
-        raise InputError("laws that act together take the same arguments")
-    arguments = programs[0].arguments
-    builder = Builder(arguments, sum(program.parameters for program in programs))
-    total: Number | None = None
-    taken = arguments
-    for program in programs:
-        own = slice(taken, taken + program.parameters)
-        taken += program.parameters
-        values: list[Number] = [
-            *builder.inputs[:arguments],
-            *builder.inputs[own],
-            *program.constants.tolist(),
-        ]
-        for number, *operands in program.code.tolist():
-            op = Op(number)
-            values.append(builder.apply(op, *(values[o] for o in operands[: op.operands])))
-        total = values[-1] if total is None else builder.apply(Op.ADD, total, values[-1])
-    assert total is not None
-    return builder.finish(total)
 
 
 # What is known already, as Python computes it.

@@ -49,6 +49,11 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const
 
 }  // namespace
 
-void bind_adjoint(nb::module_& m) { m.def("adjoint_modal", &adjoint_modal); }
+void bind_adjoint(nb::module_& m) {
+  m.def("adjoint_modal", &adjoint_modal);
+  nb::dict doubts;  // see `Doubtful`
+  for (size_t n = 0; n < std::size(DOUBTS); n++) doubts[DOUBTS[n]] = int(n) + 1;
+  m.attr("DOUBTS") = doubts;
+}
 
 }  // namespace tarsus

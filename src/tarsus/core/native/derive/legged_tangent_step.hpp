@@ -13,12 +13,12 @@
 namespace tarsus::legged {
 
 // The laws of one foot linearised at the nodes of a step: slopes of momentum and smooth force by the gap, of the force by
-// the rate, of friction by its arguments; and columns of the inverses of what makes momentum and force consistent, and a slip
-// with friction that depends on its speed.
+// the rate, of friction by its arguments; and columns of the inverse of what makes momentum and force consistent, and of what
+// makes friction so that depends on the speed.
 struct LinearFoot {
   Row by_gap[2], by_rate, by_margin, by_strength, by_speed;
-  Row inverse[2][2][N], slip[N];
-  bool acts[2], slides, by_slip;  // whether a momentum and a smooth force act in the air; sliding with friction, that of its speed
+  Row inverse[2][2][N], rubbing[N];
+  bool acts[2], slides, speeds;  // whether a momentum and a smooth force act in the air; sliding with friction; with such by speed
 };
 
 // What laws add to the rows of a lane by numbers of their own: momentum and smooth force in the air; held, strength less
@@ -67,6 +67,38 @@ inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
   return true;
 }
 
+// Make the friction of a sliding foot consistent with the speed that it leads to: (1 + S G) bound = right side.
+inline bool invert_friction(const LegStep& table, LinearFoot& f) {
+  std::vector<double> matrix(N * N);
+  for (int j = 0; j < N; j++) {
+    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.by_speed[j] * table.force[1][l][j];
+  }
+  Factored solver;
+  if (!solver.factor(matrix, N)) return false;
+  Row columns[N];
+  for (int l = 0; l < N; l++) {
+    columns[l] = Row(0.0);
+    columns[l].set(l, 1.0);
+  }
+  solver.solve(columns);  // by rows
+  for (int l = 0; l < N; l++) {
+    for (int j = 0; j < N; j++) f.rubbing[l].set(j, columns[j][l]);
+  }
+  return true;
+}
+
+// A foot along the ground from u0, w0 under the force q and, where it slides, a friction of which ``own`` does not depend on its
+// speed.
+inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense, double u0, double w0, const Row& own, LegRows& r) {
+  r.bound = f.slides ? own : Row(0.0);
+  if (f.speeds) {
+    free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+    r.bound = combine(reinterpret_cast<const double*>(f.rubbing), own + f.by_speed * r.w[ALONG] * sense);
+  }
+  r.q[ALONG] -= r.bound * sense;
+  free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+}
+
 // A foot in the air from u0, w0 under the force q, what its laws do following from ``own`` and its motion.
 inline void fly_linear(const LinearFoot& f, const LegStep& table, double mass, double u0, double w0, const Row& q,
                        const Row* own, LegRows& r) {
@@ -85,27 +117,6 @@ inline void fly_linear(const LinearFoot& f, const LegStep& table, double mass, d
     r.w[UP] += combine(&table.film[1][0][0], r.film) + combine(&table.force[1][0][0], r.smooth);
   }
   r.rate = r.w[UP] + r.film * (1.0 / mass);
-}
-
-// Make the slip of a foot consistent with friction that its speed changes: (1 + G by_speed) w = w under friction's other part.
-inline bool invert_slip(const LegStep& along, LinearFoot& f) {
-  Row columns[N];
-  for (int j = 0; j < N; j++) {
-    columns[j] = load(along.force[1][j]) * f.by_speed[j];
-    columns[j].set(j, columns[j][j] + 1.0);
-  }
-  return invert_columns(columns, f.slip);
-}
-
-// A foot along the way from u0, w0 under the force q and friction, of which ``bound`` is what does not follow from its slip;
-// bound becomes all of it.
-inline void slide_linear(const LinearFoot& f, const LegStep& along, double sense, double u0, double w0, const Row& q, Row& bound,
-                         LegRows& r) {
-  if (f.by_slip) {
-    free_motion(along, u0, w0, q - bound * sense, r.u[ALONG], r.w[ALONG]);
-    bound += f.by_speed * combine(reinterpret_cast<const double*>(f.slip), r.w[ALONG]) * sense;
-  }
-  free_motion(along, u0, w0, q - bound * sense, r.u[ALONG], r.w[ALONG]);
 }
 
 // Add to the matrix of the body's rates what legs and held feet make of them.
@@ -142,14 +153,16 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
         add(leg.hip[UP], leg.hip[UP], l, r.w[UP] * leg.mass - combine(once, r.smooth) * h);
       } else if (of.feet[i].slides) {
         const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
-        Row bound = -(of.feet[i].by_margin * pull);
-        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), bound, r);
-        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass + combine(once, bound * s.feet[i].sense) * h);
+        r.q[ALONG] = Row(0.0);
+        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, -of.feet[i].by_margin * pull, r);
+        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, r.q[ALONG]) * h);
       }
       if (s.feet[i].held(ALONG)) continue;
-      Row bound = Row(0.0);
-      slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, place * leg.stiffness[ALONG] + unit * leg.damping[ALONG], bound, r);
-      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass + combine(once, bound * s.feet[i].sense) * h);
+      r.q[ALONG] = place * leg.stiffness[ALONG] + unit * leg.damping[ALONG];
+      slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), r);
+      Row made = r.w[ALONG] * leg.mass;
+      if (of.feet[i].speeds) made += combine(once, r.bound) * (h * s.feet[i].sense);
+      add(leg.hip[ALONG], leg.hip[ALONG], l, made);
     }
   }
   return solver.factor(std::move(matrix), size);
@@ -176,12 +189,10 @@ inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTang
       find_margin(t, i);
     }
     if (foot.contact == STUCK) continue;
-    const Row hip = spring(t, leg, ALONG);
-    r.bound = f.slides ? f.by_margin * r.margin + f.by_strength * own.strength + own.bound : Row(0.0);
-    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG], r.load[ALONG] + hip, r.bound, r);
-    const Row load = r.load[ALONG] - r.bound * foot.sense;
-    r.q[ALONG] = load + hip;
-    carry_free(t, i, ALONG, load, h, r);
+    r.q[ALONG] = r.load[ALONG] + spring(t, leg, ALONG);
+    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG],
+                 f.by_margin * r.margin + f.by_strength * own.strength + own.bound, r);
+    carry_free(t, i, ALONG, r.load[ALONG] - r.bound * foot.sense, h, r);
   }
 }
 

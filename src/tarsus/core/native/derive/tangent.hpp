@@ -23,6 +23,7 @@ inline Row slope_of(const Jet& a) { return load(a.slope); }
 // Why a derivative is not to be had, or from one side only. APART: events or kinks of one moment move apart, so that what is
 // integrated over the steps between them has no derivative here; all else has.
 enum Doubtful { GRAZING = 1, SIMULTANEOUS = 2, AT_THRESHOLD = 3, LOST = 4, EDGE_AT_START = 5, APART = 6, NEAR_MISS = 7 };
+constexpr const char* DOUBTS[] = {"GRAZING", "SIMULTANEOUS", "AT_THRESHOLD", "LOST", "EDGE_AT_START", "APART", "NEAR_MISS"};
 
 struct TangentFlag {
   double event, reason, lane;  // lane -1: all
@@ -202,6 +203,7 @@ struct LawTangents {
   // As those of ActingLaws.
   Jet rebound(int foot, const Jet& speed) { return value(REBOUND, foot, {speed}); }
   Jet strength(int foot, const Jet& age) { return value(STRENGTH, foot, {age}); }
+  Jet remaining(int foot, const Jet& age, const Jet& away) { return value(REMAINING, foot, {age, away}); }
   Jet friction(int foot, const Jet& margin, const Jet& held, const Jet& speed) {
     return value(FRICTION, foot, {margin, held, speed});
   }

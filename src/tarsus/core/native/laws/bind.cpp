@@ -108,28 +108,6 @@ Result evaluate_slopes(const Code& code, const List& constants, const Table& arg
   return out;
 }
 
-// Value and derivatives by the first two arguments, number by number.
-Result evaluate_duals(const Code& code, const List& constants, const Table& arguments,
-                const List& parameters) {
-  const Program program = linked(code, constants, arguments, parameters);
-  const size_t k = arguments.shape(1);
-  Result out = fresh({3, k});
-  std::vector<double> fixed(program.fixed());
-  std::vector<Dual<double, 2>> registers(program.registers());
-  prepare(program, parameters.data(), fixed.data());
-  for (size_t j = 0; j < k; j++) {
-    for (int i = 0; i < program.arguments; i++) {
-      registers[i] = Dual<double, 2>(arguments.data()[i * k + j]);
-      if (i < 2) registers[i].slope[i] = 1.0;
-    }
-    const Dual<double, 2>& found = evaluate(program, fixed.data(), registers.data());
-    out.data()[j] = found.value;
-    out.data()[k + j] = found.slope[0];
-    out.data()[2 * k + j] = found.slope[1];
-  }
-  return out;
-}
-
 std::vector<std::string> operations() {
   return {
 #define X(name) #name,
@@ -150,8 +128,6 @@ void bind_program(nb::module_& m) {
   m.def("evaluate_slopes", &evaluate_slopes, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
         nb::arg("parameters"),
         "Derivatives (na + np, k) of the value by every argument, then every parameter.");
-  m.def("evaluate_duals", &evaluate_duals, nb::arg("code"), nb::arg("constants"), nb::arg("arguments"),
-        nb::arg("parameters"), "Value and derivatives by the first two arguments (3, k), one at a time.");
 }
 
 }  // namespace tarsus

@@ -136,15 +136,6 @@ inline const Real& evaluate(const Program& program, const Fixed* fixed, Real* re
   return registers[program.arguments + count - 1];
 }
 
-// The law's value from arguments and parameters at once; ``fixed`` and ``registers`` are room to work in.
-template <class Real, class Fixed>
-inline Real run(const Program& program, const Real* arguments, const Fixed* parameters, Fixed* fixed,
-                Real* registers) {
-  prepare(program, parameters, fixed);
-  for (int i = 0; i < program.arguments; i++) registers[i] = arguments[i];
-  return evaluate(program, fixed, registers);
-}
-
 // ---- from the plain list
 
 // Translates values numbered arguments, parameters, constants, results into fixed ones and those of the body.

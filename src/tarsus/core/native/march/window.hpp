@@ -33,7 +33,8 @@ inline void start_clock(Clock& clock, const Settings& settings, double time) {
   clock.mark = (clock.marks + 1) * settings.period;
 }
 
-// A system as the march takes it, that also notes what its events belong to. recorded() -> number of steps recorded so far.
+// A system as the march takes it, that also notes what its events belong to where it records its steps. recorded() -> number of them
+// so far.
 template <class System>
 struct Watched {
   System& system;
@@ -60,8 +61,10 @@ struct Watched {
   }
 
  private:
-  void note(Origin origin) {
-    notes.resize(system.log.events.size(), {double(system.recorded()), double(origin)});
+  TARSUS_INLINE void note(Origin origin) {
+    if (settings.record && notes.size() < system.log.events.size()) {
+      notes.resize(system.log.events.size(), {double(system.recorded()), double(origin)});
+    }
   }
 };
 

@@ -6,14 +6,65 @@ namespace tarsus::modal {
 
 namespace {
 
+// A system that can start anywhere.
+template <class S>
+struct Begun : ModalSystem<S> {
+  using ModalSystem<S>::ModalSystem;
+
+  size_t recorded() const { return this->trace.size() / recorded_width(this->sizes); }
+
+  void begin_at(const RunData& run, const Beginning& start) {
+    this->begin(run);
+    this->count_from_zero(run);
+    start_clock(this->clock, this->settings, start.time);
+    FootSet on(this->sizes.feet);
+    for (int i = 0; i < this->sizes.feet; i++) {
+      Foot& foot = this->feet[i];
+      foot.apex.restart(start.time);
+      if (start.held[i]) {
+        on.toggle(i);
+        foot.since = start.since[i];
+      } else {
+        foot.parted = start.time;
+        if (start.leaving[i]) foot.departure = FROM_REST;
+      }
+    }
+    this->next = &this->book.require(on);
+  }
+};
+
+// Where the last run ended. What a step has left of its momenta shows the velocities at its end: they do not jump once more where
+// no step follows.
+void note_end(Modal& m, ModalResult& out) {
+  if (!m.entering) {
+    if (m.settings.record && !m.trace.empty()) {
+      for (int i : m.mode->free) {
+        if (m.laws.has(i, HAS_MOMENTUM)) m.shift(m.mode->beta, i, m.feet[i].momentum);
+      }
+      m.trace[m.trace.size() - recorded_width(m.sizes) + T_JUMPS] -= m.jumped;
+    } else {
+      add_film_momenta(m);
+    }
+    leave_mode(m, *m.mode);
+  }
+  out.mode = m.mode;
+  out.pending = m.next;
+  out.physical = m.physical;
+}
+
 template <class S>
 ModalResult run_all(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                    const Batch& batch) {
-  ModalSystem<S> system(book, nodes, signals, laws, settings, batch.channels);
+                    const Batch& batch, const std::vector<Beginning>& starts) {
+  Begun<S> system(book, nodes, signals, laws, settings, batch.channels);
   ModalResult out;
+  Watched<Begun<S>> watched(system, out.notes);
   for (size_t run = 0; run < batch.runs; run++) {
-    system.begin(batch.of(run));
-    out.codes.push_back(march(system));
+    if (starts.empty()) {
+      system.begin(batch.of(run));
+    } else {
+      system.begin_at(batch.of(run), starts[run]);
+    }
+    out.codes.push_back(march(watched));
     out.event_end.push_back(int64_t(system.log.events.size()));
     const Clock& clock = system.clock;
     out.finish.insert(out.finish.end(), {clock.time, double(clock.steps), double(clock.rejected)});
@@ -33,9 +84,9 @@ int modal_stride(int modes) {
 }
 
 ModalResult run_modal(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                      const Batch& batch) {
+                      const Batch& batch, const std::vector<Beginning>& starts) {
   return by_shape(book.sizes.stride, [&](auto shape) {
-    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch);
+    return run_all<decltype(shape)>(book, nodes, signals, laws, settings, batch, starts);
   });
 }
 

@@ -3,7 +3,7 @@
 #include "derive/convert.hpp"
 #include "march/rows.hpp"
 #include "record/energies.hpp"
-#include "record/window.hpp"
+#include "record/samples.hpp"
 
 namespace tarsus {
 

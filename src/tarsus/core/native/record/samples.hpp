@@ -1,21 +1,8 @@
-// Windows of modal robots: runs from given moments, with every step recorded, and samples of recorded steps.
+// Samples of recorded steps: where a structure was at any times.
 #pragma once
 #include "record/replay.hpp"
-#include "modal/run.hpp"
-#include "march/window.hpp"
 
 namespace tarsus::modal {
-
-// Beside what runs come to: the recorded steps and notes on the events of all of them, end to end.
-struct WindowResult {
-  ModalResult runs;
-  std::vector<int64_t> trace_end;
-  std::vector<Note> notes;
-};
-
-// ``starts``: one for each run.
-WindowResult run_windows(Book& book, const Nodes& nodes, const Signals& signals, const Laws& laws, const Settings& settings,
-                         const Batch& batch, const std::vector<Beginning>& starts);
 
 // The recorded step (of ``rows`` of them) that a moment lies in: the last one that begins by then, and the scaled time.
 struct Place {
