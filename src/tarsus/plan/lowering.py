@@ -76,12 +76,6 @@ class FootLaws:
         """Whether a law of a foot in the air asks for its gap rate."""
         return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
 
-    @property
-    def together(self) -> bool:
-        """Whether laws of a kind act together on a foot, each with a share of their work."""
-        hooks = [law.hook for law in self.acting.values()]
-        return any(hooks.count(hook) > 1 for hook in ("momentum", "force"))
-
     @cached_property
     def native(self) -> _native.Laws:
         """The laws as the engine holds them; their parameters come with every batch."""
