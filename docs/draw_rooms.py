@@ -19,9 +19,8 @@ ROOMS = {
     "base": "rows of 8 numbers, derivatives, small matrices, nodes",
 }
 """What each room is, from above."""
-WIDTH, BOX, GAP, LINE, HEAD = 1060.0, 250.0, 46.0, 17.0, 62.0
-COLUMNS = 3
-"""Names of headers side by side in a box that is alone on its floor."""
+WIDTH, COLUMN, GAP, LINE, HEAD = 1060.0, 250.0, 46.0, 17.0, 62.0
+"""Of the picture, a column of names, between floors, a name, and what stands above the names."""
 
 STYLE = """<style>
 text { font: 13px system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; fill: #1f2328; }
@@ -65,7 +64,7 @@ def drawing() -> str:
     y = 12.0
     for floor in floors():
         wide = WIDTH - 24.0 if len(floor) == 1 else (WIDTH - 24.0 - GAP * (len(floor) - 1)) / len(floor)
-        columns = max(1, int(wide // BOX))
+        columns = max(1, int(wide // COLUMN))
         tall = HEAD + LINE * max(-(-len(headers(room)) // columns) for room in floor)
         for n, room in enumerate(floor):
             x = 12.0 + n * (wide + GAP)
@@ -85,7 +84,9 @@ def drawing() -> str:
                 )
         y += tall + GAP
     parts += _arrows(places)
-    start = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {y - GAP + 12:.0f}" role="img">'
+    start = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH:.0f} {y - GAP + 12:.0f}" role="img">'
+    )
     title = "<title>Rooms of the native engine, each above those it knows, and their headers</title>"
     return "\n".join([start, title, STYLE, *parts, "</svg>", ""])
 
@@ -101,7 +102,8 @@ def _arrows(places: dict[str, tuple[float, float, float, float]]) -> list[str]:
                 start = min(max(to_x + to_wide / 2, x + 30), x + wide - 30)
                 end = min(max(start, to_x + 30), to_x + to_wide - 30)
                 found.append(
-                    f'<path d="M{start:.0f} {y + tall:.0f}L{end:.0f} {to_y - 1:.0f}" class="arrow" marker-end="url(#tip)"/>'
+                    f'<path d="M{start:.0f} {y + tall:.0f}L{end:.0f} {to_y - 1:.0f}" '
+                    'class="arrow" marker-end="url(#tip)"/>'
                 )
     return found
 

@@ -18,8 +18,8 @@ import numpy as np
 import tarsus as ts
 from scene_files import SCENES
 from tarsus.base.spec import validate
-from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.drive.laws import Cubic, LinearForce, TwoBranch
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.drive.waveforms import OnOff
 from tarsus.model.scene import Scene
 

@@ -10,6 +10,7 @@ from example_laws import EXAMPLES, OWN
 from scene_files import scene
 from tarsus.files.toml import parse_scene, scene_text
 from tarsus.model.laws import AdhesionLaw, DampingLaw, FrictionLaw, ImpactLaw, Law, SmoothLaw
+from tarsus.solve.acting import value
 
 GAPS = np.concatenate([[0.0], np.geomspace(1e-12, 1e-2, 60)])
 SPEEDS = np.geomspace(1e-9, 10.0, 40)
@@ -44,6 +45,27 @@ def test_passive_where_its_protocol_says_so(law):
     elif isinstance(law, SmoothLaw) and law.uses_rate:
         rates = np.array([point[1] for point in arguments(law)])
         assert np.all(values * rates <= 0.0)
+
+
+MEMORIES = [law for law in EXAMPLES if isinstance(law, AdhesionLaw) and law.remaining is not None]
+
+
+@pytest.mark.parametrize("law", MEMORIES, ids=lambda law: law.name())
+def test_what_remains_does_not_depend_on_how_the_time_is_cut(law):
+    """A flow of time: of no age nothing is left, of any the more the shorter the time; the engine's program says the same."""
+    ages, times = np.geomspace(1e-6, 10.0, 15), np.geomspace(1e-6, 10.0, 15)
+
+    def left(age, away):
+        return law.evaluate(age, away, hook="remaining")
+
+    for age in ages:
+        assert left(age, 0.0) == pytest.approx(age, rel=1e-12) and left(0.0, age) == 0.0
+        rows = [left(age, away) for away in times]
+        assert np.all(np.diff(rows) <= 0.0) and rows[-1] >= 0.0
+        assert [left(left(age, 2e-3), away) for away in times] == pytest.approx(
+            [left(age, 2e-3 + away) for away in times], rel=1e-9, abs=1e-300
+        )
+        assert value(law, age, times, hook="remaining") == pytest.approx(rows, rel=1e-13, abs=1e-300)
 
 
 @pytest.mark.parametrize("law", EXAMPLES, ids=lambda law: law.name())

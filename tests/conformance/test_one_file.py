@@ -225,8 +225,11 @@ for path in paths:
     slopes[path] = [one.state_gradients(times)[path].x[-1].tolist(), wanted.tolist()]
 varied = {path: ts.get_value(scene, path) * np.array([0.9, 1.0, 1.05]) for path in paths}
 batch = ts.simulate_batch(scene, varied, scene.duration, track=False)
-alone = [ts.simulate(ts.with_values(scene, {p: float(c[k]) for p, c in varied.items()}), scene.duration) for k in range(3)]
-same = [[len(batch.events(k)), bool(np.allclose(batch.events(k)["time"], alone[k].events["time"], rtol=1e-11, atol=0.0))] for k in range(3)]
+same = []
+for k in range(3):
+    own = ts.with_values(scene, {path: float(column[k]) for path, column in varied.items()})
+    alone = ts.simulate(own, scene.duration).events["time"]
+    same.append([len(alone), bool(np.allclose(batch.events(k)["time"], alone, rtol=1e-11, atol=0.0))])
 out["drive"] = {"slopes": slopes, "same": same, "period": scene.signals["pzt"].period}
 run = ts.simulate(ts.with_values(walker, {"ground.friction": wet, "gait.high": "40 V"}), 0.02)
 series = run.at(np.linspace(0.0, 0.02, 4001))

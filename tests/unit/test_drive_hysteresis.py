@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from tarsus.base.errors import InputError
 from tarsus.base.spec import validate, with_values
-from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.laws import LinearForce, TwoBranch
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.plays import play_states
 from unit.drive_cases import FALLING, PRINTED, RISING
 

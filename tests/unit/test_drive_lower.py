@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from effort import calls
 from tarsus.base.errors import InputError
-from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.law import VoltageLaw
 from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii, fit_branches
 from tarsus.model.drive.lower import Pieces, evaluate, lower
 from tarsus.model.drive.signal import Signal
 from tarsus.model.drive.waveforms import Constant, OnOff, RampedSquare, Sampled, Sine, Square

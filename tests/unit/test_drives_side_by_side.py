@@ -28,17 +28,17 @@ def check(scene: ts.Scene, varied: dict[str, np.ndarray]) -> None:
         for channels, wanted in zip((course.force, course.volts), alone, strict=True):
             got = channels[course.which[run]]
             for name in ("start", "coef", "kink"):
-                np.testing.assert_array_equal(getattr(got, name), getattr(wanted, name), err_msg=f"{run} {name}")
+                np.testing.assert_array_equal(
+                    getattr(got, name), getattr(wanted, name), err_msg=f"{run} {name}"
+                )
             assert got.loop == wanted.loop
 
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("wave", WAVEFORMS)
 def test_every_number_of_a_signal_at_once(wave, law):
-    scene = ts.with_values(
-        scene_of("p1_n2"),
-        {"robot.drives.pull.law": LAWS[law], "robot.drives.pull.history": (10.0, 0.0), "signals": {"pull": WAVEFORMS[wave]}},
-    )  # fmt: skip
+    drive = {"robot.drives.pull.law": LAWS[law], "robot.drives.pull.history": (10.0, 0.0)}
+    scene = ts.with_values(scene_of("p1_n2"), {**drive, "signals": {"pull": WAVEFORMS[wave]}})
     rng = np.random.default_rng(7)
     # of some runs all numbers are a little different, of the first none is
     small = {path: 0.01 * rng.uniform(0.0, 1.0, 5) * (np.arange(5) > 0) for path in float_paths(scene)}
@@ -70,7 +70,11 @@ def test_numbers_of_drives_of_histories_and_of_amplifiers():
     wave = ts.RampedSquare(amplitude=8.0, frequency=50.0, duty=0.3, phase=0.4)
     scene = ts.with_values(
         scene_of("p1_n2"),
-        {"robot.drives.pull.law": PLAYS, "robot.drives.pull.history": (10.0, -3.0), "signals": {"pull": wave}},
+        {
+            "robot.drives.pull.law": PLAYS,
+            "robot.drives.pull.history": (10.0, -3.0),
+            "signals": {"pull": wave},
+        },
     )
     head = "robot.drives.pull."
     three = np.array([0.9, 1.0, 1.1])

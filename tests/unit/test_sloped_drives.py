@@ -39,8 +39,12 @@ OTHERS = {
     "sine": ts.Sine(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4),
     "square": ts.Square(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.3),
     "ramped": ts.RampedSquare(amplitude=6.5, frequency=37.0, phase=0.7, offset=0.4, duty=0.4),
-    "swept": ts.SweptSine(amplitude=6.5, start_frequency=20.0, stop_frequency=60.0, duration=0.08, offset=0.3),
-    "spline": ts.Sampled(times=(0.001, 0.02, 0.04, 0.06), levels=(0.4, 7.0, -6.0, 1.0), interpolation="cubic"),
+    "swept": ts.SweptSine(
+        amplitude=6.5, start_frequency=20.0, stop_frequency=60.0, duration=0.08, offset=0.3
+    ),
+    "spline": ts.Sampled(
+        times=(0.001, 0.02, 0.04, 0.06), levels=(0.4, 7.0, -6.0, 1.0), interpolation="cubic"
+    ),
     "poling": ts.Poling(level=6.2, hold=0.03, fall=0.02),
     "ramp": ts.Ramp(start=-3.0, stop=6.0, duration=0.05),
     "constant": ts.Constant(level=4.0),
@@ -120,7 +124,9 @@ def test_every_number_of_every_wave_and_law(wave, law):
             sides = [beside(scene, path, k * step, times, channel) for k in (-2.0, -1.0, 1.0, 2.0)]
             wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ sides / (12.0 * step)
             got, smooth = at(one, times, p)
-            scale = max(np.abs(one.pieces.coef).max() / (abs(value) or 1.0), np.abs(wanted[smooth]).max(initial=0.0))
+            scale = max(
+                np.abs(one.pieces.coef).max() / (abs(value) or 1.0), np.abs(wanted[smooth]).max(initial=0.0)
+            )
             np.testing.assert_allclose(got[smooth], wanted[smooth], rtol=0.0, atol=2e-7 * scale, err_msg=path)
             assert smooth.sum() > 40
 
@@ -152,11 +158,16 @@ def test_what_is_behind_an_amplifier_is_left():
     path = "signals.pull.levels.1"
     slow = with_values(scene, {"robot.drives.pull.amplifier": {"bandwidth": "2 kHz"}})
     assert sloped_drives(slow, [{path: 1.0}], []) == ({}, [{path: 1.0}])
-    assert sloped_drives(scene, [{"ground.film.coefficient": 1.0}], []) == ({}, [{"ground.film.coefficient": 1.0}])
+    assert sloped_drives(scene, [{"ground.film.coefficient": 1.0}], []) == (
+        {},
+        [{"ground.film.coefficient": 1.0}],
+    )
 
 
 def test_an_edge_that_may_appear_has_no_derivative():
-    never = with_values(scene_of("p1_n2"), {"signals": {"pull": ts.Square(amplitude=8.0, frequency=50.0, duty=0.0)}})
+    never = with_values(
+        scene_of("p1_n2"), {"signals": {"pull": ts.Square(amplitude=8.0, frequency=50.0, duty=0.0)}}
+    )
     with pytest.raises(ts.InputError, match=r"signals\.pull\.duty: .*changes its pieces"):
         sloped_drives(never, [{"signals.pull.amplitude": 1.0}, {"signals.pull.duty": 1.0}], [])
 

@@ -148,6 +148,48 @@ def assert_as_differences(scene: ts.Scene, paths, duration: float, steps, within
         assert best is not None and best.max() <= within, (path, best)
 
 
+def rubbing(tmp_path, coefficient: float, growth: float) -> dict[str, ts.Law]:
+    """A friction that grows with the slip speed: margin (coefficient + growth speed)."""
+    file = tmp_path / "rubbing.py"
+    file.write_text(
+        "from tarsus.base.spec import quantity\nfrom tarsus.model.laws import FrictionLaw\n\n\n"
+        "class Rubbing(FrictionLaw):\n"
+        '    coefficient: float = quantity("1", "at rest", ge=0)\n'
+        '    growth: float = quantity("s/m", "with the speed", ge=0)\n\n'
+        "    def bound(margin, strength, speed, coefficient, growth):\n"
+        "        return margin * (coefficient + growth * speed)\n"
+    )
+    return {"rubbing": ts.load_laws(file)["rubbing"](coefficient=coefficient, growth=growth)}
+
+
+def test_friction_that_depends_on_the_slip_speed_in_closed_form(tmp_path):
+    """m v' = -m g (mu + c v): v + mu / c falls like exp(-c g t), and the block stops at log(1 + c v / mu) / c g."""
+    speed, mu, growth, at = 0.01, 0.3, 25.0, 2e-3
+    ground = ts.Ground(gravity=ts.Gravity(acceleration=GRAVITY), laws=rubbing(tmp_path, mu, growth))
+    paths = ["ground.laws.rubbing.coefficient", "ground.laws.rubbing.growth", "initial.velocity.2"]
+    run = ts.simulate(moving(block(friction=None, ground=ground), block_x=speed), 0.02, gradients=paths)
+    assert list(run.events["kind"]) == [5, 8] and not run.flags
+    rate, left = growth * GRAVITY, 1.0 + growth * speed / mu
+    stopped = [run.event_gradients[path]["time"][1] for path in paths]
+    by_growth = speed / (mu * left * rate) - math.log(left) / (rate * growth)
+    wanted = [-growth * speed / (mu**2 * left * rate), by_growth, 1.0 / (mu * left * GRAVITY)]
+    assert stopped == pytest.approx(wanted, rel=1e-9)
+    fall = math.exp(-rate * at)
+    slowed = [found.v[2, 0] for found in run.state_gradients([at]).values()]
+    by_growth = -(speed + mu / growth) * GRAVITY * at * fall + mu / growth**2 * (1.0 - fall)
+    assert slowed == pytest.approx([(fall - 1.0) / growth, by_growth, fall], rel=1e-9)
+
+
+def test_a_trotter_on_friction_by_speed_differs_as_its_derivatives_say(tmp_path):
+    scene = trotter(ground=sticky(friction=None, laws=rubbing(tmp_path, 0.25, 40.0)))
+    paths = [
+        "ground.laws.rubbing.growth",
+        "robot.drives.leg0.law.gain",
+        "robot.structure.legs.leg1.stiffness_l",
+    ]
+    assert_as_differences(scene, paths, 0.008, (1e-4, 5e-5), 1e-6)
+
+
 def test_a_trotter_differs_as_its_derivatives_say():
     paths = (MU, "signals.leg0.amplitude", "robot.feet.leg1.gap", "ground.restitution.coefficient")
     assert_as_differences(trotter(3), paths, 0.0071, (1e-4, 1e-3), 1e-7)

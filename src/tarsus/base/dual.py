@@ -123,7 +123,9 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.cumsum: _both(np.cumsum),
     np.roll: _both(np.roll),
     np.repeat: _both(np.repeat),
-    np.broadcast_to: lambda a, shape: Dual(value := np.broadcast_to(a.value, shape), _slope(a, value.shape, a)),
+    np.broadcast_to: lambda a, shape: Dual(
+        value := np.broadcast_to(a.value, shape), _slope(a, value.shape, a)
+    ),
     np.shape: lambda a: a.shape,
     np.ndim: lambda a: a.ndim,
 }
@@ -152,7 +154,9 @@ def columns(values: Any) -> Any:
         return values
     if all(isinstance(one, (int, float)) for one in values):
         return np.array(values, dtype=np.float64)
-    size = max(np.size(value_of(one)) for one in values if np.ndim(one)) if any(map(np.ndim, values)) else None
+    size = (
+        max(np.size(value_of(one)) for one in values if np.ndim(one)) if any(map(np.ndim, values)) else None
+    )
     if any(isinstance(one, Dual) for one in values):
         shape = () if size is None else (size,)
         return np.stack([np.broadcast_to(one, shape) for one in values], axis=-1)
@@ -170,7 +174,8 @@ def alike(*values: Any) -> list[Any]:
 
 
 def dot(rows: Any, weights: Any) -> Any:
-    """Sums (Q,) of the rows (Q, n) with weights (n,) or (Q, n), added in their order: the same bits however many rows."""
+    """Sums (Q,) of the rows (Q, n) with weights (n,) or (Q, n), added in their order: the same bits however many
+    rows."""
     total = np.zeros(len(rows))
     for k in range(rows.shape[1]):
         total = total + rows[:, k] * weights[..., k]

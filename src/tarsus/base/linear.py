@@ -8,7 +8,6 @@ operations): the same bits everywhere. Meant for structures of up to a hundred c
 
 from __future__ import annotations
 
-import math
 from functools import reduce
 from typing import Any
 

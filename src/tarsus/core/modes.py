@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -245,11 +246,8 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     basis: state it by these coordinates, in which ``blocks`` is a full matrix (2nb, 2nb) then, instead of by its modes.
     """
     n, m = system.normals.shape
-    nd = system.loads.shape[1]
-    ni = 2 * m + nd + 1
-    held_feet = [i for i in range(m) if mask >> i & 1]
-    free_feet = [i for i in range(m) if not mask >> i & 1]
-    z, placed, projector, rows = _holding(system, held_feet)
+    held, free = ([i for i in range(m) if (mask >> i & 1) == on] for on in (1, 0))
+    z, placed, projector, rows = _holding(system, held)
     mz, cz, kz = (product(z.T, part, z) for part in (system.mass, system.damping, system.stiffness))
     nz, own, kind = z.shape[1], basis is None, mz.dtype
     if basis is None:
@@ -259,96 +257,119 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         rates = np.vstack([basis[nz:], -solve(mz, product(kz, basis[:nz]) + product(cz, basis[nz:]))])
         blocks = product(onto, rates)
     position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
-    force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
     particular = np.zeros((n, m + 1), kind)
-    particular[:, held_feet] = placed
+    particular[:, held] = placed
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
-
-    beta = np.zeros((m, 2 * nz), kind)
-    inputs = np.zeros((ni, 2 * nz), kind)
-    outputs = np.zeros((2 * m, 2 * nz), kind)
-    feed = np.zeros((2 * m, ni), kind)
-    feed_rate = np.zeros((2 * m, ni), kind)
-    held = np.zeros((m, 2 * nz), kind)
-    held_feed = np.zeros((m, ni), kind)
-    jump = np.zeros((m, 2 * nz), kind)
-    mobility = np.zeros(m, kind)
-    reaction = np.zeros((m, m), kind)
-    side = np.zeros((m, 2 * nz), kind)
-    side_rate = np.zeros((m, 2 * nz), kind)
-    skew = np.zeros(m, kind)
-    printed, printed_feed, printed_damping = np.zeros((m, 2 * nz), kind), np.zeros((m, ni), kind), np.zeros(m, kind)
-
-    inputs[2 * m : 2 * m + nd] = product(force_in, system.loads).T
-    bias = Bias(
-        inputs=product(force_in, constant).T, feed=np.zeros((m + 1, 2 * m), kind), offset=np.zeros((m + 1, 2 * n), kind),
-        held_feed=np.zeros((m + 1, m), kind), printed_feed=np.zeros((m + 1, m), kind),
-    )  # fmt: skip
-    bias.offset[:, :n] = particular.T
-    for i in free_feet:
-        normal = system.normals[:, i]
-        beta[i] = product(force_in, normal)
-        inputs[i] = _apply(blocks, beta[i])
-        inputs[m + i] = beta[i]
-        outputs[i] = product(normal, position)
-        outputs[m + i] = product(normal, velocity)
-        bias.feed[:, i] = product(normal, particular)
-        bias.feed[i, i] += 1.0
-        mobility[i] = product(outputs[m + i], beta[i])
-        if mobility[i].real > REDUNDANT * product(normal, system.per_impulse[:, i]).real:
-            continue
-        mobility[i] = 0.0  # held feet hold this one as well: nothing moves it, and it moves nothing
-        for part in (beta[i], inputs[i], inputs[m + i], outputs[i], outputs[m + i]):
-            part.real[:] = 0.0
-    restoring = product(system.stiffness, position) + product(system.damping, velocity)
-    for row, i in zip(rows, held_feet, strict=True):
-        outputs[i] = -product(row, restoring)
-        feed[i] = _force_feed(row, system, free_feet, ni)
-        bias.feed[:, i] = product(row, constant)
-        feed_rate[i, free_feet] = product(row, system.normals[:, free_feet])
-    for i in free_feet:
-        for k in free_feet:
-            feed[m + i, k] = product(outputs[m + i], beta[k])
-        for k in held_feet:
-            feed[k, i] += product(outputs[k], beta[i])
-        together = sorted([*held_feet, i])
-        z2, _, projector2, rows2 = _holding(system, together)
-        row = rows2[together.index(i)]
-        stopped = product(z2, product(projector2, velocity))
-        held[i] = -product(row, product(system.stiffness, position) + product(system.damping, stopped))
-        held_feed[i] = _force_feed(row, system, [k for k in free_feet if k != i], ni)
-        bias.held_feed[:, i] = product(row, constant)
-        if mobility[i] == 0.0:
-            continue
-        jump[i] = beta[i] / mobility[i]
-        reaction[i, held_feet] = -product(rows, system.normals[:, i])
-        if system.directions is not None:
-            across, skew[i] = _across(mz, product(z.T, system.normals[:, i]), product(projector, system.directions[:, i]))
-            side[i] = product(onto[:, nz:], across)
-            side_rate[i] = product(across, mz, basis[nz:])
-        if system.alone is not None:
-            # -K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign
-            row = system.alone[:, i]
-            printed[i] = -product(row, restoring)
-            printed_feed[i] = _force_feed(row, system, [], ni)
-            bias.printed_feed[:, i] = product(row, constant)
-            bias.printed_feed[i, i] -= 2.0 * (product(row, system.stiffness, row))
-            printed_damping[i] = product(row, system.damping, row)
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
     if own:
-        leading, share = _leading(solve(cholesky(mz), product(z.T, system.normals[:, free_feet])).T)
+        leading, share = _leading(solve(cholesky(mz), product(z.T, system.normals[:, free])).T)
         spanned = np.zeros((m, len(leading)))
-        spanned[free_feet] = share
+        spanned[free] = share
     both = np.zeros((2 * nz, 2 * n), kind)
     both[:nz, :n], both[nz:, n:] = projector, projector
-    return ContactMode(
-        mask=mask, blocks=blocks, basis=basis, inputs=inputs, beta=beta, outputs=outputs, feed=feed, feed_rate=feed_rate,
-        to_physical=np.vstack([position, velocity]), offset=np.zeros(2 * n), from_physical=product(onto, both),
-        held=held, held_feed=held_feed, jump=jump, mobility=mobility, reaction=reaction,
-        side=side, side_rate=side_rate, skew=skew, printed=printed, printed_feed=printed_feed,
-        printed_damping=printed_damping, leading=np.array(free_feet, dtype=np.int64)[leading], spanned=spanned, bias=bias,
+    mode = ContactMode(
+        mask=mask, blocks=blocks, basis=basis, to_physical=np.vstack([position, velocity]), from_physical=product(onto, both),
+        leading=np.array(free, dtype=np.int64)[leading], spanned=spanned, **_nothing(system, nz, kind),
     )  # fmt: skip
+    force_in = product(onto[:, nz:], solve(mz, z.T)) if nz else np.zeros((0, n))
+    mode.inputs[2 * m : -1] = product(force_in, system.loads).T
+    mode.bias.inputs[:] = product(force_in, constant).T
+    mode.bias.offset[:, :n] = particular.T
+    _add_free(mode, system, free, force_in, particular)
+    _add_held(mode, system, held, free, rows, constant)
+    springs = product(system.stiffness, position)
+    for i in free:
+        _add_stopped(mode, system, i, held, springs, velocity, constant)
+    if system.directions is not None:
+        for i in np.flatnonzero(mode.mobility):
+            across, mode.skew[i] = _across(
+                mz, product(z.T, system.normals[:, i]), product(projector, system.directions[:, i])
+            )
+            mode.side[i] = product(onto[:, nz:], across)
+            mode.side_rate[i] = product(across, mz, basis[nz:])
+    if system.alone is not None:
+        for i in np.flatnonzero(mode.mobility):
+            _add_printed(mode, system, i, springs + product(system.damping, velocity), constant)
+    return mode
+
+
+def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict[str, Any]:
+    """Arrays of a contact mode of nz coordinates that are to be filled."""
+    (n, m), nd, state = system.normals.shape, system.loads.shape[1], 2 * nz
+    ni = 2 * m + nd + 1
+    shapes = {
+        "inputs": (ni, state), "beta": (m, state), "outputs": (2 * m, state), "feed": (2 * m, ni), "feed_rate": (2 * m, ni),
+        "offset": (2 * n,), "held": (m, state), "held_feed": (m, ni), "jump": (m, state), "mobility": (m,), "reaction": (m, m),
+        "side": (m, state), "side_rate": (m, state), "skew": (m,), "printed": (m, state), "printed_feed": (m, ni),
+        "printed_damping": (m,),
+    }  # fmt: skip
+    biases = {"inputs": state, "feed": 2 * m, "offset": 2 * n, "held_feed": m, "printed_feed": m}
+    bias = Bias(**{name: np.zeros((m + 1, size), kind) for name, size in biases.items()})
+    return {"bias": bias, **{name: np.zeros(shape, kind) for name, shape in shapes.items()}}
+
+
+def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in: Floats, particular: Floats) -> None:
+    """What free feet do to the structure, and how they move with it."""
+    m, n = len(mode.beta), len(system.mass)
+    feet, normals = np.array(free, dtype=np.intp), system.normals[:, free]
+    beta, gap, rate = product(force_in, normals).T, product(normals.T, mode.to_physical[:n]), product(normals.T, mode.to_physical[n:])
+    drift, mobility = _apply(mode.blocks, beta), product(rate, beta.T).diagonal().copy()
+    loose = mobility.real > REDUNDANT * product(normals.T, system.per_impulse[:, free]).diagonal().real
+    if not loose.all():  # held feet hold these as well: nothing moves them, and they move nothing
+        mobility[~loose] = 0.0
+        beta = np.ascontiguousarray(beta)
+        for part in (beta, drift, gap, rate):
+            part.real[~loose] = 0.0
+    mode.beta[feet], mode.inputs[feet], mode.inputs[m + feet], mode.mobility[feet] = beta, drift, beta, mobility
+    mode.outputs[feet], mode.outputs[m + feet] = gap, rate
+    mode.feed[np.ix_(m + feet, feet)] = product(rate, beta.T)
+    mode.bias.feed[:, feet] = product(normals.T, particular).T
+    mode.bias.feed[feet, feet] += 1.0
+    moved = feet[loose]
+    mode.jump[moved] = beta[loose] / mobility[loose, None]
+
+
+def _add_held(
+    mode: ContactMode, system: LinearSystem, held: list[int], free: list[int], rows: Floats, constant: Floats
+) -> None:
+    """The structure's pull on held feet; rows (|S|, n) of forces."""
+    n = len(system.mass)
+    if not held:
+        return
+    position, velocity = mode.to_physical[:n], mode.to_physical[n:]
+    mode.outputs[held] = -product(rows, product(system.stiffness, position) + product(system.damping, velocity))
+    mode.feed[held] = _force_feed(rows, system, free)
+    onto = product(rows, system.normals[:, free])
+    mode.feed_rate[np.ix_(held, free)] = onto
+    mode.feed[np.ix_(held, free)] += product(mode.outputs[held], mode.beta[free].T)
+    mode.bias.feed[:, held] = product(rows, constant).T
+    moved = np.flatnonzero(mode.mobility)
+    mode.reaction[np.ix_(moved, held)] = -product(rows, system.normals[:, moved]).T
+
+
+def _add_stopped(
+    mode: ContactMode, system: LinearSystem, i: int, held: list[int], springs: Floats, velocity: Floats, constant: Floats
+) -> None:
+    """The pull on a free foot if it were stopped on the ground now."""
+    together = sorted([*held, i])
+    z, _, projector, rows = _holding(system, together)
+    row = rows[together.index(i)]
+    stopped = product(z, product(projector, velocity))
+    mode.held[i] = -product(row, springs + product(system.damping, stopped))
+    mode.held_feed[i] = _force_feed(row[None], system, [k for k in range(len(mode.beta)) if k not in together])[0]
+    mode.bias.held_feed[:, i] = product(row, constant)
+
+
+def _add_printed(mode: ContactMode, system: LinearSystem, i: int, restoring: Floats, constant: Floats) -> None:
+    """-K x - C v of the foot's own coordinate as it is, and its terms K_pp x_p and C_pp x_p' with the other sign."""
+    assert system.alone is not None
+    row = system.alone[:, i]
+    mode.printed[i] = -product(row, restoring)
+    mode.printed_feed[i] = _force_feed(row[None], system, [])[0]
+    mode.bias.printed_feed[:, i] = product(row, constant)
+    mode.bias.printed_feed[i, i] -= 2.0 * (product(row, system.stiffness, row))
+    mode.printed_damping[i] = product(row, system.damping, row)
 
 
 def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
@@ -395,12 +416,12 @@ def _across(mass: Floats, normal: Floats, direction: Floats) -> tuple[Floats, fl
     return (rest / across, skew) if skew.real > 1e-9 else (np.zeros_like(normal), 0.0)
 
 
-def _force_feed(row: Floats, system: LinearSystem, free: list[int], ni: int) -> Floats:
+def _force_feed(rows: Floats, system: LinearSystem, free: list[int]) -> Floats:
+    """What rows (k, n) of forces have of the inputs directly: (k, ni)."""
     m, nd = system.normals.shape[1], system.loads.shape[1]
-    out = np.zeros(ni, row.dtype)
-    out[2 * m : 2 * m + nd] = product(row, system.loads)
-    for k in free:
-        out[m + k] = product(row, system.normals[:, k])
+    out = np.zeros((len(rows), 2 * m + nd + 1), rows.dtype)
+    out[:, 2 * m : -1] = product(rows, system.loads)
+    out[:, [m + k for k in free]] = product(rows, system.normals[:, free])
     return out
 
 

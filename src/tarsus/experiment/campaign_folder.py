@@ -22,8 +22,8 @@ from tarsus.files.store import write_text
 from tarsus.files.toml import description_text, write_scene
 from tarsus.identify.campaign import Campaign, RecordSet
 from tarsus.identify.known import PLACEHOLDER
-from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.drive.laws import LinearForce
+from tarsus.model.drive.laws.prandtl_ishlinskii import PrandtlIshlinskii
 from tarsus.model.scene import ModalLoad, Provenance, Scene, Source
 from tarsus.model.structure import Beam, Modal
 from tarsus.records.measurement import Measurement

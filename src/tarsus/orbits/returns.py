@@ -189,6 +189,15 @@ class ReturnMap:
         return np.repeat([place, speed], n)
 
 
+def check_memory(plan: Plan) -> None:
+    """Raise InputError where feet remember their contacts (a law with `remaining`): what they bring along is no
+    part of a map's state."""
+    if plan.laws.remembers:
+        raise InputError(
+            "there is no return map where feet remember their contacts: what they bring along is not in its state"
+        )
+
+
 def return_map(
     scene: Scene,
     start: float,
@@ -203,6 +212,7 @@ def return_map(
     """
     shared = shared or Shared()
     plan, rows, period, horizon = varied(scene, values or {}, shared)
+    check_memory(plan)
     book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)
 

@@ -23,6 +23,7 @@ from tarsus.orbits.returns import (
     HORIZON,
     Returned,
     ReturnMap,
+    check_memory,
     contacts_of,
     drive_period,
     follow_contact,
@@ -189,6 +190,7 @@ def walk_map(scene: Scene, run: Run, count: int) -> tuple[WalkMap, Floats]:
     """The return map of a walker with its section in the middle of the longest time without an event in a drive period,
     after ``count`` of them, and the state there in a run."""
     plan, period = lower_scene(scene), drive_period(scene)
+    check_memory(plan)
     start = _quiet(run.events, count * period, (count + 1) * period)
     held: dict[int, float] = {}
     for event in run.events[run.events["time"] <= start]:

@@ -30,8 +30,8 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Course:
-    """What one drive does in nr runs. force, and volts where they are asked for: channels; which (nr,): number of those of
-    each run; periods (nr,) [s]: of its signal, NaN without one."""
+    """What one drive does in nr runs. force, and volts where they are asked for: channels; which (nr,): number of
+    those of each run; periods (nr,) [s]: of its signal, NaN without one."""
 
     force: Channels
     volts: Channels | None
@@ -67,9 +67,7 @@ def felt(path: str) -> bool:
     return not path.endswith((".capacitance", ".recovery"))
 
 
-def drive_courses(
-    scene: Scene, values: Mapping[str, Floats], charged: Collection[str]
-) -> dict[str, Course]:
+def drive_courses(scene: Scene, values: Mapping[str, Floats], charged: Collection[str]) -> dict[str, Course]:
     """What drives do, by name, of which numbers (nr,) vary from run to run, given by their paths in the scene; charged:
     those whose volts are asked for.
 
@@ -96,15 +94,19 @@ Columns = Mapping[str, Any]
 def _varied(
     scene: Scene, values: Mapping[str, Any]
 ) -> dict[str, tuple[Signal, dict[str, Any], dict[str, Any]]]:
-    """Of every drive that numbers have a part in: its signal, and the numbers of that and of the drive, by their paths in
-    these. Those of a gait are numbers of the square waves that it gives to its drives."""
+    """Of every drive that numbers have a part in: its signal, and the numbers of that and of the drive, by their
+    paths in these. Those of a gait are numbers of the square waves that it gives to its drives."""
     gait = {path.removeprefix("gait."): of for path, of in values.items() if path.startswith("gait.")}
     waves = _gait_waves(scene, gait) if gait else {}
     out = {}
     for name in scene.robot.drives:
         signal, drive = f"signals.{name}.", f"robot.drives.{name}."
         own = {path.removeprefix(signal): of for path, of in values.items() if path.startswith(signal)}
-        of_drive = {path.removeprefix(drive): of for path, of in values.items() if path.startswith(drive) and felt(path)}
+        of_drive = {
+            path.removeprefix(drive): of
+            for path, of in values.items()
+            if path.startswith(drive) and felt(path)
+        }
         wave = scene.waveforms.get(name) or Constant(level=0.0)
         _check(f"signals.{name}", wave, own)
         _check(f"robot.drives.{name}", scene.robot.drives[name], of_drive)
@@ -127,14 +129,18 @@ def _gait_waves(scene: Scene, gait: Columns) -> dict[str, dict[str, Any]]:
     waves = {name: wave for name, wave in many.waveforms(layout).items() if name not in scene.signals}
     names = ("amplitude", "frequency", "phase", "offset", "duty")
     return {
-        name: {key: of + 0.0 * value_of(like) for key in names if np.ndim(of := getattr(wave, key)) or key == "amplitude"}
+        name: {
+            key: of + 0.0 * value_of(like)
+            for key in names
+            if np.ndim(of := getattr(wave, key)) or key == "amplitude"
+        }
         for name, wave in waves.items()
     }
 
 
 def with_columns(of: Any, columns: Columns) -> Any:
-    """A description with some of its numbers, by their paths in it, one a run (nr,), or with derivatives; as they are, for
-    none of them is looked at."""
+    """A description with some of its numbers, by their paths in it, one a run (nr,), or with derivatives; as they
+    are, for none of them is looked at."""
     if "" in columns:
         return columns[""]
     parts: dict[str, dict[str, Any]] = {}
@@ -144,15 +150,17 @@ def with_columns(of: Any, columns: Columns) -> Any:
     if not parts:
         return of
     if isinstance(of, Description):
-        return of.model_copy(update={key: with_columns(getattr(of, key), rest) for key, rest in parts.items()})
+        return of.model_copy(
+            update={key: with_columns(getattr(of, key), rest) for key, rest in parts.items()}
+        )
     if isinstance(of, tuple):
         return tuple(with_columns(one, parts.get(str(k), {})) for k, one in enumerate(of))
     return type(of)({**of, **{key: with_columns(of[key], rest) for key, rest in parts.items()}})
 
 
 def _check(where: str, of: Description, varied: Columns) -> None:
-    """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice, and of
-    numbers that must be in order the lowest ones are, and the highest."""
+    """Raise InputError where a value is refused: bounds are intervals, so that the lowest and the highest suffice,
+    and of numbers that must be in order the lowest ones are, and the highest."""
     for end in (np.min, np.max) if varied else ():
         try:
             with_values(of, {path: float(end(value_of(column))) for path, column in varied.items()})
@@ -198,7 +206,9 @@ def sloped_drives(
 
     Raises InputError where a drive changes the number of its pieces.
     """
-    paths = [path for path in dict.fromkeys(path for one in directions for path in one) if _drives(scene, path)]
+    paths = [
+        path for path in dict.fromkeys(path for one in directions for path in one) if _drives(scene, path)
+    ]
     slopes = {path: np.array([[one.get(path, 0.0) for one in directions]]) for path in paths}
     numbers = {path: Dual(np.array([float(get_value(scene, path))]), slope) for path, slope in slopes.items()}
     found = _varied(scene, numbers)
@@ -239,18 +249,23 @@ def _moved_by(scene: Scene, path: str, found: Collection[str]) -> list[str]:
 def _sloped(wave: Signal, drive: Drive, count: int, charged: bool) -> SlopedDrive:
     """A drive of numbers that carry derivatives, by so many numbers."""
     force, volts = lower_track(wave.track(), drive.law, drive.history, volts=charged)
-    period = wave.period
-    none = period is None or np.isnan(value_of(period)).all()
+    period, by_period = wave.period, np.zeros(count)
+    if period is None or np.isnan(value_of(period)).all():
+        period = None
+    else:
+        by_period = slope_of(period, count).reshape(-1)
+        period = float(np.ravel(value_of(period))[0])
     return SlopedDrive(
-        _channel(force, count), None if volts is None or not charged else _channel(volts, count),
-        None if none else float(np.ravel(value_of(period))[0]), np.zeros(count) if none else slope_of(period, count).reshape(-1),
-    )  # fmt: skip
+        _channel(force, count), _channel(volts, count) if volts and charged else None, period, by_period
+    )
 
 
 def _channel(channels: Channels, count: int) -> Sloped:
     """The one channel, with its derivatives by so many numbers, and a piece for the value after the last one, unless it
     repeats."""
-    coef, begin, end, loop = (slope_of(getattr(channels, name), count) for name in ("coef", "begin", "end", "periods"))
+    coef, begin, end, loop = (
+        slope_of(getattr(channels, name), count) for name in ("coef", "begin", "end", "periods")
+    )
     terms = 1 + int(np.flatnonzero(coef.any(axis=(0, 2))).max(initial=0))
     if channels.loops[0] < 0:
         held = np.zeros((1, *coef.shape[1:]))

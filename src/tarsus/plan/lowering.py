@@ -76,12 +76,23 @@ class FootLaws:
         """Whether a law of a foot in the air asks for its gap rate."""
         return bool(np.any(self.flags & _native.FLAGS["uses_rate"]))
 
+    @property
+    def remembers(self) -> bool:
+        """Whether what a contact holds goes by those before it."""
+        return any(hook == _native.HOOKS.index("remaining") for hook, *_ in self.terms)
+
     @cached_property
     def native(self) -> _native.Laws:
         """The laws as the engine holds them; their parameters come with every batch."""
-        return _native.Laws(
-            self.flags, self.volts, self.parameters.shape[1], list(self.terms), list(self.programs)
-        )
+        return self._held(self.terms, self.programs)
+
+    @cached_property
+    def by_programs(self) -> _native.Laws:
+        """The same as programs alone, which carry derivatives."""
+        return self._held(*_terms(self.acting, self.columns, twins=False))
+
+    def _held(self, terms: Sequence[tuple[int, int, int, int]], programs: Sequence[Program]) -> _native.Laws:
+        return _native.Laws(self.flags, self.volts, self.parameters.shape[1], list(terms), list(programs))
 
 
 @dataclass(frozen=True)
@@ -214,23 +225,32 @@ def lower_laws(ground: Ground, m: int) -> FootLaws:
     acting = ground.acting_laws
     columns = _columns(acting)
     flags = _native.FLAGS["pull_as_printed"] if isinstance(ground.landing, PullAsPrinted) else 0
-    terms: list[tuple[int, int, int, int]] = []
-    programs: list[Program] = []
-    row: list[float] = []
-    for name, law in acting.items():
-        row += law.parameters()
+    for law in acting.values():
         assert law.hook is not None  # or it would not act
         flags |= _native.FLAGS.get(law.hook, 0)
         if isinstance(law, SmoothLaw) and law.uses_rate:
             flags |= _native.FLAGS["uses_rate"]
-        twin = _twin(type(law))
-        terms.append((_native.HOOKS.index(law.hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
-        if twin < 0:
-            programs.append(program_of(type(law)))
+    row = [value for law in acting.values() for value in law.parameters()]
     return FootLaws(
         np.full(m, flags, dtype=np.int64), np.tile(np.array(row, dtype=float), (max(m, 1), 1)),
-        np.full(m, -1, dtype=np.int64), acting, columns, tuple(terms), tuple(programs),
+        np.full(m, -1, dtype=np.int64), acting, columns, *_terms(acting, columns, twins=True),
     )  # fmt: skip
+
+
+def _terms(
+    acting: Mapping[str, Law], columns: Mapping[str, int], *, twins: bool
+) -> tuple[tuple[tuple[int, int, int, int], ...], tuple[Program, ...]]:
+    """What the engine is to call, and the programs among it: every function of each law, by its twin where there is one
+    and twins are wanted."""
+    terms: list[tuple[int, int, int, int]] = []
+    programs: list[Program] = []
+    for name, law in acting.items():
+        for hook in type(law).functions() or {law.hook: None}:
+            twin = _twin(type(law)) if twins and hook == law.hook else -1
+            terms.append((_native.HOOKS.index(hook), twin, -1 if twin >= 0 else len(programs), columns[name]))
+            if twin < 0:
+                programs.append(program_of(type(law), hook))
+    return tuple(terms), tuple(programs)
 
 
 def _columns(acting: Mapping[str, Law]) -> dict[str, int]:
@@ -244,15 +264,15 @@ def _twin(law: type[Law]) -> int:
     return _native.TWINS.get(f"{law.__name__}.{law.function_name}", -1) if is_built_in(law) else -1
 
 
-def program_of(law: type[Law]) -> Program:
-    """A law's function as the engine carries it out.
+def program_of(law: type[Law], hook: str | None = None) -> Program:
+    """A law's function, or that of another hook, as the engine carries it out.
 
     Raises InputError where it contains what a law may not.
     """
-    function = law.function()
-    if function is None:
+    functions = law.functions()
+    if (hook or law.hook) not in functions:
         raise InputError(f"{law.name()}: defines no function {law.function_name}")
-    return translate(function, len(law.leading))
+    return translate(*functions[hook or law.hook or ""])
 
 
 def law_column(scene: Scene, path: str) -> int | None:

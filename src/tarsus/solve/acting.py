@@ -19,9 +19,10 @@ Floats = NDArray[np.float64]
 __all__ = ["Acting", "slope", "value"]
 
 
-def value(law: Law, *arguments: Floats | float) -> Floats:
-    """Value of a law's function at arguments, of one shape together, by the program that the engine carries out."""
-    return _evaluated(_native.evaluate, law, arguments)
+def value(law: Law, *arguments: Floats | float, hook: str | None = None) -> Floats:
+    """Value of a law's function, or of that of another hook, at arguments, of one shape together, by the program
+    that the engine carries out."""
+    return _evaluated(_native.evaluate, law, arguments, hook)
 
 
 def slope(law: Law, *arguments: Floats | float) -> Floats:
@@ -29,8 +30,10 @@ def slope(law: Law, *arguments: Floats | float) -> Floats:
     return _evaluated(lambda *of: _native.evaluate_slopes(*of)[0], law, arguments)
 
 
-def _evaluated(by: object, law: Law, arguments: tuple[Floats | float, ...]) -> Floats:
-    program = program_of(type(law))
+def _evaluated(
+    by: object, law: Law, arguments: tuple[Floats | float, ...], hook: str | None = None
+) -> Floats:
+    program = program_of(type(law), hook)
     rows = np.broadcast_arrays(*(np.asarray(a, dtype=float) for a in arguments))
     table = np.ascontiguousarray(np.array([row.ravel() for row in rows]))
     found = by(program.code, program.constants, table, np.array(law.parameters(), dtype=float))  # type: ignore[operator]

@@ -17,7 +17,7 @@ from tarsus.model.drive.pieces import TERMS
 from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows
 from tarsus.solve.engine import RawRuns, SharedBook
-from tarsus.solve.lanes import Doubt, by_programs
+from tarsus.solve.lanes import Doubt
 from tarsus.solve.tangents import DataTangents, Entering
 from tarsus.solve.window import Contacts
 
@@ -58,7 +58,7 @@ def swept(
     begin = Contacts().begin(plan.feet, 0.0)
     asked = tuple(np.ascontiguousarray(one) for one in (seeds.events, seeds.times, seeds.samples))
     found, flags, edges, refused = _native.adjoint_modal(
-        book.book.native, NODES, nodes, row.signals, by_programs(plan.laws), settings, row, begin, groups,
+        book.book.native, NODES, nodes, row.signals, plan.laws.by_programs, settings, row, begin, groups,
         _degrees(row, data), recorded, asked,
     )  # fmt: skip
     if refused:

@@ -22,7 +22,7 @@ from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_ev
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
 from tarsus.solve.engine import Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
-from tarsus.solve.lanes import Doubt, Tangents, refuse_slip_speed, tangents, walk_tangents
+from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
@@ -313,7 +313,6 @@ def gradient_run(
     given.row.scales[:, 2] = period
     moving = {"entered": given, "directions": tuple(directions_of(paths).values())}
     if isinstance(engine, ByLegs):
-        refuse_slip_speed(plan)
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
         log = kept.log
     else:

@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.errors import InputError
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
-from tarsus.plan.lowering import FootLaws, Plan, program_of
+from tarsus.plan.lowering import Plan
 from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
 
-__all__ = ["Doubt", "Tangents", "by_programs", "refuse_slip_speed", "tangents", "walk_tangents"]
+__all__ = ["Doubt", "Tangents", "tangents", "walk_tangents"]
 
 Floats = NDArray[np.float64]
 
@@ -93,7 +92,7 @@ def tangents(
     steps: bool = False,
 ) -> Tangents:
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events."""
-    laws, n, m = by_programs(plan.laws), len(plan.system.mass), plan.feet
+    laws, n, m = plan.laws.by_programs, len(plan.system.mass), plan.feet
     when = np.zeros(0) if times is None else np.ascontiguousarray(times, dtype=float)
     begin = (contacts or Contacts()).begin(m, start)
 
@@ -110,16 +109,6 @@ def tangents(
     return _in_lanes(given, {"events": 12, "samples": 2 * n + 5 * m, "steps": width}, engine)
 
 
-def refuse_slip_speed(plan: Plan) -> None:
-    """Raise InputError where friction depends on the slip speed: no derivatives follow that."""
-    for name, law in plan.laws.acting.items():
-        if law.hook == "friction" and "speed" in law.leading:
-            raise InputError(
-                f"ground: no derivatives follow '{name}', the {law.title}, whose bound depends on the slip speed; "
-                "compare runs, or take friction that does not depend on it"
-            )
-
-
 def walk_tangents(
     plan: Plan,
     duration: float,
@@ -132,13 +121,9 @@ def walk_tangents(
     start: tuple[float, NDArray[np.uint8], NDArray[np.uint8], Floats] | None = None,
 ) -> Tangents:
     """Derivatives of a walker's run by what enters it: the engine makes the run again for every eight numbers, and
-    these follow it. Other parameters as for `walk`.
-
-    Raises InputError where friction depends on the slip speed.
-    """
+    these follow it. Other parameters as for `walk`."""
     assert plan.legs is not None
-    refuse_slip_speed(plan)
-    legs, laws, n, m = plan.legs, by_programs(plan.laws), len(plan.system.mass), plan.feet
+    legs, laws, n, m = plan.legs, plan.laws.by_programs, len(plan.system.mass), plan.feet
     tables = tables if tables is not None else tables_of(plan, duration)
     settings = settings_of(plan, duration, accuracy)
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
@@ -160,13 +145,3 @@ def walk_tangents(
     widths = {"events": 12, "marks": 3 + nb + 2 * m, "samples": 2 * n + 5 * m, "since": 1, "energies": 1}
     found = _in_lanes(given, widths, engine)
     return replace(found, since=found.since[:, 0], energies=found.energies[:, 0])
-
-
-def by_programs(laws: FootLaws) -> _native.Laws:
-    """The laws as programs alone, which carry derivatives."""
-    terms = [
-        (_native.HOOKS.index(law.hook), -1, k, laws.columns[name])
-        for k, (name, law) in enumerate(laws.acting.items())
-    ]
-    programs = [program_of(type(law)) for law in laws.acting.values()]
-    return _native.Laws(laws.flags, laws.volts, laws.parameters.shape[1], terms, programs)

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tarsus.base.events import CONTACT_BEGINS, FootState
+from tarsus.base.events import CONTACT_BEGINS, EventKind, FootState
 from tarsus.core.replay import Sampled
 from tarsus.files.ledger import Ledger
 from tarsus.solve import acting
 
 if TYPE_CHECKING:
+    from tarsus.model.laws.base import Law
     from tarsus.model.scene import Scene
     from tarsus.solve.motion import Way
     from tarsus.solve.run import Run
@@ -124,19 +125,33 @@ def command_volts(scene: Scene, time: Floats) -> Floats | None:
 
 
 def strength_of(run: Run, time: Floats, held: NDArray[np.bool_]) -> Floats:
-    """f_a [N] of every held foot: from the contact's age."""
+    """f_a [N] of every held foot: from the contact's age, which it may have brought along."""
     strength = np.zeros(held.shape)
     laws = list(run.motion.acting.on("strength").values())
     if not laws:
         return strength
     for i in range(len(held)):
-        begun = run.events[(run.events["foot"] == i) & np.isin(run.events["kind"], CONTACT_BEGINS)]["time"]
+        begun, brought = _contacts(run.events[run.events["foot"] == i], laws[0])
         if not len(begun):
             continue
-        since = begun[np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)]
-        ages = np.maximum(time - since, 0.0)
+        present = np.clip(np.searchsorted(begun, time, side="right") - 1, 0, None)
+        ages = np.maximum(time - begun[present], 0.0) + brought[present]
         strength[i, held[i]] = acting.value(laws[0], ages[held[i]])
     return strength
+
+
+def _contacts(events: NDArray[np.void], law: Law) -> tuple[Floats, Floats]:
+    """When the contacts of a foot began, and the age that each brought along from those before [s]."""
+    begins = np.isin(events["kind"], CONTACT_BEGINS)
+    begun = events["time"][begins]
+    brought = np.zeros(len(begun))
+    if law.remaining is None:
+        return begun, brought
+    ended = events["time"][events["kind"] == EventKind.RELEASE]
+    for k in range(1, len(begun)):
+        end = ended[np.searchsorted(ended, begun[k - 1])]
+        brought[k] = acting.value(law, end - begun[k - 1] + brought[k - 1], begun[k] - end, hook="remaining")
+    return begun, brought
 
 
 def event_losses(run: Run, time: Floats) -> dict[str, Floats]:

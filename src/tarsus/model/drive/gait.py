@@ -99,7 +99,9 @@ class Gait(Description, ABC):
         if not layout.groups:
             return [("", "no drive of the robot moves a leg, so that there is nothing to walk with")]
         faults = self._pattern_faults(layout)
-        if np.any(self.high < self.low):  # of numbers that are one a run, which no one else has looked at together
+        if np.any(
+            self.high < self.low
+        ):  # of numbers that are one a run, which no one else has looked at together
             faults.append(("high", "the upper voltage is below the lower one"))
         if faults:
             return faults

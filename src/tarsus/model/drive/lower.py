@@ -5,8 +5,8 @@ or branches switch, and what remains smooth is cut further only as degree 11 nee
 memory the first period is kept apart: after it every play has forgotten the history or rests for ever, so
 that the second period repeats.
 
-There is one way from a voltage to pieces, and it takes the voltages of any number of runs: signal -> `Track` -> parts on
-which the force is a cubic of the voltage -> `Channels`.
+There is one way from a voltage to pieces, and it takes the voltages of any number of runs: signal -> `Track` ->
+parts on which the force is a cubic of the voltage -> `Channels`.
 """
 
 from __future__ import annotations
@@ -56,16 +56,20 @@ def lower(waveform: Signal, law: VoltageLaw, history: Sequence[float] = ()) -> t
 def lower_track(
     track: Track, law: VoltageLaw, history: Any = (), *, volts: bool = True
 ) -> tuple[Channels, Channels | None]:
-    """The same of the voltages of many runs, a channel for each, and of volts where they are asked for; numbers of the law
-    and of the history may be one a run (nr,), and carry derivatives, as those of the track."""
+    """The same of the voltages of many runs, a channel for each, and of volts where they are asked for; numbers of
+    the law and of the history may be one a run (nr,), and carry derivatives, as those of the track."""
     if not all(np.isfinite(value_of(v)).all() for v in history):
         raise InputError("the history of a drive must be finite voltages")
     with np.errstate(all="ignore"):
         if isinstance(law, LinearForce):
             level = to_pieces(track, whole_parts(track, IDENTITY))
-            gain, offset = (np.repeat(np.broadcast_to(one, len(level)), level.counts) for one in (law.gain, law.offset))
+            gain, offset = (
+                np.repeat(np.broadcast_to(one, len(level)), level.counts) for one in (law.gain, law.offset)
+            )
             first = np.arange(TERMS) == 0
-            return replace(level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)), level
+            return replace(
+                level, coef=gain[:, None] * level.coef + np.where(first, offset[:, None], 0.0)
+            ), level
         level = to_pieces(track, whole_parts(track, IDENTITY)) if volts else None
         track = track.twice() if law.has_memory else track
         return to_pieces(track, law.parts(track, history)), level

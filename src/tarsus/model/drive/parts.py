@@ -14,7 +14,7 @@ from tarsus.base.dual import Dual, value_of
 from tarsus.base.errors import InputError
 from tarsus.base.linear import product
 from tarsus.model.drive.pieces import TERMS, Channels
-from tarsus.model.drive.track import Floats, Ints, Track, shifted
+from tarsus.model.drive.stretches import Floats, Ints, Track, shifted
 
 _NODES = 16
 _ANGLE = (np.arange(_NODES) + 0.5) * np.pi / _NODES
@@ -82,7 +82,11 @@ def to_pieces(track: Track, parts: Parts) -> Channels:
         source = np.concatenate([own, others[of]])
         order = np.argsort(source, kind="stable")
         coef = np.concatenate([_composed(track, *pick[0]), fit])[order]
-        source, low, high = source[order], np.append(pick[0][1], low)[order], np.append(pick[0][2], high)[order]
+        source, low, high = (
+            source[order],
+            np.append(pick[0][1], low)[order],
+            np.append(pick[0][2], high)[order],
+        )
     fresh = np.ones(len(source), dtype=bool)
     fresh[1:] = source[1:] != source[:-1]
     stretch, law, kink = stretch[source], law[source], kink[source] & fresh
@@ -110,7 +114,9 @@ def _without_slivers(
     long = until > value_of(begin)
     if not long.all():
         kept = np.flatnonzero(long)
-        opens = np.append(True, run[kept][1:] != run[kept][:-1])  # a run's first piece begins where the run does
+        opens = np.append(
+            True, run[kept][1:] != run[kept][:-1]
+        )  # a run's first piece begins where the run does
         since = np.where(opens, np.searchsorted(run, run[kept]), np.append(0, kept[:-1] + 1))
         kink = np.logical_or.reduceat(kink, since)
         coef, stretch, begin, end, run = coef[kept], stretch[kept], begin[kept], end[kept], run[kept]
@@ -118,10 +124,9 @@ def _without_slivers(
     counts = np.bincount(run, minlength=len(track.loops))
     first = np.cumsum(counts) - counts
     loops = np.searchsorted(stretch, track.runs[:-1] + np.maximum(track.loops, 0)) - first
-    return Channels(
-        counts, np.where(track.loops >= 0, loops, -1), begin, Dual(until, end.slope) if isinstance(end, Dual) else until, coef,
-        np.array(kink), track.periods,
-    )  # fmt: skip
+    loops = np.where(track.loops >= 0, loops, -1)
+    end = Dual(until, end.slope) if isinstance(end, Dual) else until
+    return Channels(counts, loops, begin, end, coef, np.array(kink), track.periods)
 
 
 def _ends(begin: Floats, run: Ints, close: Floats) -> Floats:
@@ -143,7 +148,9 @@ def _composed(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) 
     q = track.inner[stretch]
     if (low != -1.0).any() or (high != 1.0).any():
         q = shifted(q, low, high)
-    degree, inner = (max((k for k in range(1, one.shape[1]) if (one[:, k] != 0.0).any()), default=0) for one in (law, q))
+    degree, inner = (
+        max((k for k in range(1, one.shape[1]) if (one[:, k] != 0.0).any()), default=0) for one in (law, q)
+    )
     terms = [law[:, degree]]
     for k in range(degree - 1, -1, -1):
         longer = [None] * (len(terms) + inner)
@@ -156,7 +163,9 @@ def _composed(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) 
     return np.stack([*terms[:TERMS], *[none] * (TERMS - len(terms))], axis=-1)
 
 
-def _fitted(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Ints, Floats, Floats]:
+def _fitted(
+    track: Track, stretch: Ints, low: Floats, high: Floats, law: Any
+) -> tuple[Any, Ints, Floats, Floats]:
     """Chebyshev fits of law(V) on the parts, each cut into as many pieces as degree 11 needs.
 
     Returns coefficients, the part each piece came from (ascending), and the pieces' local ranges.
@@ -215,8 +224,8 @@ def _chebyshev(values: Any) -> Any:
 
 
 def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -> tuple[Any, Floats, Floats]:
-    """Values (Q, 16) of law(V) at the Chebyshev nodes of the parts; of each run the size (nr,) of their largest term, and
-    their range (nr,)."""
+    """Values (Q, 16) of law(V) at the Chebyshev nodes of the parts; of each run the size (nr,) of their largest
+    term, and their range (nr,)."""
     mid, half = 0.5 * (low + high), 0.5 * (high - low)
     volts = track.values(stretch, mid[:, None] + half[:, None] * _XI)
     c = law[:, :, None]
@@ -231,5 +240,7 @@ def _sampled(track: Track, stretch: Ints, low: Floats, high: Floats, law: Any) -
 
     top = of_runs(np.maximum, np.abs(value_of(volts)).max(axis=1))[run]
     terms = np.abs(value_of(law))
-    size = of_runs(np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3)
+    size = of_runs(
+        np.maximum, ((terms[:, 0] + terms[:, 1] * top) + terms[:, 2] * top**2) + terms[:, 3] * top**3
+    )
     return values, size, of_runs(np.maximum, plain.max(axis=1)) - of_runs(np.minimum, plain.min(axis=1))

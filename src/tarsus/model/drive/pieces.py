@@ -88,7 +88,9 @@ class Channels(Sequence[Pieces]):
         """The channels of several, one after the other."""
         if len(parts) == 1:
             return parts[0]
-        return Channels(*(np.concatenate([getattr(one, name) for one in parts]) for name in Channels.__dataclass_fields__))
+        return Channels(
+            *(np.concatenate([getattr(one, name) for one in parts]) for name in Channels.__dataclass_fields__)
+        )
 
     @cached_property
     def first(self) -> NDArray[np.intp]:

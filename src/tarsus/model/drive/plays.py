@@ -53,8 +53,8 @@ def remembered(history: Any, thresholds: Any) -> Any:
 
 
 def states_along(track: Track, thresholds: Any, initial: Any) -> Any:
-    """States (2 S, n) [V] of plays at the start and at the end of each stretch of a track; thresholds (n,) or (nr, n) and
-    initial (nr, n) or (1, n) [V], before t = 0."""
+    """States (2 S, n) [V] of plays at the start and at the end of each stretch of a track; thresholds (n,) or (nr,
+    n) and initial (nr, n) or (1, n) [V], before t = 0."""
     counts = 2 * np.diff(track.runs)
     first = np.cumsum(counts + 1) - counts - 1  # a place before every run's, for what it begins with
     size = int(counts.sum()) + len(counts)

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any, ClassVar
 
@@ -46,6 +46,9 @@ class Law(Description):
     """Name of the law's function; None for laws that are only parameters."""
     leading: ClassVar[tuple[str, ...]] = ()
     """What the function takes before the parameters."""
+    also: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Functions that a law may define besides, each of the name of its hook, and what these take before the
+    parameters."""
     slot: ClassVar[str | None] = None
     """The field of the ground that the law stands in; without one it stands among ``ground.laws``. Laws that share a
     slot are told apart by a field ``kind``."""
@@ -79,12 +82,13 @@ class Law(Description):
                 )
         if "title" not in cls.__dict__:
             cls.title = cls.name().replace("_", " ")
-        own = cls.__dict__.get(cls.function_name or "")
-        if isinstance(own, FunctionType):
-            own = staticmethod(own)
-            setattr(cls, cls.function_name or "", own)
-        if own is not None:
-            _check_arguments(cls, own.__func__)
+        for function, leading in {cls.function_name or "": cls.leading, **cls.also}.items():
+            own = cls.__dict__.get(function)
+            if isinstance(own, FunctionType):
+                own = staticmethod(own)
+                setattr(cls, function, own)
+            if own is not None:
+                _check_arguments(cls, function, own.__func__, leading)
 
     @classmethod
     def name(cls) -> str:
@@ -95,6 +99,17 @@ class Law(Description):
     def function(cls) -> Callable[..., float] | None:
         """The law's plain Python function, or None for a law that is only parameters."""
         return getattr(cls, cls.function_name, None) if cls.function_name else None
+
+    @classmethod
+    def functions(cls) -> dict[str, tuple[Callable[..., float], int]]:
+        """The law's plain functions by hook, each with how many numbers it takes before the parameters."""
+        own = (
+            {}
+            if cls.hook is None or cls.function() is None
+            else {cls.hook: (cls.function(), len(cls.leading))}
+        )
+        more = {hook: (getattr(cls, hook, None), len(leading)) for hook, leading in cls.also.items()}
+        return {hook: (of, count) for hook, (of, count) in {**own, **more}.items() if of is not None}
 
     @classmethod
     def label(cls) -> str:
@@ -110,9 +125,9 @@ class Law(Description):
         """Values of the fields, in field order, as the law's function takes them."""
         return tuple(getattr(self, name) for name in self.names())
 
-    def evaluate(self, *arguments: float) -> float:
-        """What the law's function gives with these parameters; see its protocol."""
-        function = self.function()
+    def evaluate(self, *arguments: float, hook: str | None = None) -> float:
+        """What the law's function, or that of another hook, gives with these parameters; see its protocol."""
+        function = self.function() if hook is None else self.functions()[hook][0]
         assert function is not None
         return function(*arguments, *self.parameters())
 
@@ -125,12 +140,14 @@ class Law(Description):
         return 0.0
 
 
-def _check_arguments(cls: type[Law], function: Callable[..., float]) -> None:
-    expected = (*cls.leading, *cls.names())
+def _check_arguments(
+    cls: type[Law], name: str, function: Callable[..., float], leading: Sequence[str]
+) -> None:
+    expected = (*leading, *cls.names())
     taken = list(inspect.signature(function).parameters)
     if len(taken) != len(expected):
         raise TypeError(
-            f"{cls.__name__}.{cls.function_name}: takes ({', '.join(taken)}), but must take "
+            f"{cls.__name__}.{name}: takes ({', '.join(taken)}), but must take "
             f"({', '.join(expected)}): the leading ones, then every field in order"
         )
 
@@ -177,12 +194,20 @@ class AdhesionLaw(Law):
 
     ``age`` [s] is the time since the contact began.  A foot is captured when the structure's pull on it at
     impact is at most ``strength(0)``, and leaves when the pull exceeds ``strength(age)``.
+
+    A contact may remember those before it: with ``remaining(age, away, *parameters)`` [s], what is left of the ``age``
+    that a contact had when it ended after ``away`` [s] in the air, the next one begins at that age, not at 0.  One
+    number
+    a foot is remembered, and any one that flows by itself in contact is a function of such an age.  For times in a row
+    ``remaining(remaining(age, s), t) = remaining(age, s + t)``; of no age nothing is left.
     """
 
     hook = "strength"
     function_name = "strength"
     leading = ("age",)
+    also: ClassVar[Mapping[str, tuple[str, ...]]] = {"remaining": ("age", "away")}
     strength: ClassVar[Callable[..., float]]
+    remaining: ClassVar[Callable[..., float] | None] = None
 
 
 class FrictionLaw(Law):

@@ -10,7 +10,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
@@ -23,7 +23,7 @@ __all__ = ["load_laws"]
 
 _PROTOCOLS = (DampingLaw, SmoothLaw, ImpactLaw, AdhesionLaw, FrictionLaw)
 _TRIAL = {
-    "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3,
+    "gap": 1e-6, "gap_rate": -1e-3, "volts": 1.0, "time": 1e-3, "speed": 1e-3, "age": 1e-3, "away": 1e-3,
     "margin": 1e-6, "strength": 1e-6,
 }  # fmt: skip
 
@@ -148,11 +148,20 @@ def _problems(file: Path, law: type[Law]) -> list[str]:
     if function is None:
         wanted = ", ".join((*law.leading, *law.names()))
         return [f"{file}: law {law.__name__} defines no function {law.function_name}({wanted})"]
+    leading = {law.hook: law.leading, **law.also}
+    for hook, (one, _) in law.functions().items():
+        if faults := _tried(file, law, one, leading[hook]):
+            return faults
+    return []
+
+
+def _tried(file: Path, law: type[Law], function: Callable[..., float], leading: Sequence[str]) -> list[str]:
+    """What is wrong with one of a law's functions."""
     try:
-        translate(function, len(law.leading))  # before it is tried: what it may contain comes to an end
+        translate(function, len(leading))  # before it is tried: what it may contain comes to an end
     except InputError as error:
         return [f"{file}: {problem}" for problem in error.problems]
-    trial = [_TRIAL[name] for name in law.leading]
+    trial = [_TRIAL[name] for name in leading]
     values = [_trial_value(law, name) for name in law.names()]
     try:
         result = function(*trial, *values)

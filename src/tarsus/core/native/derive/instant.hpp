@@ -17,10 +17,11 @@ class Instant {
   const Settings& settings;
   Jet time = Jet(0.0);
   std::vector<Jet> w, drives, since;  // flowing state; values of the channels; begin of the contacts [s]
+  std::vector<Jet> aged, parted;      // as in Grip
   std::vector<Jet> gaps, physical, from_offset;  // as in Modal
 
   Instant(Book& b, LawTangents& l, const Settings& set, std::vector<Jet> sources, const std::vector<Structural>& structural)
-      : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)),
+      : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
         gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), sources_(std::move(sources)),
         structural_(structural) {}
 
@@ -68,6 +69,7 @@ class Instant {
     }
     return sum;
   }
+  Jet age_brought(int foot) const { return laws.remaining(foot, aged[foot], time - parted[foot]); }
   Jet drive_now(int d) const { return drives[d]; }
   Jet film(int i, const Jet& gap) const { return laws.momentum(i, gap); }
   Jet force_now(int i, const Jet& gap, const Jet& rate) const {
@@ -116,12 +118,14 @@ class Instant {
     out.when = time;
     if (kind == RELEASE) {
       if (told) out.pull = out.strength = laws.strength(foot, time - since[foot]);
+      aged[foot] = time - since[foot];
+      parted[foot] = time;
       add_film_momenta(*this);
     } else if (kind == CONTACT_AT_START) {
       add_film_momenta(*this);
       out.pull = pull_if_held(*this, foot);
       out.strength = new_strength(*this, foot);
-      since[foot] = time;
+      since[foot] = time - age_brought(foot);
     } else {
       return land(kind, foot);
     }
@@ -175,7 +179,7 @@ class Instant {
     } else {
       if (kind == CAPTURE && laws.has(foot, HAS_LATCH)) out.adhesion = at.kept();
       out.energy = at.lost() + at.kept();
-      since[foot] = time;
+      since[foot] = time - age_brought(foot);
       toggle(foot);
     }
     landing_ = -1;

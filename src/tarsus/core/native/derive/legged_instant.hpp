@@ -6,10 +6,11 @@
 
 namespace tarsus::legged {
 
-// State at a moment. u, w (legs, directions), since (legs) [s]: as in LeggedFoot.
+// State at a moment. u, w (legs, directions); grip (legs): as in LeggedFoot.
 struct JetPlace {
   Jet time = Jet(0.0);
-  std::vector<Jet> x, v, u, w, since;
+  std::vector<Jet> x, v, u, w;
+  std::vector<Grip<Jet>> grip;
   Jet& of(std::vector<Jet>& values, int i, int d) { return values[DIRECTIONS * size_t(i) + d]; }
   const Jet& of(const std::vector<Jet>& values, int i, int d) const { return values[DIRECTIONS * size_t(i) + d]; }
 };
@@ -102,7 +103,8 @@ class Acting {
     return out;
   }
   Jet along(int i) const { return structure_force(*this, i, ALONG, u(i, ALONG)); }
-  Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->since[i]); }
+  Jet strength(int i) const { return laws.strength(leg(i).foot, at_->time - at_->grip[i].since); }
+  Jet age_brought(int i) const { return at_->grip[i].brought(laws, leg(i).foot, at_->time); }
   // Largest friction of a held foot at a slip speed.
   Jet bound(int i, const Jet& speed) const {
     const Jet most = strength(i);
@@ -153,7 +155,7 @@ class Acting {
     }
     out.pull = at.pull;
     out.strength = at.strength;
-    at_->since[i] = at_->time;
+    at_->grip[i].begin(laws, f, at_->time);
     if (kind == CONTACT_AT_START) {
       w(i, UP) = Jet(0.0);
       return out;

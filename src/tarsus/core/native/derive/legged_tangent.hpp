@@ -133,6 +133,7 @@ class LeggedTangent : public LeggedMarch {
     } else if (kind == PULL_OFF) {
       out.pull = pull_on(acting_, i);
       out.strength = acting_.strength(i);
+      place_.grip[i].end(place_.time);
       acting_.w(i, UP) = leaving_rate(acting_, i, Jet(0.0));
     } else {
       out.pull = acting_.along(i);
@@ -222,7 +223,7 @@ class LeggedTangent : public LeggedMarch {
           own.air[0] += f.by_gap[0] * r.u[UP] * one.weight;
           own.air[1] += (f.by_gap[1] * r.u[UP] + f.by_rate * r.rate) * one.weight;
         } else if (f.slides) {
-          own.bound += f.by_margin * r.margin * one.weight;
+          own.bound += (f.by_margin * r.margin + f.by_speed * r.w[ALONG] * feet[i].sense) * one.weight;
         }
       }
       one.finish(h);
@@ -286,6 +287,7 @@ class LeggedTangent : public LeggedMarch {
       t.body.legs[i].weight = gravity[lane] * unit_body.legs[i].weight;
       foot.slipped = 0.0;
       foot.since = f < 0 ? 0.0 : data_.since[f][lane];
+      foot.aged = foot.parted = 0.0;
       for (int d = 0; d < DIRECTIONS; d++) {
         foot.u[d] = data_.initial[nb + 2 * i + 1 - d][lane];
         foot.w[d] = data_.initial[n + nb + 2 * i + 1 - d][lane];
@@ -316,7 +318,10 @@ class LeggedTangent : public LeggedMarch {
         out.u.push_back(jet(feet[i].u[d], lane_row([&](const Legged& t) { return t.feet[i].u[d]; })));
         out.w.push_back(jet(feet[i].w[d], lane_row([&](const Legged& t) { return t.feet[i].w[d]; })));
       }
-      out.since.push_back(jet(feet[i].since, lane_row([&](const Legged& t) { return t.feet[i].since; })));
+      const auto moved = [&](double Grip<double>::*part) {
+        return jet(feet[i].*part, lane_row([&](const Legged& t) { return t.feet[i].*part; }));
+      };
+      out.grip.push_back({moved(&Grip<double>::since), moved(&Grip<double>::aged), moved(&Grip<double>::parted)});
     }
     return out;
   }
@@ -360,7 +365,9 @@ class LeggedTangent : public LeggedMarch {
           foot.u[d] = place_.of(place_.u, i, d).slope[lane];
           foot.w[d] = place_.of(place_.w, i, d).slope[lane];
         }
-        foot.since = place_.since[i].slope[lane];
+        foot.since = place_.grip[i].since.slope[lane];
+        foot.aged = place_.grip[i].aged.slope[lane];
+        foot.parted = place_.grip[i].parted.slope[lane];
         foot.contact = feet[i].contact;
         foot.sense = feet[i].sense;
       }
@@ -395,7 +402,8 @@ class LeggedTangent : public LeggedMarch {
       f.acts[0] = foot.contact == AIR && foot.film;
       f.acts[1] = foot.contact == AIR && foot.force;
       f.slides = foot.contact == SLIPPING && foot.sense != 0.0;
-      f.by_gap[0] = f.by_gap[1] = f.by_rate = Row(0.0);
+      f.speeds = f.slides && laws.laws.friction_by_speed;
+      f.by_gap[0] = f.by_gap[1] = f.by_rate = f.by_margin = f.by_strength = f.by_speed = Row(0.0);
       if (foot.contact != AIR) linearise_held(i, times);
       if (!f.acts[0] && !f.acts[1]) continue;
       linearise_free(i, times);
@@ -453,9 +461,27 @@ class LeggedTangent : public LeggedMarch {
       return strength - laws_.force(foot, Jet(0.0), Jet(0.0), volts_at(foot, j), Jet(times[j]));
     });
     if (!f.slides) return;
-    const Row arguments[2] = {r.margin, r.strength};
-    laws_.slopes(FRICTION, foot, arguments, 2, f.by_margin, f.by_strength);
-    own_rows(i, &OwnPart::bound, [&](int j) { return laws_.value(FRICTION, foot, {Jet(r.margin[j]), Jet(r.strength[j])}); });
+    // beyond a stop, where the step goes on, the run's bound goes on straight: its own part from there as far as it has come
+    const Row speed = r.w[ALONG] * feet[i].sense, forward = larger(speed, Row(0.0));
+    const auto bound = [&](int j, double at) { return laws_.friction(foot, Jet(r.margin[j]), Jet(r.strength[j]), Jet(at)); };
+    const auto slopes = [&](const Row& at, Row& by_margin, Row& by_strength) {
+      const Row arguments[FRICTION_ARGUMENTS] = {r.margin, r.strength, at};
+      laws_.slopes(FRICTION, foot, arguments, FRICTION_ARGUMENTS, by_margin, by_strength);
+    };
+    slopes(forward, f.by_margin, f.by_strength);
+    own_rows(i, &OwnPart::bound, [&](int j) {
+      return speed[j] < 0.0 && f.speeds ? bound(j, 0.0) * 2.0 - bound(j, -speed[j]) : bound(j, forward[j]);
+    });
+    if (!f.speeds) return;
+    if (any_less(speed, Row(0.0))) {
+      Row by_margin, by_strength;
+      slopes(magnitude(speed), by_margin, by_strength);
+      f.by_margin = f.by_margin * 2.0 - by_margin;
+      f.by_strength = f.by_strength * 2.0 - by_strength;
+    }
+    Row most;
+    sliding_bound(*this, i, r, speed, most, f.by_speed);
+    if (!invert_friction(tables.of(step_class, body.legs[i].kind[ALONG]), f)) lose();
   }
 
   // Drives over the step; one that has jumped where its kink's time moves shifts the state by the difference of its rates.
@@ -550,7 +576,8 @@ class LeggedTangent : public LeggedMarch {
     const auto still = [](std::vector<Jet>& values) {
       for (Jet& one : values) one = Jet(one.value);
     };
-    for (auto* part : {&on.x, &on.v, &on.u, &on.w, &on.since}) still(*part);
+    for (auto* part : {&on.x, &on.v, &on.u, &on.w}) still(*part);
+    for (Grip<Jet>& one : on.grip) one.since = Jet(one.since.value);
     shift(on, before_, Row(1.0));
     return still_.on(on).function(i, kind).slope[0];
   }

@@ -13,11 +13,12 @@
 namespace tarsus::legged {
 
 // The laws of one foot linearised at the nodes of a step: slopes of momentum and smooth force by the gap, of the force by
-// the rate, of friction by its two arguments; and columns of the inverse of what makes momentum and force consistent.
+// the rate, of friction by its arguments; and columns of the inverse of what makes momentum and force consistent, and of what
+// makes friction so that depends on the speed.
 struct LinearFoot {
-  Row by_gap[2], by_rate, by_margin, by_strength;
-  Row inverse[2][2][N];
-  bool acts[2], slides;  // whether a momentum and a smooth force act in the air; sliding with friction
+  Row by_gap[2], by_rate, by_margin, by_strength, by_speed;
+  Row inverse[2][2][N], rubbing[N];
+  bool acts[2], slides, speeds;  // whether a momentum and a smooth force act in the air; sliding with friction; with such by speed
 };
 
 // What laws add to the rows of a lane by numbers of their own: momentum and smooth force in the air; held, strength less
@@ -64,6 +65,38 @@ inline bool invert_foot(const LegStep& table, double mass, LinearFoot& f) {
     }
   }
   return true;
+}
+
+// Make the friction of a sliding foot consistent with the speed that it leads to: (1 + S G) bound = right side.
+inline bool invert_friction(const LegStep& table, LinearFoot& f) {
+  std::vector<double> matrix(N * N);
+  for (int j = 0; j < N; j++) {
+    for (int l = 0; l < N; l++) matrix[j * N + l] = (j == l) + f.by_speed[j] * table.force[1][l][j];
+  }
+  Factored solver;
+  if (!solver.factor(matrix, N)) return false;
+  Row columns[N];
+  for (int l = 0; l < N; l++) {
+    columns[l] = Row(0.0);
+    columns[l].set(l, 1.0);
+  }
+  solver.solve(columns);  // by rows
+  for (int l = 0; l < N; l++) {
+    for (int j = 0; j < N; j++) f.rubbing[l].set(j, columns[j][l]);
+  }
+  return true;
+}
+
+// A foot along the ground from u0, w0 under the force q and, where it slides, a friction of which ``own`` does not depend on its
+// speed.
+inline void slide_linear(const LinearFoot& f, const LegStep& table, double sense, double u0, double w0, const Row& own, LegRows& r) {
+  r.bound = f.slides ? own : Row(0.0);
+  if (f.speeds) {
+    free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
+    r.bound = combine(reinterpret_cast<const double*>(f.rubbing), own + f.by_speed * r.w[ALONG] * sense);
+  }
+  r.q[ALONG] -= r.bound * sense;
+  free_motion(table, u0, w0, r.q[ALONG], r.u[ALONG], r.w[ALONG]);
 }
 
 // A foot in the air from u0, w0 under the force q, what its laws do following from ``own`` and its motion.
@@ -120,13 +153,16 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
         add(leg.hip[UP], leg.hip[UP], l, r.w[UP] * leg.mass - combine(once, r.smooth) * h);
       } else if (of.feet[i].slides) {
         const Row pull = place * leg.stiffness[UP] + unit * leg.damping[UP];
-        const Row own = of.feet[i].by_margin * pull * s.feet[i].sense;
-        free_motion(along, 0.0, 0.0, own, r.u[ALONG], r.w[ALONG]);
-        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, own) * h);
+        r.q[ALONG] = Row(0.0);
+        slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, -of.feet[i].by_margin * pull, r);
+        add(leg.hip[ALONG], leg.hip[UP], l, r.w[ALONG] * leg.mass - combine(once, r.q[ALONG]) * h);
       }
       if (s.feet[i].held(ALONG)) continue;
-      free_motion(along, 0.0, 0.0, place * leg.stiffness[ALONG] + unit * leg.damping[ALONG], r.u[ALONG], r.w[ALONG]);
-      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass);
+      r.q[ALONG] = place * leg.stiffness[ALONG] + unit * leg.damping[ALONG];
+      slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), r);
+      Row made = r.w[ALONG] * leg.mass;
+      if (of.feet[i].speeds) made += combine(once, r.bound) * (h * s.feet[i].sense);
+      add(leg.hip[ALONG], leg.hip[ALONG], l, made);
     }
   }
   return solver.factor(std::move(matrix), size);
@@ -153,15 +189,10 @@ inline void move_lane(const Legged& s, Legged& t, int k, double h, const LegTang
       find_margin(t, i);
     }
     if (foot.contact == STUCK) continue;
-    Row load = r.load[ALONG];
-    r.bound = Row(0.0);
-    if (f.slides) {
-      r.bound = f.by_margin * r.margin + f.by_strength * own.strength + own.bound;
-      load -= r.bound * foot.sense;
-    }
-    r.q[ALONG] = load + spring(t, leg, ALONG);
-    free_motion(s.tables.of(k, leg.kind[ALONG]), foot.u[ALONG], foot.w[ALONG], r.q[ALONG], r.u[ALONG], r.w[ALONG]);
-    carry_free(t, i, ALONG, load, h, r);
+    r.q[ALONG] = r.load[ALONG] + spring(t, leg, ALONG);
+    slide_linear(f, s.tables.of(k, leg.kind[ALONG]), foot.sense, foot.u[ALONG], foot.w[ALONG],
+                 f.by_margin * r.margin + f.by_strength * own.strength + own.bound, r);
+    carry_free(t, i, ALONG, r.load[ALONG] - r.bound * foot.sense, h, r);
   }
 }
 

@@ -43,6 +43,7 @@ class ModalTangent {
     for (int i = 0; i < sizes_.feet; i++) {
       if (start.held[i]) on.toggle(i);
       now_.since[i] = jet(start.since[i], data.since[i]);
+      now_.parted[i] = Jet(start.time);
     }
     for (size_t c = 0; c < channels; c++) drives_.player.seek(int(c), start.time);
     now_.time = Jet(start.time);

@@ -1,4 +1,4 @@
-// What acts between a foot and the ground: six functions of plain numbers, each a sum of terms.
+// What acts between a foot and the ground: seven functions of plain numbers, each a sum of terms.
 //
 // A term is a law: one of the twins written here in C++ (the law files of tarsus.model.laws are their only other home, and a
 // conformance test holds them together), or the program made of a law's plain Python. A foot's parameters are one row;
@@ -10,7 +10,7 @@
 
 namespace tarsus {
 
-enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, HOOKS };
+enum Hook { MOMENTUM, FORCE, REBOUND, STRENGTH, FRICTION, EXCESS, REMAINING, HOOKS };
 
 // Arguments of a friction law's bound. One that takes the first two alone does not depend on the slip speed.
 enum FrictionArgument { MARGIN, HELD_STRENGTH, SLIP_SPEED, FRICTION_ARGUMENTS };
@@ -208,6 +208,14 @@ struct ActingLaws {
       const double* p = of(foot, term);
       sum += term.twin == ADHESION_STRENGTH ? p[0] + p[1] * age : by_program(foot, term, &age);
     }
+    return sum;
+  }
+
+  // What is left [s] of the age [s] of a contact after so long in the air [s]; none by any law that does not say.
+  double remaining(int foot, double age, double away) const {
+    double sum = 0.0;
+    const double arguments[2] = {age, away};
+    for (const Term& term : laws.terms[REMAINING]) sum += by_program(foot, term, arguments);
     return sum;
   }
 

@@ -27,6 +27,7 @@ struct Present {
   double hip(int i, int d) const { return leg(i).hip[d].motion(s.x); }
   double hip_rate(int i, int d) const { return leg(i).hip[d].motion(s.v); }
   double load(int n, int d) const { return s.body.gain[2 * n + d] * s.player.value(s.body.drive[n], s.clock.time); }
+  double age_brought(int i) const { return s.feet[i].brought(laws, leg(i).foot, s.clock.time); }
   double landing_gap(int i) const { return leg(i).clearance(s.feet[i].u[UP]); }
   // Of the laws under a foot in the air, momentum from its base on [N s], and force [N].
   double film(int i, double gap) const { return s.feet[i].film ? s.film(i, gap) : 0.0; }
@@ -63,7 +64,7 @@ inline Landing<typename P::Real> meet_ground(P& p, int i) {
   typedef typename P::Real Real;
   const Real speed = -(p.w(i, UP) + p.film(i, p.landing_gap(i)) / p.mass(i));
   p.u(i, UP) = -p.gap(i);
-  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, Real(0.0)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
+  return {speed, Real(0.0), pull_on(p, i), p.laws.strength(p.leg(i).foot, p.age_brought(i)), Real(0.0), 1.0 / p.mass(i), Real(0.0)};
 }
 
 // How one that approaches the ground departs.
@@ -121,7 +122,7 @@ inline void begin_contact(Legged& s, int i) {
   LeggedFoot& foot = s.feet[i];
   foot.u[UP] = s.body.legs[i].standing();
   foot.w[UP] = 0.0;
-  foot.since = s.clock.time;
+  foot.begin(s.laws, s.body.legs[i].foot, s.clock.time);
   foot.start = AS_IT_COMES;
   foot.apex.restart(s.clock.time);
   double& along = foot.w[ALONG];
@@ -175,6 +176,7 @@ inline void apply_event(Legged& s, int i, Happening kind) {
   const double t = s.clock.time, pull = pull_on(present, i), strength = s.laws.strength(f, t - foot.since);
   if (kind == PULL_OFF) {
     s.log.add(t, f, RELEASE, foot.apex, 0.0, 0.0, pull, strength);
+    foot.end(t);
     foot.w[UP] = leaving_rate(present, i, 0.0);
     begin_flight(s, i);
     return;

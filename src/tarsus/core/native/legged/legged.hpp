@@ -6,6 +6,7 @@
 #include "laws/laws.hpp"
 #include "legged/body.hpp"
 #include "legged/tables.hpp"
+#include "march/grip.hpp"
 #include "march/log.hpp"
 #include "march/march.hpp"
 #include "drives/signals.hpp"
@@ -17,9 +18,9 @@ namespace tarsus::legged {
 enum Start { AS_IT_COMES, JUST_LEFT, JUST_SLIDING };
 
 // A foot, and what it has been doing.
-struct LeggedFoot {
+struct LeggedFoot : Grip<double> {
   double u[DIRECTIONS], w[DIRECTIONS];  // displacement [m], rate without the film's momentum [m/s]
-  double sense, since;                  // of sliding, +-1, 0 without friction; contact since [s]
+  double sense;                         // of sliding, +-1, 0 without friction
   double slipped;                       // path slid in contact [m]
   double from, base;                    // gap [m] at which the film's momentum counts as 0, and what it is there [N s]
   Apex apex;

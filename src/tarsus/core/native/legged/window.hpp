@@ -14,8 +14,9 @@ inline void begin_at(LeggedMarch& s, const Beginning& start) {
     if (start.held[f]) {
       begin_contact(s, i);
       s.feet[i].since = start.since[f];
-    } else if (start.leaving[f]) {
-      s.feet[i].start = JUST_LEFT;
+    } else {
+      s.feet[i].parted = start.time;
+      if (start.leaving[f]) s.feet[i].start = JUST_LEFT;
     }
   }
   gather(s);

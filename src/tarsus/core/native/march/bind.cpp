@@ -104,7 +104,7 @@ void bind_plan(nb::module_& m) {
       .def_rw("first_class", &Settings::first_class)
       .def_rw("track", &Settings::track)
       .def_rw("record", &Settings::record);
-  m.attr("HOOKS") = nb::make_tuple("momentum", "force", "rebound", "strength", "friction", "excess");
+  m.attr("HOOKS") = nb::make_tuple("momentum", "force", "rebound", "strength", "friction", "excess", "remaining");
   nb::dict flags;  // by hook, where a law there is to be known of a foot; and what else is
   flags["momentum"] = int(HAS_MOMENTUM);
   flags["force"] = int(HAS_FORCE);

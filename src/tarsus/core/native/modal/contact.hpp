@@ -61,7 +61,7 @@ inline typename M::Real pull_if_held(const M& m, int foot) {
 template <class M>
 inline typename M::Real new_strength(const M& m, int foot) {
   typedef typename M::Real Real;
-  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, Real(0.0)) : Real(0.0);
+  return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot)) : Real(0.0);
 }
 
 // Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
@@ -208,7 +208,7 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
 
 // Put a foot on the ground; the state is the modal one.
 inline void hold(Modal& m, int foot, double t) {
-  m.feet[foot].since = t;
+  m.feet[foot].begin(m.laws, foot, t);
   turn_over(m, foot, UNDER_WAY, t);
   leave_mode(m, foot);
 }
@@ -251,6 +251,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
     m.log.add(t, torn, RELEASE, m.feet[torn].apex);
+    m.feet[torn].end(t);
     m.feet[torn].departure = FROM_REST;
     m.feet[foot].departure = DUE;
     leave_mode(m, torn);
@@ -278,6 +279,7 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
   m.log.add(t, foot, RELEASE, m.feet[foot].apex, 0.0, 0.0, strength, strength);
   m.feet[foot].left = t;
+  m.feet[foot].end(t);
   m.note_parts();
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);

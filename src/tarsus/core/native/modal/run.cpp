@@ -24,8 +24,9 @@ struct Begun : ModalSystem<S> {
       if (start.held[i]) {
         on.toggle(i);
         foot.since = start.since[i];
-      } else if (start.leaving[i]) {
-        foot.departure = FROM_REST;
+      } else {
+        foot.parted = start.time;
+        if (start.leaving[i]) foot.departure = FROM_REST;
       }
     }
     this->next = &this->book.require(on);

@@ -1,6 +1,7 @@
 // What a run by contact modes carries from step to step, and the rows a step works on.
 #pragma once
 #include "laws/laws.hpp"
+#include "march/grip.hpp"
 #include "march/log.hpp"
 #include "march/march.hpp"
 #include "modal/bias.hpp"
@@ -13,8 +14,7 @@ namespace tarsus::modal {
 // bounce, with a higher one after a release; DUE: at the ground, its impact waits until another foot is let go.
 enum Departure { DUE = -1, UNDER_WAY = 0, RISING = 1, FROM_REST = 2 };
 
-struct Foot {
-  double since = 0.0;  // [s] begin of its contact
+struct Foot : Grip<double> {
   double from = 0.0, base = 0.0;  // gap [m] at which its film's momentum counts as 0, and what it is there [N s]
   double momentum = 0.0;  // [N s] of its film as the last step has left it
   double jumped = 0.0;    // and as the gap has it, with which the next step begins
@@ -129,6 +129,8 @@ struct Modal {
   }
 
   // Whether a foot's pull has outgrown what held it at this very moment.
+  // Age [s] that a contact of a foot would begin with now.
+  double age_brought(int foot) const { return feet[foot].brought(laws, foot, clock.time); }
   bool just_let_go(int foot) const { return clock.time - feet[foot].left <= settings.least_progress; }
 
   // Flowing state (2 stride): the modal state less beta P of the film momenta; and the one at the end of a step.

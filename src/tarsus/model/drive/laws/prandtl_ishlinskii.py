@@ -118,7 +118,9 @@ class PrandtlIshlinskii(VoltageLaw):
         return np.where(felt, r, np.inf), np.where(felt, w, 0.0), total
 
     @staticmethod
-    def _cuts(track: Track, rest: Floats, r: Floats, engage: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
+    def _cuts(
+        track: Track, rest: Floats, r: Floats, engage: Floats
+    ) -> tuple[NDArray[np.intp], Floats, Floats]:
         """Parts of stretches between the places where plays at rest (S, n) engage: stretch, and from where to where."""
         s = track.direction()[:, None]
         # a voltage that turns where it turned before only touches the play: what is beyond is rounding

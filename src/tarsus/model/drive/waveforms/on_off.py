@@ -47,7 +47,9 @@ class OnOff(Signal):
 
     def track(self) -> Track:
         """The plateaus."""
-        levels, durations = (np.stack([one]) if one.ndim == 1 else one for one in map(columns, (self.levels, self.durations)))
+        levels, durations = (
+            np.stack([one]) if one.ndim == 1 else one for one in map(columns, (self.levels, self.durations))
+        )
         start = np.concatenate([0.0 * durations[:, :1], np.cumsum(durations, axis=1)], axis=1)
         once = (levels == levels[:, :1]).all(axis=1) if self.repeat else True
         return chosen(

@@ -1,0 +1,213 @@
+"""A contact that remembers the one before it: touchdowns, releases and strengths in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import tarsus as ts
+from tarsus.base.events import CONTACT_BEGINS, EventKind
+
+MASS, SPRING, DAMPING_RATIO, GAP = 1e-6, 1.0, 0.4, 1e-5
+TIMES = (0.0, 0.010, 0.025, 0.055, 0.075, 0.090, 0.115, 0.13)
+FORCES = (0.0, -3e-5, -3e-5, 6e-5, -3e-5, -3e-5, 7e-5, 7e-5)
+FRESH, GAIN, AGEING, RECOVERY = 8e-6, 2.5e-5, 0.020, 0.030
+
+
+class Ripening(ts.AdhesionLaw):
+    """Grows to fresh + gain as it ages; in the air the age fades."""
+
+    fresh: float = ts.quantity("N", "strength of a new contact", ge=0)
+    gain: float = ts.quantity("N", "what it gains as it ages", ge=0)
+    ageing: float = ts.quantity("s", "time over which it ages", gt=0)
+    recovery: float = ts.quantity("s", "time over which the age fades in the air", gt=0)
+
+    @staticmethod
+    def strength(age, fresh, gain, ageing, recovery):
+        return fresh + gain * (1.0 - math.exp(-age / ageing))
+
+    @staticmethod
+    def remaining(age, away, fresh, gain, ageing, recovery):
+        return age * math.exp(-away / recovery)
+
+
+def law() -> Ripening:
+    return Ripening(fresh=FRESH, gain=GAIN, ageing=AGEING, recovery=RECOVERY)
+
+
+def scene() -> ts.Scene:
+    return ts.Scene(
+        name="a mass that is pressed down and pulled off twice",
+        robot={
+            "structure": {"kind": "lumped", "coordinates": ["x"], "mass": [MASS], "stiffness": [SPRING],
+                          "damping_ratios": [DAMPING_RATIO]},
+            "drives": {"push": {"load": {"kind": "point", "weights": {"x": 1.0}},
+                                "law": {"kind": "linear", "gain": 1.0}}},
+            "feet": {"x": {"point": "x", "gap": GAP}},
+        },
+        signals={"push": {"kind": "sampled", "times": TIMES, "levels": FORCES}},
+        ground={"laws": {"ripening": law()}},
+        duration=0.13,
+    )  # fmt: skip
+
+
+def flight(begin: float, place: float, speed: float, until: float) -> tuple[float, float]:
+    """When a mass that flies from a place [m] at a speed touches down, and how fast it is then; exact on each line
+    of the force. Returns infinity where it does not by a time."""
+    rate = math.sqrt(SPRING / MASS)
+    sigma, omega = DAMPING_RATIO * rate, rate * math.sqrt(1.0 - DAMPING_RATIO**2)
+    damper = 2.0 * sigma * MASS
+    for a, b, low, high in zip(TIMES, TIMES[1:], FORCES, FORCES[1:], strict=False):
+        if b <= begin or a >= until:
+            continue
+        slope = (high - low) / (b - a) / SPRING
+        middle = (low + (high - low) * (begin - a) / (b - a)) / SPRING - damper * slope / SPRING
+        c = place - middle
+        s = (speed - slope + sigma * c) / omega
+
+        def at(t, c=c, s=s, middle=middle, slope=slope):
+            wave = math.exp(-sigma * t)
+            x = wave * (c * math.cos(omega * t) + s * math.sin(omega * t))
+            v = wave * (
+                (s * omega - sigma * c) * math.cos(omega * t) - (c * omega + sigma * s) * math.sin(omega * t)
+            )
+            return middle + slope * t + x, slope + v
+
+        grid = np.linspace(0.0, b - begin, 4000)
+        places = np.array([at(t)[0] + GAP for t in grid])
+        below = np.flatnonzero((places[1:] < 0.0) & (places[:-1] > 0.0))
+        if len(below):
+            t = brentq(lambda t: at(t)[0] + GAP, grid[below[0]], grid[below[0] + 1], xtol=1e-18, rtol=1e-15)
+            return begin + t, at(t)[1]
+        place, speed = at(b - begin)
+        begin = b
+    return math.inf, 0.0
+
+
+def release(touchdown: float, brought: float) -> float:
+    """When the pull F + k g has outgrown the strength."""
+
+    def left(t: float) -> float:
+        return law().evaluate(t - touchdown + brought) - np.interp(t, TIMES, FORCES) - SPRING * GAP
+
+    grid = np.linspace(touchdown, TIMES[-1], 20000)
+    first = next(k for k, t in enumerate(grid) if left(t) < 0.0)
+    return brentq(left, grid[first - 1], grid[first], xtol=1e-18, rtol=1e-15)
+
+
+def test_two_contacts_in_closed_form():
+    run = ts.simulate(scene(), 0.13, ts.Accuracy(gap=1e-12, drive=1e-12))
+    touch, _ = flight(0.0, 0.0, 0.0, 0.13)
+    let_go = release(touch, 0.0)
+    again, _ = flight(let_go, -GAP, 0.0, 0.13)
+    brought = (let_go - touch) * math.exp(-(again - let_go) / RECOVERY)
+    last = release(again, brought)
+    assert brought > 0.2 * AGEING  # which a new contact would not have
+    assert last - release(again, 0.0) > 1e-4
+    kinds = run.events["kind"]
+    begun, ended = run.events[np.isin(kinds, CONTACT_BEGINS)], run.events[kinds == EventKind.RELEASE]
+    assert begun["time"] == pytest.approx([touch, again], rel=1e-9)
+    assert ended["time"] == pytest.approx([let_go, last], rel=1e-9)
+    wanted = [law().evaluate(0.0), law().evaluate(brought)]
+    assert begun["strength"] == pytest.approx(wanted, rel=1e-9)
+    assert ended["strength"] == pytest.approx(
+        [law().evaluate(let_go - touch), law().evaluate(last - again + brought)], rel=1e-9
+    )
+    assert run.ok and run.ledger.closure < 1e-8
+    held = run.series.time[(run.series.time > again) & (run.series.time < last)]
+    shown = run.series.strength[0][np.isin(run.series.time, held)]
+    assert shown == pytest.approx([law().evaluate(t - again + brought) for t in held], rel=1e-9)
+
+
+def test_its_derivatives_pass_through_the_contacts_before():
+    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
+    paths = [f"ground.laws.ripening.{name}" for name in ("fresh", "gain", "ageing", "recovery")]
+    paths += ["signals.push.levels.3", "robot.feet.x.gap", "robot.structure.mass.0.0"]
+    run = ts.simulate(scene(), 0.13, tight, gradients=paths)
+    wanted_at = np.flatnonzero(run.events["kind"] == EventKind.RELEASE)[1]
+    for path in paths:
+        value = ts.get_value(scene(), path)
+        step = 1e-3 * value
+        times = [
+            ts.simulate(ts.with_values(scene(), {path: value + k * step}), 0.13, tight).events["time"][wanted_at]
+            for k in (-2, -1, 1, 2)
+        ]  # fmt: skip
+        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ times / (12.0 * step)
+        assert run.event_gradients[path]["time"][wanted_at] == pytest.approx(wanted, rel=2e-6), path
+    assert abs(run.event_gradients[paths[3]]["time"][wanted_at]) > 1e-3  # the time in the air counts
+    backwards = ts.gradient(lambda events: events["time"][wanted_at], scene(), paths[:4], 0.13, tight)
+    for path in paths[:4]:
+        assert backwards[path] == pytest.approx(run.event_gradients[path]["time"][wanted_at], rel=1e-6)
+
+
+def test_walkers_remember_as_well():
+    """The strengths in the log of a walker are those of the ages that follow from its events."""
+    ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
+    walker = ts.with_values(
+        ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
+    )
+    run = ts.simulate(walker, 0.05)
+    assert run.ok and run.ledger.closure < 1e-8
+    more = 0
+    for foot in range(2):
+        age = parted = since = 0.0
+        for event in run.events[run.events["foot"] == foot]:
+            kind, time = event["kind"], event["time"]
+            if kind in CONTACT_BEGINS or kind == EventKind.BOUNCE:
+                brought = ripe.evaluate(age, time - parted, hook="remaining")
+                if kind == EventKind.CAPTURE:
+                    assert event["strength"] == pytest.approx(ripe.evaluate(brought), rel=1e-9)
+                    more += brought > 1e-4
+                since = time - brought if kind != EventKind.BOUNCE else since
+            elif kind == EventKind.RELEASE:
+                age, parted = time - since, time
+                assert event["strength"] == pytest.approx(ripe.evaluate(age), rel=1e-9)
+    assert more >= 3
+
+
+def test_a_walkers_derivatives_pass_through_the_contacts_before():
+    ripe = Ripening(fresh=1e-7, gain=3e-6, ageing=3e-3, recovery=4e-3)
+    walker = ts.with_values(
+        ts.load_scene("millipede"), {"ground.adhesion": None, "ground.laws": {"ripening": ripe}}
+    )
+    tight = ts.Accuracy(gap=1e-12, drive=1e-12)
+    paths = [f"ground.laws.ripening.{name}" for name in ("gain", "ageing", "recovery")] + ["gait.high"]
+    run = ts.simulate(walker, 0.018, tight, gradients=paths)
+    largest = {}
+    for path in paths:
+        value = ts.get_value(walker, path)
+        step = 2e-5 * value
+        beside = [
+            ts.simulate(ts.with_values(walker, {path: value + k * step}), 0.018, tight).events
+            for k in (-2, -1, 1, 2)
+        ]  # fmt: skip
+        assert all(len(one) == len(run.events) for one in beside)
+        wanted = np.array([1.0, -8.0, 8.0, -1.0]) @ [one["time"] for one in beside] / (12.0 * step)
+        found = run.event_gradients[path]["time"]
+        known = np.isfinite(found)
+        assert known.sum() > 0.8 * len(found)
+        np.testing.assert_allclose(
+            found[known], wanted[known], rtol=1e-5, atol=1e-6 * np.abs(wanted[known]).max()
+        )
+        largest[path] = np.abs(found[known]).max()
+    assert largest[paths[2]] > 0.0  # the time in the air counts
+
+
+def test_nothing_is_brought_along_by_a_law_that_does_not_say(tmp_path):
+    with pytest.raises(TypeError, match=r"remaining: takes \(age, fresh\), but must take \(age, away, "):
+        type(
+            "Short",
+            (Ripening,),
+            {"__annotations__": {}, "remaining": lambda age, fresh: age, "__module__": __name__},
+        )
+    file = tmp_path / "own.py"
+    file.write_text(
+        "import tarsus as ts\nclass Own(ts.AdhesionLaw):\n    hold: float = ts.quantity('N', 'hold', default=1e-6)\n"
+        "    @staticmethod\n    def strength(age, hold):\n        return hold\n"
+        "    @staticmethod\n    def remaining(age, away, hold):\n        while True:\n            pass\n"
+    )
+    with pytest.raises(ts.InputError, match=r"Own\.remaining, line \d+: 'while' is not allowed"):
+        ts.load_laws(file)
