@@ -82,12 +82,6 @@ class FootLaws:
         """Whether what a contact holds goes by those before it."""
         return any(hook == _native.HOOKS.index("remaining") for hook, *_ in self.terms)
 
-    @property
-    def together(self) -> bool:
-        """Whether laws of a kind act together on a foot, each with a share of their work."""
-        hooks = [law.hook for law in self.acting.values()]
-        return any(hooks.count(hook) > 1 for hook in ("momentum", "force"))
-
     @cached_property
     def native(self) -> _native.Laws:
         """The laws as the engine holds them; their parameters come with every batch."""
