@@ -22,7 +22,7 @@ from tarsus.model.scene import Scene
 from tarsus.model.standing import equilibrium
 from tarsus.plan.channels import SlopedDrive, sloped_drives
 from tarsus.plan.lowering import Plan, lower_system, pack
-from tarsus.plan.slots import Rows, check_bounds, rows_for, slot, unit_of
+from tarsus.plan.slots import Rows, bears, check_bounds, rows_for, slot, unit_of
 from tarsus.plan.walker import lower_legs
 from tarsus.solve.engine import SharedBook
 
@@ -139,8 +139,7 @@ class DataTangents:
     """Derivatives of one row of data by P numbers, last axis: as `tarsus.plan.slots.Rows`, and of its signals' pieces.
 
     coef (pieces, 12 or fewer terms, P), begin, end (pieces, P) [s]: at fixed numbers in the pieces; loops (channels, P)
-    [s]; changes (driven channels, 3, P); since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the
-    marks.
+    [s]; since (m, P) [s]: begin of the contacts at the start; period (1, P) [s] of the marks.
     """
 
     parameters: Floats
@@ -151,7 +150,6 @@ class DataTangents:
     begin: Floats
     end: Floats
     loops: Floats
-    changes: Floats
     period: Floats
 
     @classmethod
@@ -161,7 +159,7 @@ class DataTangents:
         pieces, m = len(np.asarray(signals.start)), rows.sources.shape[1] - 1
         shapes = (
             rows.parameters.shape[1:], rows.initial.shape[1:], rows.sources.shape[1:], (m,), (pieces, terms), (pieces,),
-            (pieces,), (len(np.asarray(signals.loop)),), rows.changes.shape[1:], (1,),
+            (pieces,), (len(np.asarray(signals.loop)),), (1,),
         )  # fmt: skip
         return cls(*(np.zeros((*shape, count)) for shape in shapes))
 
@@ -248,6 +246,12 @@ def entering(
         if one.period == float(rows.periods[0]):
             data.period[0] += one.by_period
     changed = {p: one for p, (_, one) in enumerate(parts) if one and plan.legs is not None}
+    if scene.initial.standing is not None:
+        for p, one in enumerate(found.values()):
+            moved = {path: weight for path, weight in one.items() if path not in rest[p]}
+            if any(bears(scene, path) for path in moved):
+                stencil = Stencil.of(scene, moved, STEP, plan)
+                data.initial[..., p] += _standing(scene, plan, stencil)
     beside = {p: _walkers(scene, plan, one, data.initial[..., p]) for p, one in changed.items()}
     return Entering(tuple(found), row, data, structure, beside)
 
@@ -260,8 +264,7 @@ def _walkers(
     stencil = Stencil.of(scene, direction, STEP)
     changed = [stencil.scene(scene, float(place)) for place in stencil.places]
     if scene.initial.standing is not None:
-        driven, n = scene.initial.standing.driven, len(initial) // 2
-        initial[:n] += stencil.slope(plan.initial[:n], [equilibrium(one, driven=driven) for one in changed])
+        initial += _standing(scene, plan, stencil)
     systems = [lower_system(one) for one in changed]
     plans = [
         replace(plan, system=system, legs=lower_legs(one.robot, system))
@@ -274,6 +277,15 @@ def _walkers(
     )
 
 
+def _standing(scene: Scene, plan: Plan, stencil: Stencil) -> Floats:
+    """Derivative (2n,) of the state in which a walker stands."""
+    assert scene.initial.standing is not None
+    n, driven, out = len(plan.initial) // 2, scene.initial.standing.driven, np.zeros(len(plan.initial))
+    there = [equilibrium(stencil.scene(scene, float(place)), driven=driven) for place in stencil.places]
+    out[:n] = stencil.slope(plan.initial[:n], there)
+    return out
+
+
 def _channels_of(plan: Plan, drive: int) -> list[int]:
     """Number of the channel of a drive's force, and of that of its volts where laws see them."""
     return [drive, *(plan.drives + k for k, d in enumerate(plan.charged) if d == drive)]
@@ -283,14 +295,14 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
     """A run with drives of lines in place of its own."""
     if not lines:
         return row
-    pool, channels, changes = list(row.pool), row.channels.copy(), row.changes.copy()
+    pool, channels = list(row.pool), row.channels.copy()
     for name, one in lines.items():
         drive = list(scene.robot.drives).index(name)
         for c, channel in zip(_channels_of(plan, drive), (one.force, one.volts), strict=False):
             assert channel is not None
-            channels[0, c], changes[0, c] = len(pool), (1.0, 0.0, 0.0)
+            channels[0, c] = len(pool)
             pool.append(channel.pieces)
-    return _one_row(replace(row, pool=tuple(pool), channels=channels, changes=changes))
+    return _one_row(replace(row, pool=tuple(pool), channels=channels))
 
 
 def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
@@ -333,7 +345,7 @@ def _one_row(rows: Rows) -> Rows:
     pool = tuple(rows.pool[c] for c in used)
     return replace(
         rows, parameters=rows.parameters[:1], initial=rows.initial[:1], sources=rows.sources[:1],
-        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64), changes=rows.changes[:1],
+        scales=rows.scales[:1].copy(), channels=channels.reshape(1, -1).astype(np.int64),
         pool=pool, signals=pack(pool),
     )  # fmt: skip
 
@@ -402,15 +414,10 @@ def _differences(
         for to, values in zip((out.coef, out.begin, out.end), parts, strict=True):
             to[to_place] = slopes(values[place])
         out.loops[channel] = slopes(np.asarray(signals.period)[own])
-    changes, periods = rows.changes.copy(), np.asarray(signals.period)[rows.channels]
-    # a phase beside a whole turn is lowered to a delay on either side of a period
-    late = changes[:, :, 2] - changes[0, :, 2]
-    turns = np.divide(late, periods, out=np.zeros_like(periods), where=periods > 0.0)
-    changes[:, :, 2] -= np.round(turns) * periods
     marks = np.where(np.isfinite(rows.periods), rows.periods, 0.0)
     return replace(
         out, parameters=slopes(rows.parameters), initial=slopes(rows.initial), sources=slopes(rows.sources),
-        changes=slopes(changes), period=slopes(marks)[None],
+        period=slopes(marks)[None],
     )  # fmt: skip
 
 
