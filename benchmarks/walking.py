@@ -21,8 +21,7 @@ from tarsus.base.events import EventKind
 from tarsus.model.scene import Scene
 from tarsus.plan.lowering import lower_scene
 from tarsus.solve.codes import structured_events
-from tarsus.solve.engine import SharedBook, execute
-from tarsus.solve.march import tables_of, walk
+from tarsus.solve.engine import SharedBook, execute, tables_of, walk
 from tarsus.solve.simulate import RECORDED
 from tarsus_reproduce.legs import millipede_leg
 from tarsus_reproduce.millipede_parameters import millipede_parameters

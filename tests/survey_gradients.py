@@ -2,7 +2,8 @@
 
     python tests/survey_gradients.py FILE --count 10000 --workers 2
 
-writes a line a scene to FILE, goes on where it was stopped, and says what was found.
+writes a line a scene, of modal robots and of walkers in turn, to FILE, goes on where it was stopped, and says what was
+found.
 """
 
 from __future__ import annotations
@@ -126,9 +127,9 @@ def extrapolated(first: Floats, scatter: Floats) -> tuple[Floats, Floats]:
     return best, error
 
 
-def look_at(seed: int) -> dict[str, Any]:
+def look_at(seed: int, legged: bool = False) -> dict[str, Any]:
     """What became of a scene: how many numbers of events were compared, the largest error, wrong ones, signs, flags."""
-    scene = plain_scene(seed, legged=False)
+    scene = plain_scene(seed, legged=legged)
     paths, refused = chosen(scene, seed), []
     while True:
         try:
@@ -172,8 +173,13 @@ def look_at(seed: int) -> dict[str, Any]:
     return out
 
 
+def of_both(seed: int) -> dict[str, Any]:
+    """The same of modal robots, even seeds, and of walkers."""
+    return look_at(seed // 2, legged=bool(seed % 2))
+
+
 def main() -> int:
-    part_of_a_survey(look_at)
+    part_of_a_survey(of_both)
     given = arguments(__doc__).parse_args()
     found = survey(__file__, given.file, given.count, given.workers)
     ran = {seed: one for seed, one in found.items() if "compared" in one}

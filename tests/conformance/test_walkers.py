@@ -19,8 +19,7 @@ from tarsus.model.scene import Ground, Initial, Scene, Standing
 from tarsus.plan.lowering import lower_scene
 from tarsus.plan.slots import rows_of
 from tarsus.solve.codes import ResultCode, structured_events
-from tarsus.solve.engine import Accuracy, execute
-from tarsus.solve.march import RawWalks, walk
+from tarsus.solve.engine import Accuracy, RawWalks, execute, walk
 from tarsus.solve.simulate import RECORDED
 from walking_devices import creeping_millipede
 from walking_scenes import block, moving, sticky, trotter

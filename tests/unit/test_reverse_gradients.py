@@ -14,8 +14,8 @@ from tarsus.measure import PER_WINDOW, WHOLE_RUN
 from tarsus.plan.slots import slots
 from tarsus.solve import objective as module
 from tarsus.solve.adjoint import Seeds, swept
+from tarsus.solve.engine import settings_of
 from tarsus.solve.engines import RECORDED
-from tarsus.solve.window import recording
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def numbers_of(run: ts.GradientRun, kinds: dict[str, list[int]]):
     rows, tangents = run.log.events, run._tangents(times)
     recorded, settings = (
         run.raw,
-        recording(run.plan, run.duration, run.accuracy or RECORDED),
+        settings_of(run.plan, run.duration, run.accuracy or RECORDED, record=True),
     )
     rng = np.random.default_rng(1)
     for name, columns in kinds.items():

@@ -23,11 +23,11 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Rows, rows_for, rows_of, slot
 from tarsus.solve.codes import ResultCode
-from tarsus.solve.engine import Accuracy, SharedBook, structure_key
+from tarsus.solve.engine import Accuracy, SharedBook, execute, settings_of, structure_key
 from tarsus.solve.engines import Shared
 from tarsus.solve.lanes import tangents
 from tarsus.solve.tangents import DataTangents, Entering
-from tarsus.solve.window import Contacts, Window, record, recording, simulate_window
+from tarsus.solve.window import Contacts, Window, simulate_window
 
 __all__ = [
     "ReturnMap",
@@ -152,11 +152,14 @@ class ReturnMap:
         """dP/ds (2n, r) along the free directions, from the engine's own steps and events."""
         end, size = self.start + multiple * self.period, len(state)
         contacts, rows = self.contacts, self.rows.starting(state)
-        made = record(self.plan, self.book, end, rows, self.accuracy, start=self.start, contacts=contacts)
+        begin = contacts.begin(self.plan.feet, self.start)
+        made = execute(
+            self.plan, end, rows=rows, book=self.book, accuracy=self.accuracy, record=True, start=begin
+        )
         data = DataTangents.none(rows, size)
         data.initial[...] = np.eye(size)
         given = Entering(tuple(f"state.{i}" for i in range(size)), rows, data)
-        settings = recording(self.plan, end, self.accuracy)
+        settings = settings_of(self.plan, end, self.accuracy, record=True)
         found = tangents(
             self.plan,
             self.book,

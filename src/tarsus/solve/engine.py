@@ -1,4 +1,4 @@
-"""Runs plans of modal robots by the native engine: settings, the book of contact modes, codes. No descriptions here."""
+"""Runs plans by the native engine: settings, tables, and what it leaves. No descriptions here."""
 
 from __future__ import annotations
 
@@ -187,8 +187,7 @@ def execute(
     rows = rows_of(plan, 1, period) if rows is None else rows
     if book is None or record:
         book = SharedBook(plan, duration, shared=book, sources=rows.sources[0])
-    settings = unit_settings(plan, duration, accuracy or Accuracy())
-    settings.track, settings.record = track, record
+    settings = settings_of(plan, duration, accuracy, track=track, record=record)
     begin = None if start is None else (np.array([start[0]]), *start[1:])
     codes, events, event_end, finish, trace, mode, pending, physical, notes = _native.run_modal(
         book.book.native, NODES, rows.signals, plan.laws.native, settings, rows, begin
@@ -205,8 +204,62 @@ def row_bytes(plan: Plan) -> int:
     return 8 * (a.TRACE_HEAD + 2 * len(plan.system.mass) + N * inputs)
 
 
-def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Settings:
-    """Relative tolerances as absolute ones for a length and a force of one; the engine multiplies them by a run's."""
+@dataclass(frozen=True)
+class RawWalks(Log):
+    """What walkers left. samples (ns, width), of the last run: body's displacements and velocities (2 nb), legs
+    (nl, 2, 2), contacts and sense of sliding (2 m) of the feet, energies (5) and works of laws that act together, all
+    but the last (see `tarsus.solve.acting.Acting.parts`). end: the last run's body (2, nb), feet (nl, 2, 2), contact
+    (m,) of its feet and energies with works at its end.
+    """
+
+    samples: np.ndarray = field(kw_only=True)
+    end: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] = field(kw_only=True)
+
+
+def walk(
+    plan: Plan,
+    duration: float,
+    *,
+    rows: Rows | None = None,
+    tables: _native.LegTables | None = None,
+    accuracy: Accuracy | None = None,
+    period: float = math.inf,
+    track: bool = True,
+    account: bool = False,
+    times: np.ndarray | None = None,
+    start: tuple[float, np.ndarray, np.ndarray, np.ndarray] | None = None,
+) -> RawWalks:
+    """Run a walker's plan for ``duration`` [s], as it is or for many rows of its data.
+
+    period [s]: marks note the way at the end of every drive period, that of the rows where they are given; track:
+    find the apex of every flight; account: integrate energies; times (ns,) [s], increasing: when to sample motion and
+    contacts (of a single run); start: time [s] and held, leaving, since of the feet (see `tarsus.solve.window`).
+    """
+    assert plan.legs is not None
+    tables = tables if tables is not None else tables_of(plan, duration)
+    rows = rows_of(plan, 1, period) if rows is None else rows
+    settings = settings_of(plan, duration, accuracy, track=track)
+    codes, events, event_end, marks, mark_end, finish, samples, body, feet, contact, energy = _native.run_legged(
+        plan.legs.native, tables, NODES, rows.signals, plan.laws.native, rows, settings,
+        np.zeros(0) if times is None else np.array(times, dtype=float), account, start,
+    )  # fmt: skip
+    end = (body, feet.reshape(-1, 2, 2), contact, energy)
+    return RawWalks(codes, finish, events, event_end, marks, mark_end, samples=samples, end=end)
+
+
+def tables_of(plan: Plan, duration: float) -> _native.LegTables:
+    """Step tables of a plan's legs for runs of one duration."""
+    assert plan.legs is not None
+    mass, stiffness, damping = np.ascontiguousarray(plan.legs.blocks.T)
+    return _native.LegTables(NODES, mass, stiffness, damping, step_lengths(duration))
+
+
+def settings_of(
+    plan: Plan, duration: float, accuracy: Accuracy | None, *, track: bool = True, record: bool = False
+) -> _native.Settings:
+    """Settings of runs of a plan over ``duration`` [s]: relative tolerances as absolute ones for a length and a force
+    of one, which the engine multiplies by a run's; whether apexes are found and steps recorded."""
+    accuracy = accuracy or Accuracy()
     out = _native.Settings()
     out.end, out.period = duration, math.inf
     out.gap, out.drive = accuracy.gap, accuracy.drive
@@ -218,4 +271,7 @@ def unit_settings(plan: Plan, duration: float, accuracy: Accuracy) -> _native.Se
     out.least_progress = 1e-10 / plan.rate
     out.probe = 1e-7
     out.most_steps, out.first_class = accuracy.steps, 0
+    if plan.legs is not None:
+        out.first_class = int(np.searchsorted(-step_lengths(duration), -0.5 / plan.rate))
+    out.track, out.record = track, record
     return out

@@ -22,8 +22,7 @@ from tarsus.model.scene import Scene
 from tarsus.plan.lowering import Plan, lower_scene
 from tarsus.plan.slots import Floats, Rows, rows_for, rows_of, slot
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import Accuracy, Log, SharedBook, execute, row_bytes, structure_key
-from tarsus.solve.march import tables_of, walk
+from tarsus.solve.engine import Accuracy, Log, SharedBook, execute, row_bytes, structure_key, tables_of, walk
 from tarsus.solve.motion import Marched, Motion, Replayed
 
 __all__ = ["RECORDED", "Engine", "Shared", "motion_of", "prepared"]

@@ -20,14 +20,14 @@ from tarsus.model.scene import Scene
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import EVENT_TYPE, apex_rows, event_order, structured_events, structured_marks
 from tarsus.solve.directional import Log, Ways, directional_slopes, measure_slopes, table_of
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
+from tarsus.solve.engine import Accuracy, RawRuns, execute, settings_of
 from tarsus.solve.engines import RECORDED, ByLegs, Shared, prepared
 from tarsus.solve.lanes import Doubt, Tangents, tangents, walk_tangents
 from tarsus.solve.motion import Replayed
 from tarsus.solve.results import Batch
 from tarsus.solve.run import Run, increasing
 from tarsus.solve.tangents import Direction, Entering, directions_of, entering
-from tarsus.solve.window import record, recording
+from tarsus.solve.window import Contacts
 
 __all__ = ["Gradient", "GradientBatch", "GradientRun", "gradient_run"]
 
@@ -98,7 +98,7 @@ class GradientRun(Run):
             return found.of_run(
                 len(self.log.events), len(self.log.marks if self.log.marks is not None else ())
             )
-        settings = recording(self.plan, self.duration, self.accuracy or RECORDED)
+        settings = settings_of(self.plan, self.duration, self.accuracy or RECORDED, record=True)
         return tangents(
             self.plan, self.raw.book, self.entered, self.raw, settings, times=times, steps=energies
         )
@@ -316,7 +316,8 @@ def gradient_run(
         kept = engine.keep(Acting(plan, given.row), accuracy, True)
         log = kept.log
     else:
-        log = record(plan, SharedBook(plan, seconds), seconds, given.row, accuracy)
+        begin = Contacts().begin(plan.feet, 0.0)
+        log = execute(plan, seconds, rows=given.row, accuracy=accuracy, record=True, start=begin)
         kept = Replayed(Acting(plan, given.row), log)
     spent = time.perf_counter() - start
     return GradientRun(scene, seconds, period, log, {}, accuracy, kept=kept, wall_s=spent, **moving)

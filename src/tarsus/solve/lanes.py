@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from tarsus.core import _native, nodes
 from tarsus.core.book import NODES
 from tarsus.plan.lowering import Plan
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook
-from tarsus.solve.march import tables_of, walk_settings
+from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, settings_of, tables_of
 from tarsus.solve.tangents import LANES, Entering
 from tarsus.solve.window import Contacts
 
@@ -126,7 +125,7 @@ def walk_tangents(
     assert plan.legs is not None
     legs, laws, n, m = plan.legs, plan.laws.by_programs, len(plan.system.mass), plan.feet
     tables = tables if tables is not None else tables_of(plan, duration)
-    settings = walk_settings(plan, duration, accuracy, True)
+    settings = settings_of(plan, duration, accuracy)
     when = np.zeros(0) if times is None else np.array(times, dtype=float)
     others = [
         (one.legs.native, tables_of(one, duration), weight, p)

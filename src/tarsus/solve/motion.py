@@ -16,8 +16,7 @@ from tarsus.core.modes import contact_mode
 from tarsus.core.replay import Integrals, Sampled
 from tarsus.plan.walker import without_native
 from tarsus.solve.acting import Acting
-from tarsus.solve.engine import Accuracy, RawRuns
-from tarsus.solve.march import RawWalks, walk
+from tarsus.solve.engine import Accuracy, RawRuns, RawWalks, walk
 
 Floats = NDArray[np.float64]
 

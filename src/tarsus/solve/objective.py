@@ -12,13 +12,12 @@ from tarsus.files.library import SceneLike
 from tarsus.solve.adjoint import swept
 from tarsus.solve.codes import structured_events
 from tarsus.solve.directional import STEPS, Log, directional_slopes
-from tarsus.solve.engine import Accuracy
+from tarsus.solve.engine import Accuracy, settings_of
 from tarsus.solve.engines import RECORDED
 from tarsus.solve.gradients import Gradient, GradientRun
 from tarsus.solve.numbers import STATES, NumberOf, measure_seeds, number_seeds
 from tarsus.solve.run import increasing
 from tarsus.solve.simulate import simulate
-from tarsus.solve.window import recording
 
 __all__ = ["gradient"]
 
@@ -95,7 +94,7 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     if np.isnan(seeds.period):
         forwards |= set(np.flatnonzero(moved).tolist())
     backwards = run.along([p for p in range(len(run.paths)) if p not in forwards])
-    settings = recording(run.plan, run.duration, run.accuracy or RECORDED)
+    settings = settings_of(run.plan, run.duration, run.accuracy or RECORDED, record=True)
     found = (
         swept(run.plan, run.raw.book, backwards.entered, run.raw, settings, seeds)
         if backwards.paths

@@ -17,11 +17,10 @@ from tarsus.plan.lowering import Plan
 from tarsus.plan.slots import Rows, rows_of
 from tarsus.solve.acting import Acting
 from tarsus.solve.codes import ResultCode, structured_events, without_marks
-from tarsus.solve.engine import Accuracy, RawRuns, SharedBook, execute, unit_settings
-from tarsus.solve.march import tables_of, walk
+from tarsus.solve.engine import Accuracy, SharedBook, execute, tables_of, walk
 from tarsus.solve.motion import unpacked
 
-__all__ = ["Contacts", "Window", "record", "recording", "simulate_window"]
+__all__ = ["Contacts", "Window", "simulate_window"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -72,28 +71,6 @@ class Contacts:
         if self.since is not None:
             since[list(self.held)] = self.since
         return start, held, leaving, since
-
-
-def record(
-    plan: Plan,
-    book: SharedBook,
-    end: float,
-    rows: Rows,
-    accuracy: Accuracy,
-    *,
-    start: float = 0.0,
-    contacts: Contacts | None = None,
-) -> RawRuns:
-    """Run a row of a plan's data from ``start`` to ``end`` [s]; the row's initial state is the one at the start."""
-    begin = (contacts or Contacts()).begin(plan.feet, start)
-    return execute(plan, end, rows=rows, book=book, accuracy=accuracy, record=True, start=begin)
-
-
-def recording(plan: Plan, end: float, accuracy: Accuracy) -> _native.Settings:
-    """Settings of a run with every step recorded."""
-    settings = unit_settings(plan, end, accuracy)
-    settings.track, settings.record = True, True
-    return settings
 
 
 @dataclass(frozen=True)
@@ -172,17 +149,14 @@ def simulate_window(
     _check(plan, first, t0, when, contacts)
     end = float(when[-1])
     rows = (rows_of(plan) if rows is None else rows).starting(first)
-    acts = Acting(plan, rows)
+    acts, begin = Acting(plan, rows), contacts.begin(plan.feet, t0)
     if plan.legs is not None:
         tables = shared if isinstance(shared, _native.LegTables) else tables_of(plan, end)
-        raw = walk(
-            plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when,
-            start=contacts.begin(plan.feet, t0),
-        )  # fmt: skip
-        states = unpacked(acts, raw.samples, when)[0]
-        return Window(acts, when, states, ResultCode.of(int(raw.codes[0])), raw.events)
+        walked = walk(plan, end, rows=rows, tables=tables, accuracy=accuracy, times=when, start=begin)
+        states = unpacked(acts, walked.samples, when)[0]
+        return Window(acts, when, states, ResultCode.of(int(walked.codes[0])), walked.events)
     book = shared if isinstance(shared, SharedBook) else SharedBook(plan, end)
-    made = record(plan, book, end, rows, accuracy, start=t0, contacts=contacts)
+    made = execute(plan, end, rows=rows, book=book, accuracy=accuracy, record=True, start=begin)
     states = sample(rows.sources[0], book.book, made.trace, when)
     return Window(acts, when, states, ResultCode.of(int(made.codes[0])), made.events)
 

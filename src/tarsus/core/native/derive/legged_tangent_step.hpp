@@ -160,7 +160,9 @@ inline bool body_matrix(const Legged& s, int k, double h, const LegTangents& of,
       if (s.feet[i].held(ALONG)) continue;
       r.q[ALONG] = place * leg.stiffness[ALONG] + unit * leg.damping[ALONG];
       slide_linear(of.feet[i], along, s.feet[i].sense, 0.0, 0.0, Row(0.0), r);
-      add(leg.hip[ALONG], leg.hip[ALONG], l, r.w[ALONG] * leg.mass + combine(once, r.bound) * (h * s.feet[i].sense));
+      Row made = r.w[ALONG] * leg.mass;
+      if (of.feet[i].speeds) made += combine(once, r.bound) * (h * s.feet[i].sense);
+      add(leg.hip[ALONG], leg.hip[ALONG], l, made);
     }
   }
   return solver.factor(std::move(matrix), size);

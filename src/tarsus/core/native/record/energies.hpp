@@ -108,15 +108,6 @@ struct Input {
   int number, energy, first, count;
 };
 
-// From the vector of a step to that of one of its halves: the state by the flow of each block (4, blocks), none over the first
-// half, and by the columns of the inputs (columns, state); Legendre coefficients by ``to_half``.
-struct Half {
-  const double *to_half, *back;  // (8, 8) of Legendre, from the step and transposed
-  const double* flow;            // rows e11, e12, e21, e22
-  int stride;
-  std::vector<double> push;
-};
-
 typedef std::vector<std::vector<double>> Shares;  // of laws that act together, in one step: coefficients of each
 
 // The vectors of the steps of one contact mode, and the forms of their energies.
@@ -126,7 +117,7 @@ typedef std::vector<std::vector<double>> Shares;  // of laws that act together, 
 // stiff mode were a small difference of large numbers.
 class ModeEnergies {
  public:
-  typedef std::vector<Row> Form;  // (width, rows of l): G
+  typedef std::vector<Row> Form;  // (width, rows): G, or a map of vectors: what becomes of each column
   static constexpr int TOGETHER = 4;  // steps that share the loading of a form
 
   // count: columns of each input, by its number, 0 where it is zero in every step; of feet, of those that lead.
@@ -148,7 +139,7 @@ class ModeEnergies {
     copy_mode(sources);
     find_rest();
     one_.assign(room(), 0.0);
-    done_.assign(TOGETHER * size_t(rows_), Row(0.0));
+    done_.assign(std::max(TOGETHER * rows_, wide()), Row(0.0));
     first_.assign(room(), 0.0);
     series_.assign(size_t(SERIES + 1) * state_, 0.0);
     flowing_.assign(state_, Row(0.0));
@@ -224,15 +215,15 @@ class ModeEnergies {
   // The same of a step up to its scaled time ``along``; z and the shares become those of the part that is left.
   void add_ended(int k, double along, double* z, Shares& shares, int resistive, double* out) {
     while (along * book_.lengths[k] * rate_ > RESOLVED && k + 1 < book_.classes()) {
-      const std::array<Half, 2>& halves = this->halves(++k);
+      const std::array<Form, 2>& halves = this->halves(++k);
       const bool late = along >= 0.5;
       if (late) {
         std::copy(z, z + room(), first_.begin());
         first_shares_ = shares;
-        to_half(halves[0], first_.data(), first_shares_);
+        to_half(halves, 0, first_.data(), first_shares_);
         add_whole(k, first_.data(), &first_shares_, 1, resistive, &out);
       }
-      to_half(halves[late], z, shares);
+      to_half(halves, late, z, shares);
       along = 2.0 * along - late;
     }
     Motion& motion = last_;
@@ -291,7 +282,7 @@ class ModeEnergies {
   std::vector<double> sources_, gaps_, at_rest_;  // of the free feet: rows of the state, and what is constant
   std::vector<uint8_t> steady_;  // blocks that have a place of rest
   std::map<int, Form> forms_;
-  std::map<int, std::array<Half, 2>> halves_;
+  std::map<int, std::array<Form, 2>> halves_;
   // room to work in: unit vectors, the first half of a step, Taylor series, z G, motion and dampers' forces
   std::vector<double> one_, first_, series_;
   std::vector<Row> done_;
@@ -380,40 +371,43 @@ class ModeEnergies {
 
   // ---- halves of steps
 
+  int wide() const { return (width_ + N - 1) / N; }  // rows of a map
+  // Where a column of a map lies.
+  double* entry(Form& map, int from, int to) const { return reinterpret_cast<double*>(map.data() + size_t(from) * wide()) + to; }
+
   // The maps of a step to its halves, which are of class k.
-  const std::array<Half, 2>& halves(int k) {
+  const std::array<Form, 2>& halves(int k) {
     const auto known = halves_.find(k);
     if (known != halves_.end()) return known->second;
     const StepClass& step = book_.step(mode_, k);
-    const int nu = width_ - state_, ns = mode_.sizes.stride;
-    std::array<Half, 2> out = {{{legendre_.half[0][0], legendre_.back[0][0], nullptr, ns, std::vector<double>(size_t(nu) * state_, 0.0)},
-                                {legendre_.half[1][0], legendre_.back[1][0], step.exponential, ns, std::vector<double>(size_t(nu) * state_, 0.0)}}};
+    const int ns = mode_.sizes.stride;
+    const double* e = step.exponential;
+    std::array<Form, 2> out = {Form(size_t(width_) * wide(), Row(0.0)), Form(size_t(width_) * wide(), Row(0.0))};
+    for (int r = 0; r < state_; r++) *entry(out[0], r, r) = 1.0;
+    for (int b = 0; b < blocks_; b++) {
+      for (int c = 0; c < 4; c++) *entry(out[1], c % 2 * blocks_ + b, c / 2 * blocks_ + b) = e[c * ns + b];
+    }
     std::vector<double> response(size_t(N) * state_);
     for (const Input& input : inputs_) {
-      const Rest* rest = nullptr;
-      for (const Rest& one : rests_) {
-        if (one.column == input.first) rest = &one;
-      }
+      const auto rest = std::find_if(rests_.begin(), rests_.end(), [&](const Rest& one) { return one.column == input.first; });
       respond(step, input, response);
-      for (int r = 0; rest != nullptr && r < state_; r++) {  // blocks that a mean holds at rest do not move by it
+      for (int r = 0; rest != rests_.end() && r < state_; r++) {  // blocks that a mean holds at rest do not move by it
         if (steady_[r % blocks_]) response[r] = 0.0;
       }
       for (int l = 0; l < input.count; l++) {
-        double* left = out[0].push.data() + size_t(input.first - state_ + l) * state_;
-        double* right = out[1].push.data() + size_t(input.first - state_ + l) * state_;
-        if (rest != nullptr && l > 0) {  // the mean over a half is another one
-          for (int r = 0; r < state_; r++) {
-            left[r] = -legendre_.half[0][l][0] * rest->place[r];
-            right[r] = (legendre_.half[0][l][0] - legendre_.half[1][l][0]) * rest->place[r];
-          }
+        double *left = entry(out[0], input.first + l, 0), *right = entry(out[1], input.first + l, 0);
+        for (int r = 0; rest != rests_.end() && l > 0 && r < state_; r++) {  // the mean over a half is another one
+          left[r] = -legendre_.half[0][l][0] * rest->place[r];
+          right[r] = (legendre_.half[0][l][0] - legendre_.half[1][l][0]) * rest->place[r];
         }
-        const double* e = step.exponential;
         for (int b = 0; b < blocks_; b++) {
           right[b] += e[b] * left[b] + e[ns + b] * left[blocks_ + b];
           right[blocks_ + b] += e[2 * ns + b] * left[b] + e[3 * ns + b] * left[blocks_ + b];
         }
         for (int c = 0; c <= l; c++) {
           for (int r = 0; r < state_; r++) right[r] += legendre_.half[0][l][c] * response[size_t(c) * state_ + r];
+          left[input.first + c] = legendre_.half[0][l][c];
+          right[input.first + c] = legendre_.half[1][l][c];
         }
       }
     }
@@ -443,22 +437,16 @@ class ModeEnergies {
     if (count == N) store(x, combine(matrix, load(x)));
   }
 
-  void to_half(const Half& half, double* z, Shares& shares) const {
-    if (half.flow != nullptr) {
-      const double* e = half.flow;
-      for (int b = 0; b < blocks_; b++) {
-        const double x = z[b], y = z[blocks_ + b];
-        z[b] = e[b] * x + e[half.stride + b] * y;
-        z[blocks_ + b] = e[2 * half.stride + b] * x + e[3 * half.stride + b] * y;
-      }
+  // z and the shares of a step to those of one of its halves.
+  void to_half(const std::array<Form, 2>& maps, int side, double* z, Shares& shares) {
+    std::fill(done_.begin(), done_.begin() + wide(), Row(0.0));
+    const Row* map = maps[side].data();
+    for (int b = 0; b < width_; b++, map += wide()) {
+      for (int r = 0; r < wide(); r++) done_[r] += map[r] * z[b];
     }
-    for (int c = state_; c < width_; c++) {
-      const double* push = half.push.data() + size_t(c - state_) * state_;
-      for (int r = 0; r < state_; r++) z[r] += push[r] * z[c];
-    }
-    for (const Input& input : inputs_) transform(half.to_half, input.count, z + input.first);
+    for (int r = 0; r < wide(); r++) store(z + N * r, done_[r]);
     for (std::vector<double>& share : shares) {
-      for (size_t first = 0; first < share.size(); first += N) transform(half.to_half, N, share.data() + first);
+      for (size_t first = 0; first < share.size(); first += N) transform(legendre_.half[side][0], N, share.data() + first);
     }
   }
 
@@ -513,73 +501,43 @@ class ModeEnergies {
     return total(sum);
   }
 
-  // G of a step from that of its halves.
-  Form doubled(const Form& half, const std::array<Half, 2>& maps) const {
-    Form out(half.size(), Row(0.0)), behind;
-    std::vector<double> pull(size_t(width_ - state_) * state_);  // the push, by states
-    for (const Half& map : maps) {
-      behind = half;
-      for (int c = 0; c < width_ - state_; c++) {
-        for (int r = 0; r < state_; r++) pull[size_t(r) * (width_ - state_) + c] = map.push[size_t(c) * state_ + r];
+  // G of a step from that of its halves: M G N for each, with the maps M of z and N of l. Of the dampers N is M transposed, and their
+  // form may be turned over between.
+  Form doubled(const Form& half, const std::array<Form, 2>& maps) const {
+    Form out(half.size(), Row(0.0));
+    for (int side : {0, 1}) {
+      Form once = carried(maps[side], half);
+      for (int b = 0; b < parts_[DAMPING].count; b++) {
+        for (int a = 0; a < b; a++) {
+          std::swap(*place(once.data() + size_t(a) * rows_, DAMPING, b), *place(once.data() + size_t(b) * rows_, DAMPING, a));
+        }
       }
-      for (int b = 0; b < width_; b++) pass_on(map, pull.data(), behind.data() + size_t(b) * rows_);
-      add_before(map, behind, out);
+      const Form twice = carried(maps[side], once);
+      for (int b = 0; b < width_; b++) {
+        Row* row = once.data() + size_t(b) * rows_;
+        std::copy_n(twice.data() + size_t(b) * rows_ + parts_[DAMPING].row, parts_[DAMPING].rows(), row + parts_[DAMPING].row);
+        for (const Input& input : inputs_) transform(legendre_.back[side][0], input.count, place(row, input.energy, input.first));
+        for (int r = 0; r < rows_; r++) out[size_t(b) * rows_ + r] += row[r];
+      }
     }
     return out;
   }
 
-  // A row of G times the map of l.
-  void pass_on(const Half& map, const double* pull, Row* row) const {
-    for (const Input& input : inputs_) transform(map.back, input.count, place(row, input.energy, input.first));
-    if (!parts_[DAMPING].count) return;
-    double* all = place(row, DAMPING, 0);
-    for (const Input& input : inputs_) transform(map.back, input.count, all + input.first);
-    const int columns = width_ - state_;
-    for (int r = 0; r < state_; r++) {
-      for (int c = 0; c < columns; c++) all[state_ + c] += all[r] * pull[size_t(r) * columns + c];
+  // A map times a form: most of a map is zero.
+  Form carried(const Form& map, const Form& form) const {
+    Form out(form.size(), Row(0.0));
+    for (int from = 0; from < width_; from++) {
+      const double* factors = reinterpret_cast<const double*>(map.data() + size_t(from) * wide());
+      for (int to = 0; to < width_; to++) {
+        for (int r = 0; r < rows_ && factors[to] != 0.0; r++) out[size_t(from) * rows_ + r] += form[size_t(to) * rows_ + r] * factors[to];
+      }
     }
-    if (map.flow == nullptr) return;
-    const double* e = map.flow;
-    for (int b = 0; b < blocks_; b++) {
-      const double x = all[b], y = all[blocks_ + b];
-      all[b] = x * e[b] + y * e[2 * map.stride + b];
-      all[blocks_ + b] = x * e[map.stride + b] + y * e[3 * map.stride + b];
-    }
+    return out;
   }
 
   // Where a column of z lies in a row of G.
   double* place(Row* row, int energy, int column) const {
     return reinterpret_cast<double*>(row + parts_[energy].row) + column - parts_[energy].first;
-  }
-
-  // Add the map of z, transposed, times a form.
-  void add_before(const Half& map, const Form& form, Form& out) const {
-    const auto add = [&](int to, int from, double factor) {
-      Row* row = out.data() + size_t(to) * rows_;
-      const Row* by = form.data() + size_t(from) * rows_;
-      for (int a = 0; a < rows_; a++) row[a] += by[a] * factor;
-    };
-    for (int b = 0; b < blocks_; b++) {
-      for (int d = 0; d < 2; d++) {
-        const int own = d * blocks_ + b;
-        if (map.flow == nullptr) {
-          add(own, own, 1.0);
-          continue;
-        }
-        for (int c = 0; c < 2; c++) add(own, c * blocks_ + b, map.flow[(2 * c + d) * map.stride + b]);
-      }
-    }
-    for (int c = state_; c < width_; c++) {
-      for (int r = 0; r < state_; r++) {
-        const double factor = map.push[size_t(c - state_) * state_ + r];
-        if (factor != 0.0) add(c, r, factor);
-      }
-    }
-    for (const Input& input : inputs_) {
-      for (int l = 0; l < input.count; l++) {
-        for (int c = 0; c <= l; c++) add(input.first + l, input.first + c, map.to_half[l * N + c]);
-      }
-    }
   }
 
   // ---- Gauss quadrature of what resolves every mode
