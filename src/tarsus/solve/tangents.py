@@ -73,9 +73,8 @@ class Stencil:
 
     @classmethod
     def of(
-        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, drives: bool = True,
-        order: int = 4,
-    ) -> Stencil:  # fmt: skip
+        cls, scene: Scene, direction: Direction, part: float, plan: Plan | None = None, *, order: int = 4
+    ) -> Stencil:
         """To both sides of a scene, or to the one where it may vary; steps are that part of the number that moves most
         for its size (where it is zero, of one unit, or of the length in a plan)."""
         base = {path: float(get_value(scene, path)) for path in direction}
@@ -84,7 +83,7 @@ class Stencil:
         for places, weights in _STENCILS[order]:
             found = cls(base, direction, places * size, weights / size)
             try:
-                found.check(scene, drives)
+                found.check(scene)
             except InputError as error:
                 problem = problem or error
                 continue
@@ -92,14 +91,14 @@ class Stencil:
         assert problem is not None
         raise problem
 
-    def check(self, scene: Scene, drives: bool) -> None:
-        """Raise InputError unless the scene takes the outermost places; what drives do is looked at where asked for."""
+    def check(self, scene: Scene) -> None:
+        """Raise InputError unless the scene takes the outermost places."""
         ends = np.array([self.places.min(), self.places.max()])
         for path, w in self.direction.items():
             place = slot(scene, path)
             if place is not None and place.bounded:
                 check_bounds(scene, path, self.base[path] + w * ends)
-            elif place is None or drives:
+            else:
                 for end in ends:
                     with_values(scene, {path: self.base[path] + w * float(end)})
 
@@ -226,11 +225,7 @@ def entering(
     parts = [_apart(scene, one) for one in rest]
     structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
     own = [p for p, (moved, _) in enumerate(parts) if moved]
-    stepped = [parts[p][0] for p in own]
-    try:  # what drives refuse is found where they are lowered; then some step to one side alone
-        steps, rows = _stepped(scene, plan, stepped, duration, drives=False)
-    except InputError:
-        steps, rows = _stepped(scene, plan, stepped, duration, drives=True)
+    steps, rows = _stepped(scene, plan, [parts[p][0] for p in own], duration)
     row = _driven_by(_one_row(rows), scene, plan, lines)
     used = np.asarray(rows.signals.coef).any(axis=0)
     terms = max(
@@ -292,7 +287,7 @@ def _channels_of(plan: Plan, drive: int) -> list[int]:
 
 
 def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDrive]) -> Rows:
-    """A run with drives of lines in place of its own."""
+    """A run with those drives in place of its own."""
     if not lines:
         return row
     pool, channels = list(row.pool), row.channels.copy()
@@ -306,7 +301,7 @@ def _driven_by(row: Rows, scene: Scene, plan: Plan, lines: Mapping[str, SlopedDr
 
 
 def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: SlopedDrive) -> None:
-    """Add the derivatives of a drive of lines."""
+    """Add the derivatives of a drive."""
     for c, one in zip(_channels_of(plan, drive), (of.force, of.volts), strict=False):
         assert one is not None
         channel = row.channels[0, c]
@@ -321,10 +316,10 @@ def _add_drive(data: DataTangents, row: Rows, plan: Plan, drive: int, of: Sloped
 
 
 def _stepped(
-    scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float, *, drives: bool
+    scene: Scene, plan: Plan, directions: Sequence[Direction], duration: float
 ) -> tuple[list[Stencil], Rows]:
     """The stencils along directions of data, and rows of a run and of those beside it, four for each direction."""
-    steps = [Stencil.of(scene, one, STEP, plan, drives=drives) for one in directions]
+    steps = [Stencil.of(scene, one, STEP, plan) for one in directions]
     base = {path: value for one in steps for path, value in one.base.items()}
     columns = {path: np.full(1 + 4 * len(steps), value) for path, value in base.items()}
     for k, one in enumerate(steps):
