@@ -263,7 +263,8 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     constant[:, m] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
     if own:
-        leading, share = _leading(solve(cholesky(mz), product(z.T, system.normals[:, free])).T)
+        moves = product(z.T, system.normals[:, free])
+        leading, share = _leading(solve(cholesky(mz), moves).T if len(free) > 1 else moves.T)
         spanned = np.zeros((m, len(leading)))
         spanned[free] = share
     both = np.zeros((2 * nz, 2 * n), kind)
@@ -378,6 +379,8 @@ def _leading(rows: Floats) -> tuple[NDArray[np.int64], Floats]:
     Of many feet on few modes only so many move by themselves. Each next one is that which the ones before leave most of, so
     that no share is large. What is below 1e-13 of the largest row is rounding.
     """
+    if len(rows) == 1 and rows.any():
+        return np.zeros(1, dtype=np.int64), np.eye(1)
     rest, size = rows.copy(), length(rows.T).max(initial=0.0)
     chosen: list[int] = []
     ways = np.zeros((0, rows.shape[1]))

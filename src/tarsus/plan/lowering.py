@@ -320,7 +320,11 @@ def scales(
     for name, law in laws.acting.items():
         first, fields = laws.columns[name], law.names()
         rows, which = distinct(parameters[:, 0, first : first + len(fields)])
-        changed = [law.model_copy(update=dict(zip(fields, row, strict=True))) for row in rows.tolist()]
+        given = list(law.parameters())  # most runs of a plan have its own
+        changed = [
+            law if row == given else law.model_copy(update=dict(zip(fields, row, strict=True)))
+            for row in rows.tolist()
+        ]
         own = np.array([(one.length_scale(), one.force_scale()) for one in changed])[which]
         lengths.append(own[:, :1])
         forces.append(own[:, 1:])
