@@ -262,7 +262,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
-    if own:
+    if own and free:
         moves = product(z.T, system.normals[:, free])
         leading, share = _leading(solve(cholesky(mz), moves).T if len(free) > 1 else moves.T)
         spanned = np.zeros((m, len(leading)))
@@ -313,6 +313,8 @@ def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict
 def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in: Floats, particular: Floats) -> None:
     """What free feet do to the structure, and how they move with it."""
     m, n = len(mode.beta), len(system.mass)
+    if not free:
+        return
     feet, normals = np.array(free, dtype=np.intp), system.normals[:, free]
     beta, gap, rate = product(force_in, normals).T, product(normals.T, mode.to_physical[:n]), product(normals.T, mode.to_physical[n:])
     drift, mobility = _apply(mode.blocks, beta), product(rate, beta.T).diagonal().copy()
