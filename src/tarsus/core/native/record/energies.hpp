@@ -703,7 +703,7 @@ class LawShares {
   }
   int resistive() const { return std::max(int(laws_.laws.terms[MOMENTUM].size()) - 1, 0); }
   // Steps that follow are in order again.
-  void begin() { player_.restart(run_.channels, run_.changes); }
+  void begin() { player_.restart(run_.channels); }
 
   // Coefficients of each share in a recorded step, of resistive laws first.
   void fill(const Recorded& r, const StepClass& step, const ModeEnergies& energies, Shares& shares) {
