@@ -226,13 +226,13 @@ def entering(
     Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
     pieces, and for friction along the ground of a robot that is no walker.
     """
-    if plan.system.tangents is not None:
-        raise InputError(NO_FRICTION)
     found = directions_of(gradients)
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])
     parts = [_apart(scene, one) for one in rest]
     structure = {p: _structure_slope(scene, plan, one) for p, (_, one) in enumerate(parts) if one}
+    if structure and plan.system.tangents is not None:
+        raise InputError(NO_FRICTION)
     own = [p for p, (moved, _) in enumerate(parts) if moved]
     steps, rows = _stepped(scene, plan, [parts[p][0] for p in own], duration)
     row = _driven_by(_one_row(rows), scene, plan, lines)

@@ -502,8 +502,8 @@ class ModalAdjoint {
   }
 
   void sampled(size_t n) {
-    const double* from = objective_->samples + n * (sample_width(sizes_) - sizes_.feet);
-    if (std::all_of(from, from + sample_width(sizes_) - sizes_.feet, [](double x) { return x == 0.0; })) return;
+    const double* from = objective_->samples + n * (tangent_width(sizes_));
+    if (std::all_of(from, from + tangent_width(sizes_), [](double x) { return x == 0.0; })) return;
     for (auto part : PARTS) {
       std::vector<double>& to = seed_.*part.second;
       std::copy_n(from, to.size(), to.begin());

@@ -25,7 +25,7 @@ nb::tuple adjoint_modal(Book& book, const Nodes& nodes, nb::handle module, const
   const Rows given(rows, signals, m * laws.columns, 2 * size_t(sizes.coordinates), m, sizes.drives);
   const WindowRecord window(start, recorded, sizes, m);
   const auto [by_events, times, by_samples] = nb::cast<std::tuple<Doubles, Doubles, Doubles>>(seeds);
-  const size_t width = sample_width(sizes) - m;
+  const size_t width = tangent_width(sizes);
   if (by_events.size() != window.events.size() || by_samples.size() != times.size() * width ||
       groups.size() != m * laws.columns || degrees.size() != signals.start.size()) {
     throw std::invalid_argument("the sizes of a recorded run and of what is asked of it differ");

@@ -297,6 +297,9 @@ struct Shown {
 // each foot; and friction where feet know their way along the ground.
 inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet) + size_t(s.ways); }
 
+// And for its derivatives: those of all but contact and friction.
+inline size_t tangent_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 5 * size_t(s.feet); }
+
 // What constant parts of a contact mode's rows come to with these sources.
 template <class Real>
 TARSUS_INLINE Real with_sources(const std::vector<Real>& sources, const double* unit, int count, int row) {
