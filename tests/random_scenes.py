@@ -1,7 +1,7 @@
 """Scenes nobody chose: robots, drives and grounds drawn from a seed, within ranges that may go to the edges.
 
 `scene_of(seed)` draws from ``EDGE``, `wide_scene(seed)` from ``WIDE``, the same with more forms, and
-`plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow.
+`plain_scene(seed, legged)` from ``PLAIN``, where another simulator can follow; `sliding_scene(seed)` has friction.
 A seed makes the same scene on every machine. Sizes are drawn relative to a mass, a frequency and a length, so that what
 is drawn matters: a drive moves a foot to the ground, a film is felt.
 """
@@ -148,6 +148,36 @@ def branched_scene(seed: int, legged: bool) -> Scene:
             levels = dice.rng.uniform(-8.0, 8.0, 4).tolist()
             signals[name] = OnOff(levels=levels, durations=(turn * shares).tolist(), repeat=True)
     return ts.with_values(scene, changes)
+
+
+def sliding_scene(seed: int, ranges: Ranges = PLAIN) -> Scene:
+    """A modal scene in which most feet know a way along the ground, that the structure couples with their normals as it
+    will, with friction borne by push or adhesion."""
+    dice = Dice([seed, 8], ranges)
+    while True:
+        scene = _modal(dice, f"sliding {seed}")
+        if isinstance(scene.robot.structure, (ts.Modal, ts.Lumped)) and scene.robot.feet:
+            break
+    structure, feet, ways = scene.robot.structure, dict(scene.robot.feet), {}
+    for i, (name, foot) in enumerate(feet.items()):
+        if i and dice.chance(0.15):
+            continue
+        ways[f"along_{i}"] = tuple(dice.rng.normal(size=structure.size).tolist())
+        feet[name] = foot.model_copy(update={"along": f"along_{i}"})
+    kind = "adhesive" if scene.ground.holds and dice.chance(0.3) else "coulomb"
+    friction = {"kind": kind, "coefficient": dice.log(*ranges.friction)}
+    field = "shapes" if isinstance(structure, ts.Modal) else "weights"
+    robot = scene.robot.model_copy(
+        update={"structure": ts.with_values(structure, {field: {**getattr(structure, field), **ways}}), "feet": feet}
+    )
+    made = scene.model_dump() | {"robot": robot.model_dump()}
+    ground = scene.ground.model_dump() | {"friction": friction, "impact": None, "own": dict(scene.ground.laws)}
+    return _valid(made | {"ground": ground})
+
+
+def wide_sliding_scene(seed: int) -> Scene:
+    """The same at the edges."""
+    return sliding_scene(seed, WIDE)
 
 
 def _scale(dice: Dice) -> Scale:

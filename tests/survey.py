@@ -35,7 +35,7 @@ import numpy as np
 import tarsus as ts
 from divergence import GROWN, pair, sequence
 from kernels import KERNELS, in_use, missing
-from random_scenes import scene_of, wide_scene
+from random_scenes import scene_of, sliding_scene, wide_scene, wide_sliding_scene
 from tarsus.model.scene import Scene
 from tarsus.solve.codes import CLOSED
 
@@ -181,7 +181,7 @@ def arguments(about: str | None) -> argparse.ArgumentParser:
     return parser
 
 
-SCENES = {"edge": scene_of, "wide": wide_scene}
+SCENES = {"edge": scene_of, "wide": wide_scene, "sliding": sliding_scene, "wide_sliding": wide_sliding_scene}
 
 
 def tell(found: Found) -> bool:

@@ -12,6 +12,7 @@ import tarsus as ts
 from example_laws import OWN
 from tarsus.base.events import CONTACT_BEGINS, SLIDING, EventKind
 from tarsus.model.scene import Drive, Foot, Ground, PointLoad, Robot, Scene
+from sliding_scenes import by_modes
 from walking_scenes import sticky, trotter
 
 FILM = {"coefficient": 1e-23, "thickness": 1e-6}
@@ -177,6 +178,36 @@ def test_a_users_law_is_the_built_in_one(system: str, own: str) -> None:
     np.testing.assert_allclose(mine.events["time"], built_in.events["time"], rtol=1e-9)
     if own != "own latch":
         assert mine.ledger.laws["own"] == pytest.approx(built_in.ledger.laws[TWINS[own]], rel=1e-7)
+
+
+RUBBING = {
+    "adhesive friction": {"friction": {"kind": "adhesive", "coefficient": 0.5}},
+    "stribeck": {"friction": {"kind": "stribeck", "static": 0.5, "dynamic": 0.2, "speed": 0.01}},
+    "frictionless": {"friction": {"kind": "coulomb", "coefficient": 0.0}},
+} | GROUNDS
+
+
+@pytest.mark.parametrize("ground", [g for g in RUBBING if g not in ("pull as printed", "along the leg")])
+def test_a_walker_by_contact_modes_is_the_walker(ground: str) -> None:
+    """Its body and legs as matrices, with rows for its feet upward and along: the same events, account and motion."""
+    legged = trotter(ground=sticky(**RUBBING[ground]))
+    one, other = ts.simulate(legged, 0.01), ts.simulate(by_modes(legged), 0.01)
+    assert one.ok and other.ok, (one.code, other.code)
+    assert len(one.events) > 3
+    for field in ("foot", "kind"):
+        np.testing.assert_array_equal(other.events[field], one.events[field])
+    np.testing.assert_allclose(other.events["time"], one.events["time"], rtol=1e-9)
+    for field in ("energy", "adhesion_energy", "speed_before", "speed_after"):
+        size = np.abs(one.events[field]).max()
+        np.testing.assert_allclose(other.events[field], one.events[field], atol=1e-8 * size)
+    largest = max(one.ledger.work_in, one.ledger.friction)
+    for name in ("work_in", "kinetic", "elastic", "damping", "friction", "impacts", "adhesion"):
+        assert getattr(other.ledger, name) == pytest.approx(getattr(one.ledger, name), abs=1e-8 * largest)
+    times = np.linspace(0.0, 0.01, 201)
+    walked, slid = one.at(times), other.at(times)
+    for name, size in (("foot_x", 1e-6), ("friction", 1e-6), ("contact", 1e-6)):
+        np.testing.assert_allclose(getattr(slid, name), getattr(walked, name), atol=1e-6 * size)
+    np.testing.assert_array_equal(slid.slipping, walked.slipping)
 
 
 def test_both_end_with_the_same_codes(system: str) -> None:

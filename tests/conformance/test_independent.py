@@ -6,9 +6,11 @@ import pytest
 
 import tarsus as ts
 from independent.compare import compare
-from random_scenes import branched_scene, plain_scene
+from random_scenes import branched_scene, plain_scene, sliding_scene
+from sliding_scenes import biped, cantilever
 from tarsus.base.events import EventKind
 from tarsus.base.spec import get_value
+from tarsus.model.laws import Friction
 
 FAST = {"modal": (2, 13), "legged": (22,)}
 BRANCHED = {"modal": (6,), "legged": (3,)}
@@ -34,6 +36,40 @@ def test_they_agree_under_laws_of_two_branches_and_repeating_plateaus(kind: str,
     """To 2e-9 rad but in legged 15: where its first foot is captured the states are 2e-11 of the length apart, whatever
     the accuracy (why is open), and so its slip, whose force hardly passes the bound, begins and ends 5e-8 rad apart."""
     found = compare(branched_scene(seed, kind == "legged"), TIGHT, 1e-7)
+    assert found.wrong is None, found
+
+
+SLIDERS = {
+    "cantilever": lambda: cantilever(),
+    "cantilever that bounces": lambda: cantilever(adhesion=None),
+    "cantilever over a film": lambda: cantilever(film=ts.Film(coefficient=1e-23, thickness=1e-6)),
+    "cantilever on much friction": lambda: cantilever(friction=Friction(coefficient=1.5)),
+    "biped": lambda: biped(),
+    "biped that leans": lambda: biped(lean=0.9, friction=Friction(coefficient=0.7)),
+    "biped that bounces": lambda: biped(adhesion=None, friction=Friction(coefficient=1.0)),
+    "biped on rate-weakening friction": lambda: biped(
+        friction={"kind": "rate_weakening", "static": 0.5, "dynamic": 0.2, "speed": 0.05}
+    ),
+}
+
+
+FAST_SLIDERS = ("cantilever", "biped", "biped on rate-weakening friction")
+
+
+@pytest.mark.parametrize(
+    "scene", [one if one in FAST_SLIDERS else pytest.param(one, marks=pytest.mark.slow) for one in SLIDERS]
+)
+def test_feet_by_contact_modes_slip_and_stick_as_there(scene: str) -> None:
+    """Whole sequences: friction bears on the push that bears it, and impacts couple both ways."""
+    found = compare(SLIDERS[scene](), TIGHT)
+    assert found.wrong is None and found.compared == found.events > 9, found
+
+
+@pytest.mark.parametrize(
+    "seed", [24, 35, *(pytest.param(s, marks=pytest.mark.slow) for s in range(40) if s not in (24, 35))]
+)
+def test_feet_that_nobody_chose_slip_and_stick_as_there(seed: int) -> None:
+    found = compare(sliding_scene(seed), TIGHT)
     assert found.wrong is None, found
 
 

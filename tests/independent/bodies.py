@@ -13,7 +13,8 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Robot:
-    """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground;
+    """mass, damping, stiffness (n, n); normals, tangents (n, m): rows that give gaps and places along the ground,
+    zeros where a foot knows none;
     loads (n, nd); up (n,): a unit upward translation; directions (n, m) of impacts, None for impulses at the foot;
     points (k, n): rows of independent points; own_point: which of them each foot is, and its normal."""
 
@@ -21,7 +22,7 @@ class Robot:
     damping: Array
     stiffness: Array
     normals: Array
-    tangents: Array | None
+    tangents: Array
     loads: Array
     up: Array
     directions: Array | None
@@ -35,9 +36,8 @@ def robot_of(scene: Any) -> Robot:
     mass, damping, stiffness, rows, up = made
     feet = list(scene.robot.feet.items())
     normals = np.stack([foot.normal * rows[foot.point] for _, foot in feet], axis=1)
-    tangents = None
-    if structure.kind == "walker":
-        tangents = np.stack([rows[f"{foot.point}_x"] for _, foot in feet], axis=1)
+    ways = [f"{foot.point}_x" if structure.kind == "walker" else foot.along for _, foot in feet]
+    tangents = np.stack([rows[way] if way else np.zeros(len(mass)) for way in ways], axis=1)
     loads = []
     for drive in scene.robot.drives.values():
         if drive.load.kind == "modal":

@@ -124,14 +124,13 @@ class Simulator:
             if self.contact[i] != AIR:
                 rows.append(self.robot.normals[:, i])
                 which.append((i, False))
-                if self.contact[i] == STUCK and self.rubs():
-                    assert self.robot.tangents is not None
+                if self.contact[i] == STUCK and self.rubs(i):
                     rows.append(self.robot.tangents[:, i])
                     which.append((i, True))
         return np.array(rows).reshape(len(rows), self.n).T, which
 
-    def rubs(self) -> bool:
-        return self.robot.tangents is not None and self.laws.bound(1.0, 1.0) != 0.0
+    def rubs(self, i: int) -> bool:
+        return bool(self.robot.tangents[:, i].any()) and self.laws.bound(1.0, 1.0) != 0.0
 
     def pulls(self, t: float, z: np.ndarray, push: np.ndarray) -> dict[tuple[int, bool], float]:
         """Force [N] of the structure on each held foot, along its normal and along the ground."""
@@ -141,6 +140,32 @@ class Simulator:
         reaction = np.linalg.lstsq(rows.T @ self.inverse @ rows, rows.T @ self.inverse @ push, rcond=1e-11)[0]
         return dict(zip(which, reaction.tolist(), strict=True))
 
+    def loaded(self, t: float, z: np.ndarray) -> np.ndarray:
+        """`applied` with the friction of feet that slide, which bears on the margin that bears it: all laws are straight
+        lines of the margin, and that is one of all friction forces."""
+        push = self.applied(t, z)
+        slides = [i for i in range(self.m) if self.contact[i] == SLIPPING and self.sense[i] != 0.0]
+        if not slides:
+            return push
+        rows = self.robot.tangents[:, slides]
+        without = np.array([self.pulls(t, z, push)[i, False] for i in slides])
+        by_force = np.array(
+            [[self.pulls(t, z, push + row)[i, False] for row in rows.T] for i in slides]
+        ) - without[:, None]  # fmt: skip
+        matrix, right = np.eye(len(slides)), np.zeros(len(slides))
+        for k, i in enumerate(slides):
+            strength = self.laws.strength(t - self.since[i])
+            slip = max(self.sense[i] * float(self.robot.tangents[:, i] @ z[self.n :]), 0.0)
+            flat = self.laws.bound(0.0, strength, slip)
+            steep = self.laws.bound(1.0, strength, slip) - flat
+            matrix[k] -= self.sense[i] * steep * by_force[k]
+            right[k] = -self.sense[i] * (flat + steep * self.margin(i, t, without[k]))
+        return push + rows @ np.linalg.solve(matrix, right)
+
+    def reactions(self, t: float, z: np.ndarray) -> dict[tuple[int, bool], float]:
+        """`pulls` with friction."""
+        return self.pulls(t, z, self.loaded(t, z))
+
     def margin(self, i: int, t: float, pull: float) -> float:
         """N + f_a of a held foot."""
         return (
@@ -148,20 +173,10 @@ class Simulator:
         )
 
     def rates(self, t: float, z: np.ndarray) -> np.ndarray:
-        push = self.applied(t, z)
-        _rows, which = self.held()
-        if which:
-            pulls = self.pulls(t, z, push)
-            for i in range(self.m):
-                if self.contact[i] == SLIPPING and self.sense[i] != 0.0:
-                    row = self.robot.tangents[:, i]
-                    slip = max(self.sense[i] * float(row @ z[self.n :]), 0.0)
-                    strength = self.laws.strength(t - self.since[i])
-                    bound = self.laws.bound(self.margin(i, t, pulls[i, False]), strength, slip)
-                    push = push - row * self.sense[i] * bound
-            for key, force in self.pulls(t, z, push).items():
-                row = self.robot.tangents if key[1] else self.robot.normals
-                push = push - row[:, key[0]] * force
+        push = self.loaded(t, z)
+        for key, force in self.pulls(t, z, push).items():
+            row = self.robot.tangents if key[1] else self.robot.normals
+            push = push - row[:, key[0]] * force
         return np.concatenate([z[self.n :], self.inverse @ push])
 
     # --- events -------------------------------------------------------------------------------------------------
@@ -173,19 +188,22 @@ class Simulator:
             if self.contact[i] == AIR:
                 out[i, "touch"] = lambda t, z, i=i: self.gap(i, z)
                 continue
-            out[i, "leave"] = lambda t, z, i=i: self.margin(
-                i, t, self.pulls(t, z, self.applied(t, z))[i, False]
-            )
-            if self.contact[i] == STUCK and self.rubs():
+            out[i, "leave"] = lambda t, z, i=i: self.margin(i, t, self.reactions(t, z)[i, False])
+            if self.contact[i] == STUCK and self.rubs(i):
                 out[i, "slip"] = lambda t, z, i=i: self.spare(i, t, z)
-            elif self.contact[i] == SLIPPING and self.sense[i] != 0.0:
+            elif self.contact[i] == SLIPPING and self.sense[i] != 0.0 and self.moves_along(i):
                 row = self.robot.tangents[:, i]
                 out[i, "stop"] = lambda t, z, i=i, row=row: self.sense[i] * float(row @ z[self.n :])
         return out
 
+    def moves_along(self, i: int) -> bool:
+        """Whether what is held leaves foot i its way along the ground."""
+        row = self.robot.tangents[:, i]
+        return bool(row @ self.struck(row, self.held()[0])[1] > 1e-11 * row @ self.inverse @ row)
+
     def spare(self, i: int, t: float, z: np.ndarray) -> float:
         """What friction could carry beyond what it must."""
-        pulls = self.pulls(t, z, self.applied(t, z))
+        pulls = self.reactions(t, z)
         margin, strength = self.margin(i, t, pulls[i, False]), self.laws.strength(t - self.since[i])
         return self.laws.bound(margin, strength) - abs(pulls[i, True])
 
@@ -283,22 +301,22 @@ class Simulator:
         self.fresh = [False] * self.m
         if what == "touch":
             return self.touch(i)
-        pulls = self.pulls(self.time, self.z, self.applied(self.time, self.z))
+        if what in ("leave", "slip") and self.contact[i] == STUCK and self.rubs(i):
+            what = self.gives(i, what)
         if what == "leave":
             self.note(i, RELEASE)
             self.contact[i], self.fresh[i] = AIR, True
             return None
-        margin = self.margin(i, self.time, pulls[i, False])
-        bound = self.laws.bound(margin, self.laws.strength(self.time - self.since[i]))
         if what == "stop":
-            self.contact[i] = STUCK
-            along = self.pulls(self.time, self.z, self.applied(self.time, self.z))[i, True]
             row = self.robot.tangents[:, i]
-            self.z[self.n :] -= self.inverse @ row * (row @ self.z[self.n :]) / (row @ self.inverse @ row)
-            if abs(along) <= bound:
-                return self.note(i, BEGIN_STICK)
-        else:
-            along = pulls[i, True]
+            if self.moves_along(i):
+                _, response = self.struck(row, self.held()[0])
+                self.z[self.n :] -= response * (row @ self.z[self.n :]) / (row @ response)
+            self.contact[i] = STUCK
+            if self.spare(i, self.time, self.z) >= 0.0:
+                self.note(i, BEGIN_STICK)
+                return self.slides_on()
+        along = self.reactions(self.time, self.z)[i, True]
         self.note(i, BEGIN_SLIP)
         self.contact[i], self.sense[i], self.fresh[i] = SLIPPING, math.copysign(1.0, along), True
         return None
@@ -319,37 +337,115 @@ class Simulator:
                 else:
                     self.fresh[i] = True
 
+    def gives(self, i: int, what: str) -> str:
+        """What a foot that sticks does: it slides where it is pulled off only because it sticks."""
+        small = 1e-12 * max(abs(f) for f in self.reactions(self.time, self.z).values())
+        if self.margin(i, self.time, self.reactions(self.time, self.z)[i, False]) >= -small:
+            return what
+        if self.spare(i, self.time, self.z) >= 0.0:
+            return "leave"
+        without = self.margin(i, self.time, self.pull_if_held(i, False))
+        return "leave" if without < small else "slip"
+
+    def slides_on(self) -> None:
+        """After an impact: feet that it has let slide, stopped or turned."""
+        for i in range(self.m):
+            if self.contact[i] != SLIPPING or self.sense[i] == 0.0:
+                continue
+            rate = float(self.robot.tangents[:, i] @ self.z[self.n :])
+            if abs(rate) <= 1e-12 * self.length * self.rate:
+                if not self.fresh[i]:
+                    self.happen(i, "stop")
+                continue
+            turned = self.sense[i] * rate < 0.0
+            if turned and not self.fresh[i]:
+                self.note(i, BEGIN_SLIP)
+            self.sense[i], self.fresh[i] = math.copysign(1.0, rate), False
+
     def touch(self, i: int) -> None:
         """A foot is at the ground and approaches it."""
         normal = self.robot.normals[:, i]
         v = self.z[self.n :]
         speed = -float(normal @ v)
         rows, which = self.held()
-        rows, which = rows[:, [k for k, w in enumerate(which) if not w[1]]], [w for w in which if not w[1]]
-        impulse, response = self.struck(normal, rows)
+        _, response = self.struck(normal, rows)
         mobility = float(normal @ response)
         pull = self.pull_if_held(i)
         small = max(1e-9 * self.length, 1e-12)
-        if pull >= 0.0 or speed * speed >= -2.0 * pull * mobility * small:
-            for k, (foot, _) in enumerate(which):
-                if impulse[k] < -1e-12:  # no adhesion carries an impulse: that foot is let go first
-                    self.note(foot, RELEASE)
-                    self.contact[foot], self.fresh[foot] = AIR, True
-                    return self.touch(i)
         after = self.laws.rebound(speed)
+        if pull >= 0.0 or speed * speed >= -2.0 * pull * mobility * small:
+            broken = self.broken(i, rows, which, *self.impulses(i, after))
+            if broken is not None:
+                foot, slides = broken
+                self.note(foot, BEGIN_SLIP if slides else RELEASE)
+                self.contact[foot], self.fresh[foot] = SLIPPING if slides else AIR, True
+                return self.touch(i)
         kind = self.decide(i, speed, after, pull, mobility, small)
         if kind == BOUNCE:
             self.note(i, BOUNCE)
-            self.z[self.n :] = v + self.answer(i, speed, after, rows, response, mobility)
-            self.brake(i, speed + after)
+            self.z[self.n :] = v + self.answer(i, speed, after, rows, response, mobility) + self.rubbed(i, after)
             self.fresh[i] = True
-            return None
+            return self.slides_on()
         over = (
             self.time - 2.0 * after / (pull * mobility) / (1.0 - after / speed) if kind == REST else self.time
         )
         self.note(i, kind, over)
-        self.z[self.n :] = v + response / mobility * speed
-        self.hold(i, self.brake(i, speed))
+        self.z[self.n :] = v + response / mobility * speed + self.rubbed(i, 0.0)
+        self.hold(i)
+        return self.slides_on()
+
+    def impulses(self, i: int, after: float) -> tuple[float, float]:
+        """Impulses of an impact from which foot i departs with the speed ``after``: along its normal, and of friction."""
+        v, normal, tangent = self.z[self.n :], self.robot.normals[:, i], self.robot.tangents[:, i]
+        rows = self.held()[0]
+        _, pushed = self.struck(normal, rows)
+        change = after - float(normal @ v)
+        straight = change / float(normal @ pushed)
+        most = self.laws.brakes(change, abs(float(tangent @ v))) / change
+        if most == 0.0 or not tangent.any():
+            return straight, 0.0
+        _, rubbed = self.struck(tangent, rows)
+        less = float(normal @ rubbed) / float(normal @ pushed)  # of the normal impulse, by one along the ground
+        # |p_t| <= most (straight - less p_t)
+        low, high = -math.inf, math.inf
+        if 1.0 + most * less > 0.0:
+            high = most * straight / (1.0 + most * less)
+        if 1.0 - most * less > 0.0:
+            low = -most * straight / (1.0 - most * less)
+
+        way = rubbed - pushed * less  # the kinetic energy is least where it has no slope along it
+        bend = float(way @ self.robot.mass @ way)
+        if bend <= 1e-13 * float(rubbed @ self.robot.mass @ rubbed):
+            return straight, 0.0
+        slope = float((v + pushed * straight) @ self.robot.mass @ way)
+        along = min(max(-slope / bend, low), high)
+        return straight - less * along, along
+
+    def rubbed(self, i: int, after: float) -> np.ndarray:
+        """Change of all velocities (n,) by the friction of that impact, its normal rate what it is without."""
+        _, along = self.impulses(i, after)
+        rows = self.held()[0]
+        _, pushed = self.struck(self.robot.normals[:, i], rows)
+        _, rubbed = self.struck(self.robot.tangents[:, i], rows)
+        normal = self.robot.normals[:, i]
+        return along * (rubbed - pushed * float(normal @ rubbed) / float(normal @ pushed))
+
+    def broken(
+        self, i: int, rows: np.ndarray, which: list[tuple[int, bool]], straight: float, along: float
+    ) -> tuple[int, bool] | None:
+        """What an impact breaks first: no adhesion carries an impulse, and friction one by its share of the impact alone.
+        Says which foot, and whether it slides."""
+        carried = straight * self.struck(self.robot.normals[:, i], rows)[0]
+        carried = carried + along * self.struck(self.robot.tangents[:, i], rows)[0]
+        none = 1e-12 * (straight + abs(along))
+        for k, (foot, slides) in enumerate(which):
+            if not slides and carried[k] < -none:
+                return foot, False
+        push = {foot: max(carried[k], 0.0) for k, (foot, slides) in enumerate(which) if not slides}
+        for k, (foot, slides) in enumerate(which):
+            if slides and abs(carried[k]) > self.laws.bound(push[foot], 0.0) + none:
+                self.sense[foot] = -math.copysign(1.0, carried[k])
+                return foot, True
         return None
 
     def decide(self, i: int, speed: float, after: float, pull: float, mobility: float, small: float) -> int:
@@ -419,37 +515,27 @@ class Simulator:
         before = across @ mass @ self.z[self.n :]
         return change + across * ((alpha - 1.0) * before + beta * speed / math.sqrt(mobility))
 
-    def brake(self, i: int, change: float) -> float:
-        """Friction of a blow along the ground; returns the speed that is left there."""
-        if self.robot.tangents is None:
-            return 0.0
-        row = self.robot.tangents[:, i]
-        along = float(row @ self.z[self.n :])
-        left = math.copysign(max(abs(along) - self.laws.brakes(change, abs(along)), 0.0), along)
-        self.z[self.n :] += self.inverse @ row * (left - along) / (row @ self.inverse @ row)
-        return left
-
-    def hold(self, i: int, along: float | None = None) -> None:
+    def hold(self, i: int) -> None:
         self.since[i], self.fresh[i] = self.time, False
         normal = self.robot.normals[:, i]
         self.z[: self.n] -= self.inverse @ normal * self.gap(i, self.z) / (normal @ self.inverse @ normal)
         self.contact[i], self.sense[i] = STUCK, 0.0
-        if self.robot.tangents is not None:
-            if along is None:
-                along = float(self.robot.tangents[:, i] @ self.z[self.n :])
-            if along != 0.0 or not self.rubs():
-                self.contact[i] = SLIPPING
-                self.sense[i] = math.copysign(1.0, along) if self.rubs() else 0.0
+        row = self.robot.tangents[:, i]
+        along = float(row @ self.z[self.n :])
+        if abs(along) > 1e-13 * self.length * self.rate or not self.rubs(i):
+            self.contact[i] = SLIPPING
+            self.sense[i] = math.copysign(1.0, along) if self.rubs(i) else 0.0
 
-    def pull_if_held(self, i: int) -> float:
-        """Pull on a foot if it were stopped on the ground now, its smooth force there included."""
+    def pull_if_held(self, i: int, whole: bool = True) -> float:
+        """Pull on a foot if it were stopped on the ground now, its smooth force there included if it is the ``whole``."""
         normal = self.robot.normals[:, i]
         rows, _which = self.held()
-        _, response = self.struck(normal, rows)
         z = self.z.copy()
-        z[self.n :] -= response * (normal @ z[self.n :]) / (normal @ response)
-        kept = self.contact[i]
-        self.contact[i] = SLIPPING
-        pull = self.pulls(self.time, z, self.applied(self.time, z))[i, False]
-        self.contact[i] = kept
-        return pull + self.laws.smooth(0.0, 0.0, self.foot_volts(i, self.time))
+        if self.contact[i] == AIR:
+            _, response = self.struck(normal, rows)
+            z[self.n :] -= response * (normal @ z[self.n :]) / (normal @ response)
+        kept = self.contact[i], self.sense[i]
+        self.contact[i], self.sense[i] = SLIPPING, 0.0
+        pull = self.reactions(self.time, z)[i, False]
+        self.contact[i], self.sense[i] = kept
+        return pull + whole * self.laws.smooth(0.0, 0.0, self.foot_volts(i, self.time))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tarsus as ts
-from random_scenes import plain_scene, scene_of, wide_scene
+from random_scenes import plain_scene, scene_of, sliding_scene, wide_scene
 from survey import faults, look_at
 from tarsus.base.events import EventKind
 from tarsus.solve.codes import ResultCode
@@ -24,6 +24,16 @@ def test_a_scene_nobody_chose_ends_well_or_says_what_failed(seed: int) -> None:
         found = look_at(scene_of(seed))
     except Exception as error:
         found = {"error": f"{type(error).__name__}: {error}"}
+    assert [text for text in faults(found) if text != "slow"] == [], found
+
+
+SLIDING = (5, 9, 24, 35)
+
+
+@pytest.mark.parametrize("seed", [*SLIDING, *(pytest.param(s, marks=pytest.mark.slow) for s in range(100, 250))])
+def test_feet_that_slide_do_so_too(seed: int) -> None:
+    """Friction along ways that the structure couples with the normals as it will: no run stalls."""
+    found = look_at(sliding_scene(seed))
     assert [text for text in faults(found) if text != "slow"] == [], found
 
 

@@ -140,7 +140,7 @@ def test_events_of_runs_made_together_are_those_of_each():
 def test_result_codes_are_sentences():
     for code in ResultCode:
         assert str(code) == code.value and code.value[0].isupper() and code.value.endswith(".")
-    kernel = (a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE)
+    kernel = (a.DONE, a.STALL, a.STEP_TOO_SMALL, a.STEP_LIMIT, a.NOT_FINITE, a.JAMMED)
     assert {ResultCode.of(code) for code in kernel} == set(ResultCode) - {
         ResultCode.DIVERGED,
         ResultCode.LEDGER_OPEN,

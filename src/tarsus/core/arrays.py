@@ -13,7 +13,7 @@ T_TIME, T_LENGTH, T_FRACTION, T_MODE, T_CLASS, T_JUMPS = range(6)
 TRACE_HEAD = 6
 
 # Return codes of the engine, as in native/march/kinds.hpp.
-DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE = range(5)
+DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED = range(6)
 
 # What describes a legged robot to the engine. Sizes: nb body coordinates, nl legs, m feet, nd drives, nt kinds of leg blocks.
 # Direction 0 is upward, 1 along the way.

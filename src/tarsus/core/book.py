@@ -38,11 +38,13 @@ class ModeBook:
     ) -> None:
         self.lengths = np.ascontiguousarray(lengths, dtype=float)
         self.sources = system.sources
+        self.slides = system.tangents is not None
         self._modes: list[ContactMode] = []
         self._lock = Lock()
         n, m = system.normals.shape
+        tangents = np.zeros((0, n)) if system.tangents is None else np.ascontiguousarray(system.tangents.T)
         self.native: Any = shared.native if shared is not None else _native.Book(
-            self.lengths, m, system.loads.shape[1], n, rates, NODES, nodes, partial(unbiased_mode, system)
+            self.lengths, m, system.loads.shape[1], n, rates, tangents, NODES, nodes, partial(unbiased_mode, system)
         )  # fmt: skip
 
     @property
@@ -54,5 +56,5 @@ class ModeBook:
             return self._modes
 
     def require(self, mask: int) -> int:
-        """Number of the contact mode whose feet are the bits of ``mask``; made now if no run has met it."""
+        """Number of the contact mode whose held constraints are the bits of ``mask``; made now if no run has met it."""
         return self.native.require(mask)

@@ -1,13 +1,15 @@
 """Contact modes: the linear structure with some feet held on the ground, in a fixed order of operations.
 
-With the feet of a set S held at zero gap the structure is again linear. Its exact flow over a step of length h,
+A foot on the ground is held along its normal; one that knows the way along the ground (`LinearSystem.tangents`) slides
+there, or sticks and is held along it too. With a set S of such constraints the structure is again linear. Its exact flow over a step of length h,
 with every input a polynomial through its nodal values, is a handful of constant matrices; the native
 engine makes them. Nothing here knows a law.
 
 Inputs of a step, in this order (``ni = 2 m + nd + 1`` for m feet, nd drives):
 
     0 .. m-1      momentum potential P_i of the resistive (film) laws at foot i [N s]
-    m .. 2m-1     smooth force F_i on foot i along its normal [N]
+    m .. 2m-1     of a foot in the air the smooth force F_i along its normal [N]; of one that slides the friction force along
+                  the ground [N]; of one that sticks the place where it does [m]
     2m ..         drive forces [N]
     last          the constant 1 (gravity, static offset of held feet)
 
@@ -15,7 +17,8 @@ Only what belongs to that last input depends on the rest gaps and on gravity, an
 unit of each of these sources (`Bias`), so that tables serve every rest gap and every gravity.
 
 The flowing state w is the modal state less beta_i P_i, so a resistive force f = dP/dt enters through P only.
-Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 gap rates [m/s].
+Outputs: 0 .. m-1 the gap [m] of a free foot or the structure's pull [N] on a held one; m .. 2m-1 the gap rate [m/s] of a free
+foot, the rate along the ground [m/s] of one that slides, the structure's force along the ground [N] on one that sticks.
 """
 
 from __future__ import annotations
@@ -45,6 +48,8 @@ class LinearSystem:
     per unit of gravity [m/s^2].
     directions (n, m): change of the velocities per unit change of a struck foot's rate, mass-weighted when absent.
     alone (n, m): coordinates that move a foot by one along its normal and no other point; for the pull as printed.
+    tangents (n, m): place of each foot along the ground is tangents.T @ x; zeros for feet that do not know theirs, None where
+    none does.
     """
 
     mass: Floats
@@ -57,6 +62,12 @@ class LinearSystem:
     gravity: float = 1.0
     directions: Floats | None = None
     alone: Floats | None = None
+    tangents: Floats | None = None
+
+    @cached_property
+    def constraints(self) -> Floats:
+        """What feet can be held by (n, m or 2m): their normals, then the ways along the ground."""
+        return self.normals if self.tangents is None else np.hstack([self.normals, self.tangents])
 
     @property
     def constant(self) -> Floats:
@@ -74,12 +85,12 @@ class LinearSystem:
 
     @cached_property
     def per_impulse(self) -> Floats:
-        """Change of the velocities (n, m) by a unit impulse on each foot."""
-        return solve(self.mass, self.normals)
+        """Change of the velocities (n, m or 2m) by a unit impulse on each foot, along its normal and along the ground."""
+        return solve(self.mass, self.constraints)
 
     @cached_property
     def holdings(self) -> dict[tuple[int, ...], tuple[Floats, Floats, Floats, Floats]]:
-        """Constraint data by held feet, once made: contact modes side by side share them."""
+        """Data of held constraints, once made: contact modes side by side share them."""
         return {}
 
 
@@ -96,7 +107,8 @@ class Bias:
 
 @dataclass(frozen=True)
 class ContactMode:
-    """The structure with the feet of ``mask`` held; nb = number of 2 x 2 blocks, state size 2 nb."""
+    """The structure with the constraints of ``mask`` held: bit i the normal of foot i, bit m + i its way along the ground;
+    nb = number of 2 x 2 blocks, state size 2 nb. The last four arrays are empty without `LinearSystem.tangents`."""
 
     mask: int
     blocks: Floats  # (nb, 2, 2)
@@ -122,7 +134,19 @@ class ContactMode:
     printed_damping: Floats  # (m,) C_pp: its part of the rates before and after the blow
     leading: NDArray[np.int64]  # (r,) free feet whose gaps tell those of all others, see `_leading`
     spanned: Floats  # (m, r): gap of a free foot per unit of theirs, beside what it is at rest
+    placed: Floats  # (m, n): displacements per unit of the place where a foot sticks
+    slide: Floats  # (m, 2nb): change of the state by a unit impulse along the ground on a foot that does not stick
+    slide_rate: Floats  # (m, 2nb): the rate along the ground of such a foot
+    slide_feed: Floats  # (2m, m): force of the structure on what is held per unit force along the ground on such a foot
     bias: Bias
+
+    def at_rest_there(self, tangents: Floats | None, physical: Floats) -> Floats:
+        """Displacements and velocities (2n,) that have entered the mode: held feet at rest where they are."""
+        n = len(physical) // 2
+        offset = self.offset.copy()
+        if tangents is not None:
+            offset[:n] += product(product(tangents.T, physical[:n]), self.placed)
+        return self.to_physical @ (self.from_physical @ (physical - offset)) + offset
 
     def biased(self, sources: Floats) -> ContactMode:
         """The mode with what these sources (m + 1,) add: rest gaps [m], gravity [m/s^2]."""
@@ -159,14 +183,14 @@ def _holding(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Flo
 
 
 def _hold(system: LinearSystem, held: list[int]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Constraint data of held feet: null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force rows
-    W (|S|, n).
+    """Data of held constraints N (n, |S|): null basis Z, x per unit of their rest gaps (n, |S|), mass projector on Z, force
+    rows W (|S|, n).
 
-    W (external - C v - K x) is the structure's pull on each held foot: the constraint force reversed,
-    -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
+    W (external - C v - K x) is the structure's force on what holds each, for a normal the pull on its foot: the constraint
+    force reversed, -lambda = (N^T M^-1 N)^-1 N^T M^-1 (external - C v - K x).
     """
     n = system.mass.shape[0]
-    normals = system.normals[:, held]
+    normals = system.constraints[:, held]
     if not held:
         return np.eye(n), np.zeros((n, 0)), np.eye(n), np.zeros((0, n))
     rows = normals.real.T
@@ -236,18 +260,20 @@ def _inverse_basis(basis: Floats) -> Floats:
 
 
 def contact_mode(system: LinearSystem, mask: int) -> ContactMode:
-    """The structure with the feet whose bits are set in ``mask`` held on the ground, with its rest gaps and gravity."""
+    """The structure with the constraints whose bits are set in ``mask`` held, with its rest gaps and gravity."""
     return unbiased_mode(system, mask).biased(system.sources)
 
 
 def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) -> ContactMode:
-    """The structure with some feet held, for any rest gaps and gravity: nothing of it depends on those of the system.
+    """The structure with some constraints held, for any rest gaps and gravity: nothing of it depends on those of the system.
 
     basis: state it by these coordinates, in which ``blocks`` is a full matrix (2nb, 2nb) then, instead of by its modes.
     """
     n, m = system.normals.shape
+    constraints = system.constraints.shape[1]
+    holding = [c for c in range(constraints) if mask >> c & 1]
     held, free = ([i for i in range(m) if (mask >> i & 1) == on] for on in (1, 0))
-    z, placed, projector, rows = _holding(system, held)
+    z, placed, projector, rows = _holding(system, holding)
     mz, cz, kz = (product(z.T, part, z) for part in (system.mass, system.damping, system.stiffness))
     nz, own, kind = z.shape[1], basis is None, mz.dtype
     if basis is None:
@@ -258,7 +284,7 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
         blocks = product(onto, rates)
     position, velocity = product(z, basis[:nz]), product(z, basis[nz:])
     particular = np.zeros((n, m + 1), kind)
-    particular[:, held] = placed
+    particular[:, held] = placed[:, : len(held)]
     constant = -product(system.stiffness, particular)  # forces per unit of every source
     constant[:, m] = system.weight
     leading, spanned = np.zeros(0, np.int64), np.zeros((m, 0))
@@ -277,10 +303,12 @@ def unbiased_mode(system: LinearSystem, mask: int, basis: Floats | None = None) 
     mode.bias.inputs[:] = product(force_in, constant).T
     mode.bias.offset[:, :n] = particular.T
     _add_free(mode, system, free, force_in, particular)
-    _add_held(mode, system, held, free, rows, constant)
+    _add_held(mode, system, holding, free, rows, constant)
+    if system.tangents is not None:
+        _add_along(mode, system, holding, free, rows, placed, force_in)
     springs = product(system.stiffness, position)
     for i in free:
-        _add_stopped(mode, system, i, held, springs, velocity, constant)
+        _add_stopped(mode, system, i, holding, springs, velocity, constant)
     if system.directions is not None:
         for i in np.flatnonzero(mode.mobility):
             across, mode.skew[i] = _across(
@@ -304,6 +332,8 @@ def _nothing(system: LinearSystem, nz: int, kind: np.dtype[np.floating]) -> dict
         "side": (m, state), "side_rate": (m, state), "skew": (m,), "printed": (m, state), "printed_feed": (m, ni),
         "printed_damping": (m,),
     }  # fmt: skip
+    ways = 0 if system.tangents is None else m
+    shapes |= {"placed": (ways, n), "slide": (ways, state), "slide_rate": (ways, state), "slide_feed": (2 * ways, ways)}
     biases = {"inputs": state, "feed": 2 * m, "offset": 2 * n, "held_feed": m, "printed_feed": m}
     bias = Bias(**{name: np.zeros((m + 1, size), kind) for name, size in biases.items()})
     return {"bias": bias, **{name: np.zeros(shape, kind) for name, shape in shapes.items()}}
@@ -333,7 +363,7 @@ def _add_free(mode: ContactMode, system: LinearSystem, free: list[int], force_in
 def _add_held(
     mode: ContactMode, system: LinearSystem, held: list[int], free: list[int], rows: Floats, constant: Floats
 ) -> None:
-    """The structure's pull on held feet; rows (|S|, n) of forces."""
+    """The structure's force on what is held, of held feet the pull; rows (|S|, n) of forces."""
     n = len(system.mass)
     if not held:
         return
@@ -345,7 +375,36 @@ def _add_held(
     mode.feed[np.ix_(held, free)] += product(mode.outputs[held], mode.beta[free].T)
     mode.bias.feed[:, held] = product(rows, constant).T
     moved = np.flatnonzero(mode.mobility)
-    mode.reaction[np.ix_(moved, held)] = -product(rows, system.normals[:, moved]).T
+    feet = [c for c in held if c < len(mode.beta)]
+    mode.reaction[np.ix_(moved, feet)] = -product(rows[: len(feet)], system.normals[:, moved]).T
+
+
+def _add_along(
+    mode: ContactMode, system: LinearSystem, holding: list[int], free: list[int], rows: Floats, placed: Floats, force_in: Floats
+) -> None:
+    """What feet do along the ground: those that slide or are in the air, and the places of those that stick."""
+    n, m = system.normals.shape
+    for i in range(m):
+        way = system.constraints[:, m + i]
+        if m + i in holding or not way.any():
+            continue
+        mode.slide_feed[holding, i] = product(rows, way)
+        slide, rate = product(force_in, way), product(way, mode.to_physical[n:])
+        if product(rate, slide).real > REDUNDANT * product(way, system.per_impulse[:, m + i]).real:
+            mode.slide[i], mode.slide_rate[i] = slide, rate  # else nothing moves it: other constraints hold it as well
+        if i in free:
+            continue
+        mode.inputs[m + i], mode.outputs[m + i] = mode.slide[i], mode.slide_rate[i]
+        mode.feed[holding, m + i] = mode.slide_feed[holding, i]
+        mode.feed[m + i, free] = product(mode.beta[free], mode.slide_rate[i])
+    for column, c in enumerate(holding):
+        if c < m:
+            continue
+        x = mode.placed[c - m] = -placed[:, column]
+        forces = -product(system.stiffness, x)
+        mode.inputs[c] = product(force_in, forces)
+        mode.feed[holding, c] += product(rows, forces)
+        mode.feed[free, c] = product(x, system.normals[:, free])
 
 
 def _add_stopped(
@@ -436,7 +495,7 @@ def derived_mode(system: LinearSystem, change: LinearSystem, mode: ContactMode) 
     With coordinates that stay, modes need neither be told apart nor be derived, and may coincide. ``change``: derivatives
     of the structure's arrays.
     """
-    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone")
+    names = ("mass", "damping", "stiffness", "normals", "loads", "weight", "directions", "alone", "tangents")
     pairs = {name: (getattr(system, name), getattr(change, name)) for name in names}
     moved = {name: a if a is None else a + 1j * TINY * b for name, (a, b) in pairs.items()}
     found = unbiased_mode(replace(system, **moved), mode.mask, mode.basis)

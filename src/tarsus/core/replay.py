@@ -23,7 +23,9 @@ Floats = NDArray[np.float64]
 class Sampled:
     """State of a run at sample times: x, v (n, nt); gap, rate, resistive, smooth, pull (m, nt); held (m, nt) bool.
 
-    resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot.
+    resistive, smooth [N]: force on a free foot, as applied; pull [N]: structure's pull on a held foot. Of feet that know
+    their way along the ground also contact, friction (m, nt): state as in `tarsus.base.events.FootState`, and friction on
+    the foot along the ground [N].
     """
 
     x: Floats
@@ -34,14 +36,16 @@ class Sampled:
     smooth: Floats
     pull: Floats
     held: NDArray[np.bool_]
+    contact: Floats | None = None
+    friction: Floats | None = None
 
 
 @dataclass(frozen=True)
 class Integrals:
     """Energies up to the end of each recorded step, cumulative [J]; time (nr,).
 
-    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth: work of the
-    ground's forces on the structure; parts (np, nr): what of it single laws have done, of those that act together all but
+    work: of drive forces and of constant ones (weight); damping: vᵀ C v dissipated; resistive, smooth, friction: work
+    of the ground's forces on the structure; parts (np, nr): what of it single laws have done, of those that act together all but
     the last, resistive ones first. swing (m,) [m]: between the lowest and the highest gap of each foot at the starts of the
     steps.
     """
@@ -51,13 +55,14 @@ class Integrals:
     damping: Floats
     resistive: Floats
     smooth: Floats
+    friction: Floats
     parts: Floats
     swing: Floats
 
     @property
     def rows(self) -> Floats:
         """(ENERGIES + np, nr): as the account of a walker has them, see `tarsus.core.arrays`."""
-        return np.vstack([self.work, self.damping, -self.resistive, self.smooth, np.zeros_like(self.work), *self.parts])
+        return np.vstack([self.work, self.damping, -self.resistive, self.smooth, -self.friction, *self.parts])
 
 
 def integrate(
@@ -68,13 +73,14 @@ def integrate(
     trace (nr, width): rows as the engine records them; acting: the engine's signals and laws, and the run's row of data,
     by which it is known what drives and laws there are, and laws that act together have their shares.
     """
-    parts = (system.damping, system.normals.T, system.loads.T, system.constant)
+    n, m = system.normals.shape
+    parts = (system.damping, system.normals.T, system.loads.T, system.constant, system.constraints.T[m:].reshape(-1, n))
     carriers = tuple(np.ascontiguousarray(one, dtype=float) for one in parts)
     rows, swing = _native.energies_modal(
         book.native, NODES, carriers, np.ascontiguousarray(system.sources), np.ascontiguousarray(trace), acting
     )
-    time, work, damping, resistive, smooth, *shares = rows.T
-    return Integrals(time, work, damping, resistive, smooth, np.reshape(shares, (-1, len(trace))), swing)
+    time, work, damping, resistive, smooth, friction, *shares = rows.T
+    return Integrals(time, work, damping, resistive, smooth, friction, np.reshape(shares, (-1, len(trace))), swing)
 
 
 def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sampled:
@@ -85,7 +91,9 @@ def sample(sources: Floats, book: ModeBook, trace: Floats, times: Floats) -> Sam
     m = len(sources) - 1
     given = (np.ascontiguousarray(one, dtype=float) for one in (sources, trace, times))
     rows = _native.sample_modal(book.native, NODES, nodes, *given).T
-    motion, feet = np.split(rows, [len(rows) - 6 * m])
+    kinds = 7 if book.slides else 6
+    motion, feet = np.split(rows, [len(rows) - kinds * m])
     x, v = np.split(motion, 2)
-    gap, rate, resistive, smooth, pull, held = feet.reshape(6, m, len(times))
-    return Sampled(x, v, gap, rate, resistive, smooth, pull, held > 0.0)
+    gap, rate, resistive, smooth, pull, contact, *friction = feet.reshape(kinds, m, len(times))
+    along = (contact, friction[0]) if friction else ()
+    return Sampled(x, v, gap, rate, resistive, smooth, pull, contact > 0.0, *along)

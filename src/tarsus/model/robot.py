@@ -84,7 +84,8 @@ class Drive(Description):
 class Foot(Description):
     """A point of the structure that can touch the ground.
 
-    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z.
+    Its gap is ``gap + normal * displacement``, with the displacement of the point along +z. Friction acts on a foot whose
+    way along the ground is known: on every foot of a walker, and on one of another structure that says `along`.
     """
 
     point: str = Field(description="name of a point of the structure")
@@ -92,6 +93,11 @@ class Foot(Description):
     normal: int = Field(default=1, description="1 above a ground facing up, -1 below one facing down")
     electrode: str | None = Field(
         default=None, description="drive whose volts attract the foot to the ground"
+    )
+    along: str | None = Field(
+        default=None,
+        description="name of a point whose displacement is that of the foot along the ground, +x, for friction; "
+        "absent: frictionless",
     )
 
     @field_validator("gap")
@@ -124,7 +130,7 @@ class Robot(Description):
         faults = reference_faults(
             self.structure.points,
             self.drives,
-            {name: (foot.point, foot.electrode) for name, foot in self.feet.items()},
+            {name: (foot.point, foot.electrode, foot.along) for name, foot in self.feet.items()},
             {
                 name: tuple(drive.load.weights)
                 for name, drive in self.drives.items()
@@ -174,6 +180,9 @@ def _walker_faults(walker: Walker, feet: Mapping[str, Foot]) -> list[tuple[str, 
             faults.append(
                 (f"feet.{name}.normal", f"a walker stands on its ground: expected 1, got {foot.normal}")
             )
+        if foot.along is not None:
+            text = "a walker knows the way of its feet along the ground: leave it out"
+            faults.append((f"feet.{name}.along", text))
         if foot.point in walker.legs:
             owner = owners.setdefault(foot.point, name)
             if owner != name:
@@ -189,7 +198,7 @@ def _walker_faults(walker: Walker, feet: Mapping[str, Foot]) -> list[tuple[str, 
 def reference_faults(
     points: Sequence[str] | None,
     drives: Collection[str],
-    feet: Mapping[str, tuple[str | None, str | None]],
+    feet: Mapping[str, tuple[str | None, str | None, str | None]],
     weights: Mapping[str, Iterable[str]],
 ) -> list[tuple[str, str]]:
     """Names used in a robot that nothing bears, as (path in the robot, sentence).
@@ -201,16 +210,17 @@ def reference_faults(
     drives
         Names of the drives.
     feet
-        Point and electrode of each foot.
+        Point and electrode of each foot, and its point along the ground.
     weights
         Points that each drive's load names.
     """
     faults: list[tuple[str, str]] = []
-    for name, (point, electrode) in feet.items():
-        if points is not None and point is not None and point not in points:
-            faults.append(
-                (f"feet.{name}.point", f"the structure has no point '{point}'{nearest(point, points)}")
-            )
+    for name, (at, electrode, along) in feet.items():
+        for key, point in (("point", at), ("along", along)):
+            if points is not None and point is not None and point not in points:
+                faults.append(
+                    (f"feet.{name}.{key}", f"the structure has no point '{point}'{nearest(point, points)}")
+                )
         if electrode is not None and electrode not in drives:
             faults.append(
                 (f"feet.{name}.electrode", f"there is no drive '{electrode}'{nearest(electrode, drives)}")

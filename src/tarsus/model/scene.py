@@ -159,8 +159,13 @@ class Scene(Description):
             faults += _gait_faults(self.gait, self.robot)
         if isinstance(structure, Walker):
             faults += _walker_ground_faults(self.ground)
-        elif self.ground.friction is not None:
-            text = f"only the feet of a walker slide; this structure is of kind '{structure.kind}'"
+        elif self.slides:
+            faults += _strength_faults(self.ground)
+            if self.ground.impact is not None and not isinstance(self.ground.impact, MassWeighted):
+                text = "goes with the mass-weighted impact map alone: leave out ground.impact, or the friction"
+                faults.append(("ground.friction", f"friction along the ground {text}"))
+        elif self.ground.acting_on("friction"):
+            text = "acts on no foot: say which point of the structure is each foot's way along the ground, feet.NAME.along"
             faults.append(("ground.friction", text))
         if not faults and self.ground.impact is not None:
             faults += self._impact_faults(self.ground.impact)
@@ -169,6 +174,13 @@ class Scene(Description):
         if faults:
             raise PathErrors(faults)
         return self
+
+    @property
+    def slides(self) -> bool:
+        """Whether friction acts on feet along the ground: of a walker, or of a structure whose feet say `Foot.along`."""
+        feet = self.robot.feet.values()
+        known = isinstance(self.robot.structure, Walker) or any(foot.along is not None for foot in feet)
+        return known and bool(self.ground.acting_on("friction"))
 
     @property
     def waveforms(self) -> Mapping[str, Waveform]:
@@ -288,15 +300,18 @@ def _gait_faults(gait: Gait, robot: Robot) -> list[tuple[str, str]]:
     return [(f"gait.{path}" if path else "gait", text) for path, text in gait.faults(layout)]
 
 
+def _strength_faults(ground: Ground) -> list[tuple[str, str]]:
+    """Friction that adhesion alone bears, without adhesion."""
+    if ground.holds:
+        return []
+    text = "needs adhesion: give ground.adhesion or a latch of your own"
+    return [
+        (f"ground.{path}", f"{law.title} {text}") for path, law in ground.by_path().items() if law.needs_strength
+    ]
+
+
 def _walker_ground_faults(ground: Ground) -> list[tuple[str, str]]:
-    faults: list[tuple[str, str]] = []
-    if not ground.holds:
-        text = "needs adhesion: give ground.adhesion or a latch of your own"
-        faults += [
-            (f"ground.{path}", f"{law.title} {text}")
-            for path, law in ground.by_path().items()
-            if law.needs_strength
-        ]
+    faults = _strength_faults(ground)
     if ground.impact is not None and not isinstance(ground.impact, MassWeighted):
         text = "the feet of a walker are point masses, for which the mass-weighted map is exact: leave it out, got"
         faults.append(("ground.impact", f"{text} '{ground.impact.kind}'"))
@@ -327,7 +342,10 @@ def table_faults(table: Mapping[str, Any], points: Sequence[str] | None) -> list
     faults = reference_faults(
         points,
         drives,
-        {name: (text(foot, "point"), text(foot, "electrode")) for name, foot in feet.items()},
+        {
+            name: (text(foot, "point"), text(foot, "electrode"), text(foot, "along"))
+            for name, foot in feet.items()
+        },
         {name: tuple(sub(sub(drive, "load"), "weights")) for name, drive in drives.items()},
     )
     named = [(f"robot.{path}", said) for path, said in faults] + _signal_faults(sub(table, "signals"), drives)

@@ -26,7 +26,7 @@ from tarsus.solve.codes import ResultCode
 from tarsus.solve.engine import Accuracy, SharedBook, execute, settings_of, structure_key
 from tarsus.solve.engines import Shared
 from tarsus.solve.lanes import tangents
-from tarsus.solve.tangents import DataTangents, Entering
+from tarsus.solve.tangents import NO_FRICTION, DataTangents, Entering
 from tarsus.solve.window import Contacts, Window, simulate_window
 
 __all__ = [
@@ -212,6 +212,8 @@ def return_map(
     """
     shared = shared or Shared()
     plan, rows, period, horizon = varied(scene, values or {}, shared)
+    if plan.system.tangents is not None:
+        raise InputError(NO_FRICTION)
     check_memory(plan)
     book = shared.get(structure_key(plan, horizon), lambda: SharedBook(plan, horizon))
     return ReturnMap(plan, book, rows, period, start * period, contacts)

@@ -28,6 +28,7 @@ from tarsus.model.laws.registry import is_built_in
 from tarsus.model.laws.translate import translate
 from tarsus.model.scene import Ground, Scene
 from tarsus.model.standing import equilibrium
+from tarsus.model.structure import Walker
 from tarsus.model.structure.base import Matrices
 from tarsus.plan.walker import Legs, lower_legs, without_native
 
@@ -195,8 +196,17 @@ def lower_system(scene: Scene) -> LinearSystem:
     return LinearSystem(
         np.ascontiguousarray(matrices.mass, dtype=float), matrices.damping, matrices.stiffness, normals,
         np.array([foot.gap for foot in feet], dtype=float), loads, weight, gravity,
-        _directions(scene, matrices, normals), _alone(scene),
+        _directions(scene, matrices, normals), _alone(scene), _tangents(scene),
     )  # fmt: skip
+
+
+def _tangents(scene: Scene) -> np.ndarray | None:
+    """Rows (n, m) of the feet's places along the ground, zeros for those that slide freely; None where all do, and of a
+    walker, whose legs say it."""
+    if not scene.slides or isinstance(scene.robot.structure, Walker):
+        return None
+    row, feet = scene.robot.structure.row, scene.robot.feet.values()
+    return np.stack([row(foot.along) if foot.along else np.zeros_like(row(foot.point)) for foot in feet], axis=1)
 
 
 def _alone(scene: Scene) -> np.ndarray | None:

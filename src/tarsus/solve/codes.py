@@ -24,6 +24,10 @@ class ResultCode(Enum):
     NOT_FINITE = (
         "The run stopped: a number became infinite or undefined; a law or the structure is unbounded."
     )
+    JAMMED = (
+        "The run stopped: friction presses a sliding foot to the ground harder than it bears it, so that rigid feet have no "
+        "motion, or two; a lower coefficient of friction or a more yielding structure has one."
+    )
     DIVERGED = (
         "The run stopped: the motion grew without bound; its impact map creates energy "
         "(ground.impact.passive is false)."
@@ -53,6 +57,7 @@ _CODES = {
     a.STEP_TOO_SMALL: ResultCode.TOO_STIFF,
     a.STEP_LIMIT: ResultCode.STEP_LIMIT,
     a.NOT_FINITE: ResultCode.NOT_FINITE,
+    a.JAMMED: ResultCode.JAMMED,
 }
 
 _FIELDS = {

@@ -62,9 +62,11 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
     if body := structure.body_coordinates:
         names["coordinate"] = body
         units = ", ".join("rad" if name in ("roll", "pitch") else "m" for name in body)
+        assert series.body is not None  # a walker has one
+        add("body", ("coordinate", "time"), series.body, units, "coordinates of the body")
+    if series.foot_x is not None:
         lost = series.cumulative["friction"]
         for name, dims, values, unit, text in (
-            ("body", ("coordinate", "time"), series.body, units, "coordinates of the body"),
             ("foot_x", foot, series.foot_x, "m", "displacement of a foot along the way"),
             ("slipping", foot, series.slipping, "1", "foot in contact that slides"),
             ("friction_force", foot, series.friction, "N", "friction on a foot, positive forward"),
@@ -76,7 +78,7 @@ def to_variables(scene: Scene, series: Series) -> dict[str, Variable]:
                 "energy lost to friction along the ground, from the start",
             ),
         ):
-            assert values is not None  # a walker has them all
+            assert values is not None  # they come together
             add(name, dims, values, unit, text)
     variables["time"] = Variable(("time",), series.time, {"units": "s", "long_name": "time"})
     for dim, known in names.items():

@@ -37,7 +37,7 @@ def account_of(acting: Acting, energy: Floats) -> Account:
 
 
 class Way(NamedTuple):
-    """What a walker does along the way: its body's coordinates (nb, nt) [m, rad]; of its feet (m, nt) their places [m]
+    """What a robot does along the way: a walker's body's coordinates (nb, nt) [m, rad]; of feet (m, nt) their places [m]
     and speeds [m/s], not negative, states as in `tarsus.base.events.FootState`, senses of sliding, and the structure's
     force along the way [N]."""
 
@@ -50,7 +50,7 @@ class Way(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """A run at given times: its states, its energies up to then, and of a walker what it does along the way."""
+    """A run at given times: its states, its energies up to then, and what feet that know it do along the way."""
 
     state: Sampled
     account: Account
@@ -84,7 +84,8 @@ class Replayed:
         """The same with energies."""
         knots = np.concatenate([[0.0], self.energies.time])
         energy = [np.interp(times, knots, np.concatenate([[0.0], row])) for row in self.energies.rows]
-        return Seen(self.states(times), account_of(self.acting, np.array(energy)), None)
+        state = self.states(times)
+        return Seen(state, account_of(self.acting, np.array(energy)), _way(self.acting.plan.system.tangents, state))
 
     @cached_property
     def account(self) -> Account:
@@ -99,13 +100,23 @@ class Replayed:
         if raw.pending == raw.book.book.modes[raw.mode].mask:
             return raw.physical
         mode = contact_mode(system, raw.pending)  # a contact was made or broken and not yet moved on from
-        return mode.to_physical @ (mode.from_physical @ (raw.physical - mode.offset)) + mode.offset
+        return mode.at_rest_there(system.tangents, raw.physical)
 
     @property
     def swing(self) -> Floats | None:
         """Way (m,) [m] of each foot between its lowest and its highest gap, where its length limits how exactly the
         account closes (`tarsus.solve.series.RESOLVED`)."""
         return self.energies.swing
+
+
+def _way(tangents: Floats | None, state: Sampled) -> Way | None:
+    """What feet that know their way do along the ground, places (n, m); None where none does."""
+    if tangents is None or state.contact is None or state.friction is None:
+        return None
+    along = np.where(state.contact == FootState.STUCK, -state.friction, 0.0)
+    none = np.zeros((0, state.x.shape[1]))
+    speed = np.abs(tangents.T @ state.v)
+    return Way(none, tangents.T @ state.x, speed, state.contact, -np.sign(state.friction), along)
 
 
 def unpacked(acting: Acting, samples: Floats, times: Floats) -> tuple[Sampled, Way, Floats]:

@@ -44,8 +44,8 @@ class Series:
     normal; contact (m, nt): the ground's reaction on a held foot, positive pushing; strength (m, nt): f_a of a held
     foot.
     cumulative, works: energies of the ledger and works of the laws by name, from the start (nt,) [J].
-    Of walkers also: the body's coordinates (nb, nt) [m, rad], the feet's places along the way foot_x (m, nt) [m], where
-    they slide (m, nt), and friction on them (m, nt) [N], positive forward.
+    Of walkers also the body's coordinates (nb, nt) [m, rad]; where friction acts the feet's places along the way foot_x
+    (m, nt) [m], where they slide (m, nt), and friction on them (m, nt) [N], positive forward.
     """
 
     time: Floats
@@ -93,7 +93,7 @@ def sample(run: Run, time: Floats) -> Series:
 
 
 def along_the_way(run: Run, way: Way, strength: Floats, margin: Floats) -> dict[str, Any]:
-    """What a walker's series have beside every structure's; margin (m, nt) [N]: what presses a foot to the ground."""
+    """What series have besides where feet know their way along the ground; margin (m, nt) [N]: what presses a foot to the ground."""
     friction = np.where(way.contact == FootState.STUCK, -way.along, 0.0)
     sliding = way.contact == FootState.SLIPPING
     if sliding.any():

@@ -214,14 +214,23 @@ class Entering:
         return Entering(tuple(self.paths[p] for p in numbers), self.row, DataTangents(**parts), kept, beside)
 
 
+NO_FRICTION = (
+    "there are no derivatives of a run with friction along the ground but of a walker's: leave out feet.NAME.along or "
+    "ground.friction"
+)
+"""Why a robot by contact modes that slides is refused."""
+
+
 def entering(
     scene: Scene, plan: Plan, gradients: Sequence[str] | Mapping[str, Direction], duration: float
 ) -> Entering:
     """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene.
 
-    Raises InputError for a path that is none, a number that cannot vary, and where a drive changes the number of its
-    pieces.
+    Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
+    pieces, and for friction along the ground of a robot that is no walker.
     """
+    if plan.system.tangents is not None:
+        raise InputError(NO_FRICTION)
     found = directions_of(gradients)
     names = list(scene.robot.drives)
     lines, rest = sloped_drives(scene, list(found.values()), [names[d] for d in plan.charged])

@@ -22,7 +22,7 @@ class Friction(FrictionLaw):
     leading = ("margin", "strength")
     slot = "friction"
     title = "Coulomb friction"
-    slot_note = "along the ground, on the feet of a walker; absent: frictionless"
+    slot_note = "along the ground, on feet that know their way along it; absent: frictionless"
     slot_default = True
 
     kind: Literal["coulomb"] = "coulomb"

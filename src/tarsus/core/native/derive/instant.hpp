@@ -17,21 +17,28 @@ class Instant {
   const Settings& settings;
   Jet time = Jet(0.0);
   std::vector<Jet> w, drives, since;  // flowing state; values of the channels; begin of the contacts [s]
-  std::vector<Jet> aged, parted;      // as in Grip
-  std::vector<Jet> gaps, physical, from_offset;  // as in Modal
+  std::vector<Jet> aged, parted;                         // as in Grip
+  std::vector<Jet> gaps, physical, from_offset, places;  // as in Modal, and Foot::place
+  std::vector<double> senses;
+  std::vector<uint8_t> rubs;  // as Foot::sense and Modal::rubs
 
   Instant(Book& b, LawTangents& l, const Settings& set, std::vector<Jet> sources, const std::vector<Structural>& structural)
       : book(b), sizes(b.sizes), laws(l), settings(set), w(sizes.state(), Jet(0.0)), since(sizes.feet, Jet(0.0)), aged(since), parted(since),
-        gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), sources_(std::move(sources)),
+        gaps(sizes.feet, Jet(0.0)), physical(2 * sizes.coordinates, Jet(0.0)), from_offset(physical), places(gaps),
+        senses(sizes.feet, 0.0), rubs(sizes.feet, 0), sources_(std::move(sources)),
         structural_(structural) {}
 
   // Project the displacements and velocities ``physical`` on a contact mode.
   void enter(const ContactMode& to) {
+    set_mode(to);
+    project(*this);
+    remove_film_momenta(*this, [](int, const Jet&) {});
+  }
+
+  void set_mode(const ContactMode& to) {
     mode = &to;
     derived_.clear();
     for (const Structural& one : structural_) derived_.push_back(one.book->mode(to).rows.get());
-    project(*this);
-    remove_film_momenta(*this, [](int, const Jet&) {});
   }
 
   // ---- what the maps of modal/contact.hpp ask for
@@ -58,6 +65,9 @@ class Instant {
   Jet gap_of(int i) const { return i == landing_ ? Jet(0.0) : along(&ContactMode::outputs, i) + feed_bias(i); }
   Jet rate_of(int i) const { return along(&ContactMode::outputs, sizes.feet + i); }
   Jet feed_bias(int i) const { return biased(&ContactMode::bias_feed, 2 * sizes.feet, i); }
+  Jet place_of(int i) const { return places[i]; }
+  double sense_of(int i) const { return senses[i]; }
+  Jet strength_now(int i) { return laws.strength(i, time - since[i]); }
   Jet held_bias(int i) const { return biased(&ContactMode::bias_held, sizes.feet, i); }
   Jet printed_bias(int i) const { return biased(&ContactMode::bias_printed, sizes.feet, i); }
   Jet place_bias(int r) const { return biased(&ContactMode::bias_offset, 2 * sizes.coordinates, r); }

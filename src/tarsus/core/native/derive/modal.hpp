@@ -38,7 +38,7 @@ class ModalTangent {
         value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
-    FootSet on(sizes_.feet);
+    FootSet on(sizes_.constraints());
     for (int r = 0; r < 2 * sizes_.coordinates; r++) now_.physical[r] = jet(run.initial[r], data.initial[r]);
     for (int i = 0; i < sizes_.feet; i++) {
       if (start.held[i]) on.toggle(i);

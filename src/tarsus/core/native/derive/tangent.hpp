@@ -3,6 +3,7 @@
 // A *lane* is one parameter. A Jet is a number with its derivative in every lane; a Row holds the derivatives alone, where
 // what happens to them is linear.
 #pragma once
+#include "march/batch.hpp"
 #include "laws/laws.hpp"
 #include "drives/signals.hpp"
 #include "march/batch.hpp"

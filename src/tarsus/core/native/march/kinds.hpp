@@ -16,7 +16,7 @@ enum EventKind {
   AVERAGED_CONTACT = 9   // its flights are lower than any that matters, and hardly shrink: pressed down on average
 };
 
-enum Code { DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, GOING_ON };
+enum Code { DONE, STALL, STEP_TOO_SMALL, STEP_LIMIT, NOT_FINITE, JAMMED, GOING_ON };
 
 enum Contact { AIR, STUCK, SLIPPING };
 

@@ -17,7 +17,7 @@ struct BiasStep {
 // What is added in one contact mode.
 struct BiasMode {
   uint64_t made = 0;
-  // inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of pulls (feet), and (feet, MARKOV)
+  // inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of pulls (feet), and (constraints, MARKOV)
   double *inputs = nullptr, *feed = nullptr, *offset = nullptr, *held = nullptr, *printed = nullptr, *markov = nullptr;
   std::vector<BiasStep> steps;
   std::vector<Row> memory;
@@ -68,14 +68,14 @@ class Bias {
       out.steps.resize(classes_);
       lay_out(out.memory, {{&out.inputs, size_t(sizes_.state())}, {&out.feed, 2 * size_t(m)},
                            {&out.offset, 2 * size_t(sizes_.coordinates)}, {&out.held, size_t(m)}, {&out.printed, size_t(m)},
-                           {&out.markov, size_t(m) * MARKOV}});
+                           {&out.markov, size_t(sizes_.constraints()) * MARKOV}});
     }
     combine_units(out.inputs, mode.bias_inputs, sizes_.state());
     combine_units(out.feed, mode.bias_feed, 2 * m);
     combine_units(out.offset, mode.bias_offset, 2 * sizes_.coordinates);
     combine_units(out.held, mode.bias_held, m);
     combine_units(out.printed, mode.bias_printed, m);
-    combine_units(out.markov, mode.bias_markov, m * MARKOV);
+    combine_units(out.markov, mode.bias_markov, sizes_.constraints() * MARKOV);
     out.made = stamp_;
   }
 

@@ -30,13 +30,17 @@ void copy_field(double* to, nb::handle mode, const char* name) {
 }
 
 // What tarsus.core.modes made of a structure with some feet held.
-std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Sizes& sizes, const FootSet& feet, int classes) {
+std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Book& book, const FootSet& feet, int classes) {
+  const Sizes& sizes = book.sizes;
   std::vector<int> leading;
   for (int64_t foot : field<int64_t>(source, "leading")) leading.push_back(int(foot));
   auto mode = std::make_unique<ContactMode>(sizes, feet, leading, classes);
   const std::vector<double> blocks = field<double>(source, "blocks"), back = field<double>(source, "from_physical");
   const int nb = int(blocks.size() / 4), ns = sizes.stride, n2 = 2 * sizes.coordinates;
   mode->blocks_used = nb;
+  for (int i : mode->held) {
+    if (!mode->is_stuck[i] && book.has_way(i)) mode->sliding.push_back(i);
+  }
   for (int b = 0; b < nb; b++) {
     for (int e = 0; e < 4; e++) mode->blocks[e * ns + b] = blocks[4 * b + e];
     for (int c = 0; c < n2; c++) {
@@ -62,6 +66,10 @@ std::unique_ptr<ContactMode> contact_mode_of(nb::handle source, const Sizes& siz
   copy_field(mode->printed_feed, source, "printed_feed");
   copy_field(mode->printed_damping, source, "printed_damping");
   copy_field(mode->spanned, source, "spanned");
+  copy_field(mode->placed, source, "placed");
+  widen(mode->slide, source, "slide", nb, ns);
+  widen(mode->slide_rate, source, "slide_rate", nb, ns);
+  copy_field(mode->slide_feed, source, "slide_feed");
   const nb::object bias = source.attr("bias");
   widen(mode->bias_inputs, bias, "inputs", nb, ns);
   copy_field(mode->bias_feed, bias, "feed");
@@ -88,8 +96,8 @@ struct KeptBook : Book {
   Quadrature quadrature = {};
   std::vector<nb::object> sources;  // tarsus.core.modes.ContactMode by number
 
-  KeptBook(const Sizes& s, std::vector<double> h, const Nodes& n, nb::handle module, nb::object make)
-      : Book(s, std::move(h)), maker(std::move(make)), nodes(n) {
+  KeptBook(const Sizes& s, std::vector<double> h, std::vector<double> tangents, const Nodes& n, nb::handle module, nb::object make)
+      : Book(s, std::move(h), std::move(tangents)), maker(std::move(make)), nodes(n) {
     double points[POINTS], weights[POINTS], at_points[POINTS][N];
     copy_to(points, POINTS, module, "GAUSS");
     copy_to(weights, POINTS, module, "GAUSS_WEIGHTS");
@@ -113,7 +121,7 @@ struct KeptBook : Book {
   const ContactMode& make(const FootSet& feet) override {
     nb::gil_scoped_acquire python;
     const nb::object source = maker(mask_of(feet));
-    std::unique_ptr<ContactMode> mode = contact_mode_of(source, sizes, feet, classes());
+    std::unique_ptr<ContactMode> mode = contact_mode_of(source, *this, feet, classes());
     finish_mode(*mode, lengths);
     const ContactMode& kept = keep(std::move(mode));
     if (kept.number == int(sources.size())) sources.push_back(source);
@@ -139,7 +147,7 @@ struct KeptDerivedBook : DerivedBook {
     nb::gil_scoped_acquire python;
     const nb::object found = maker(kept().sources[of.number]);
     auto out = std::make_unique<DerivedMode>();
-    out->rows = contact_mode_of(found[0], book.sizes, of.feet, 0);
+    out->rows = contact_mode_of(found[0], book, of.feet, 0);
     const int blocks = of.blocks_used, ns = book.sizes.stride;
     const std::vector<double> from = copied(nb::cast<Doubles>(found[1]));
     if (out->rows->blocks_used != blocks || from.size() != 4 * size_t(blocks) * blocks) throw std::invalid_argument("the derivatives are those of another contact mode");
@@ -156,15 +164,17 @@ struct KeptDerivedBook : DerivedBook {
   }
 };
 
-void make_book(KeptBook* out, const Doubles& lengths, int feet, int drives, int coordinates, bool rates, const Nodes& nodes,
-               nb::handle module, nb::object maker) {
-  const Sizes sizes{feet, drives, coordinates, modal_stride(coordinates), rates ? 2 * feet : feet};
-  new (out) KeptBook(sizes, copied(lengths), nodes, module, std::move(maker));
+// tangents (feet, coordinates), or (0, coordinates) where no foot knows its way along the ground.
+void make_book(KeptBook* out, const Doubles& lengths, int feet, int drives, int coordinates, bool rates, const Doubles& tangents,
+               const Nodes& nodes, nb::handle module, nb::object maker) {
+  const int ways = int(tangents.shape(0));
+  const Sizes sizes{feet, drives, coordinates, modal_stride(coordinates), rates || ways > 0 ? 2 * feet : feet, ways};
+  new (out) KeptBook(sizes, copied(lengths), copied(tangents), nodes, module, std::move(maker));
 }
 
 FootSet feet_of(const Sizes& sizes, nb::handle mask) {
-  FootSet feet(sizes.feet);
-  for (int i = 0; i < sizes.feet; i++) {
+  FootSet feet(sizes.constraints());
+  for (int i = 0; i < sizes.constraints(); i++) {
     if (nb::cast<bool>(nb::bool_(nb::borrow<nb::int_>(mask) >> nb::int_(i) & nb::int_(1)))) feet.toggle(i);
   }
   return feet;
@@ -187,7 +197,7 @@ nb::dict step_of(KeptBook& book, int q, int k) {
   put("node_state", step.node_state, size_t(s.outputs) * s.state() * N);
   put("node_constant", step.node_constant, size_t(s.outputs) * s.inputs() * N);
   put("node_input", step.node_input, size_t(s.outputs) * s.inputs() * N * N);
-  put("envelope", step.envelope, size_t(s.feet) * s.stride);
+  put("envelope", step.envelope, size_t(s.constraints()) * s.stride);
   put("exponential", step.exponential, 4 * size_t(s.stride));
   put("state_input", step.state_input, size_t(s.inputs()) * N * s.state());
   put("state_bias", step.state_bias, size_t(s.sources()) * s.state());

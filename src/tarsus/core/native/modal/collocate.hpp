@@ -1,6 +1,6 @@
 // One collocation step: the gaps at the nodes of a step, consistent with the smooth forces they cause.
 #pragma once
-#include "modal/flow.hpp"
+#include "modal/friction.hpp"
 #include "modal/newton.hpp"
 
 namespace tarsus::modal {
@@ -119,7 +119,36 @@ inline double step_error(Modal& m, const StepClass& step) {
       if (!(m.growth_before > 0.0 && m.growth_after > 0.0)) m.growth_before = m.growth_after = 1.0;
     }
   }
+  for (int i : m.rubbing) {
+    const int input = m.sizes.feet + i;
+    const double error = m.nodes.truncation(m.values[input]) * step.reach[input];
+    if (error <= worst) continue;
+    worst = error;
+    m.growth_before = m.growth_after = 1.0;
+  }
   return std::max(worst * m.per_gap, drive_error(m));
+}
+
+// Gaps, pulls and rates with the smooth forces of the free feet, from ``linear``. False where they do not settle.
+inline bool settle_smooth(Modal& m, const StepClass& step, double t) {
+  const ContactMode& mode = *m.mode;
+  const int feet = m.sizes.feet;
+  const bool smooth = !m.acting.empty() && m.acting[0] < 2 * feet;
+  if (smooth) {
+    Settled settled = sweeps(m, step, t);
+    if (settled == STIFF) settled = newton(m, step, t) ? SETTLED : FAILED;
+    if (settled != SETTLED) return false;
+  } else {
+    for (int i : mode.free) {
+      m.room[i] = 0.0;
+      m.outputs[i] = m.linear[i];
+    }
+  }
+  const auto add = [&](int o) { m.outputs[o] = smooth ? m.linear[o] + effect_on_held(m, step, o) : m.linear[o]; };
+  for (int o : mode.held) add(o);
+  for (int o : mode.stuck) add(feet + o);
+  for (int o : mode.sliding) add(feet + o);
+  return true;
 }
 
 // Collocate one step. Returns its error relative to what it may be, or UNSETTLED.
@@ -130,21 +159,12 @@ TARSUS_APART double attempt(Modal& m, const StepClass& step, double t) {
   m.drive(t, step.length);
   for (int i = 0; i < feet; i++) {
     m.linear[i] = flowing_output<S>(m, step, i);
-    if (!mode.is_held[i] && m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
+    if (mode.is_held[i] ? m.sizes.ways > 0 : m.rated) m.linear[feet + i] = flowing_output<S>(m, step, feet + i);
   }
-  const bool smooth = !m.acting.empty() && m.acting[0] < 2 * feet;
-  if (smooth) {
-    Settled settled = sweeps(m, step, t);
-    if (settled == STIFF) settled = newton(m, step, t) ? SETTLED : FAILED;
-    if (settled != SETTLED) return UNSETTLED;
-  } else {
-    for (int i : mode.free) {
-      m.room[i] = 0.0;
-      m.outputs[i] = m.linear[i];
-    }
-  }
-  for (int o : mode.held) m.outputs[o] = smooth ? m.linear[o] + effect_on_held(m, step, o) : m.linear[o];
-  return step_error(m, step);
+  const auto settle = [&] { return settle_smooth(m, step, t); };
+  if (m.rubbing.empty()) return settle() ? step_error(m, step) : UNSETTLED;
+  m.flowing = m.linear;
+  return settle_friction(m, step, t, settle) ? step_error(m, step) : UNSETTLED;
 }
 
 }  // namespace tarsus::modal

@@ -1,6 +1,6 @@
-// What happens at the ground: impact, capture, release, rest; and changing from one contact mode to another.
+// What happens at the ground: impact, capture, release, rest, slip and stick; and changing from one contact mode to another.
 #pragma once
-#include "modal/state.hpp"
+#include "modal/friction.hpp"
 #include "march/rules.hpp"
 
 namespace tarsus::modal {
@@ -28,23 +28,61 @@ inline void remove_film_momenta(M& m, Take&& take) {
   }
 }
 
-// Pull of the robot on a foot at the ground by rows of the state, of the inputs and of what is constant, without the
-// ground's own forces on it.
+// Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
+// contacts are plastic).
 template <class M>
-inline typename M::Real robot_pull(const M& m, ModeArray rows, ModeArray feeds, const typename M::Real& bias, int foot) {
-  const size_t feed = size_t(foot) * m.sizes.inputs() + 2 * m.sizes.feet;
-  typename M::Real pull = m.along(rows, foot) + bias;
-  for (int d = 0; d < m.sizes.drives; d++) {
-    if (!is_nothing(m.entry(feeds, feed + d))) pull = pull + m.product(feeds, feed + d, m.drive_now(d));
+inline void find_physical(M& m) {
+  const int n = m.sizes.coordinates;
+  for (int r = 0; r < 2 * n; r++) m.physical[r] = m.place_bias(r) + m.along(&ContactMode::to_physical, r);
+  for (int i : m.mode->stuck) {
+    for (int r = 0; r < n; r++) m.physical[r] = m.physical[r] + m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
   }
-  return pull;
+}
+template <class M>
+inline void project(M& m) {
+  const int n = m.sizes.coordinates, n2 = 2 * n;
+  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.place_bias(r);
+  for (int i : m.mode->stuck) {
+    for (int r = 0; r < n; r++) m.from_offset[r] = m.from_offset[r] - m.product(&ContactMode::placed, size_t(i) * n + r, m.place_of(i));
+  }
+  for (int r = 0; r < m.sizes.state(); r++) {
+    typename M::Real sum(0.0);
+    for (int c = 0; c < n2; c++) sum = sum + m.product(&ContactMode::from_physical, size_t(r) * n2 + c, m.from_offset[c]);
+    m.state()[r] = sum;
+  }
+  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
+}
+
+// What ``ask`` finds of the modal state in another contact mode, projected on it.
+template <class M, class Ask>
+inline typename M::Real in_mode(M& m, const ContactMode& other, Ask&& ask) {
+  const ContactMode& here = *m.mode;
+  const std::vector<typename M::Real> state(m.state(), m.state() + m.sizes.state()), gaps = m.gaps;
+  find_physical(m);
+  m.set_mode(other);
+  project(m);
+  const typename M::Real out = ask();
+  m.set_mode(here);
+  std::copy(state.begin(), state.end(), m.state());
+  m.gaps = gaps;
+  return out;
+}
+
+// `pull_if_held` where feet slide or stick, of a foot that has no sense of sliding: friction at the others goes by the pulls on
+// them once the foot is held. Its own does not count: whether a foot is held does not hang on a force that its contact bears.
+template <class M>
+inline typename M::Real pull_beside_friction(M& m, int foot) {
+  typedef typename M::Real Real;
+  const Real pull = in_mode(m, m.book.with_foot(*m.mode, foot, true, false), [&] { return moment_of(m).pull[foot]; });
+  return m.laws.has(foot, HAS_FORCE) ? pull + m.force_now(foot, Real(0.0), Real(0.0)) : pull;
 }
 
 // Structure's pull on a free foot if it were stopped on the ground now, smooth force at contact included. What acts at the
 // other feet goes by their rates once it is stopped.
 template <class M>
-inline typename M::Real pull_if_held(const M& m, int foot) {
+inline typename M::Real pull_if_held(M& m, int foot) {
   typedef typename M::Real Real;
+  if (m.sizes.ways > 0) return pull_beside_friction(m, foot);
   const Real stop = -m.rate_of(foot);
   Real pull = robot_pull(m, &ContactMode::held_rows, &ContactMode::held_feed, m.held_bias(foot), foot);
   if (m.laws.has(foot, HAS_FORCE)) pull = pull + m.force_now(foot, Real(0.0), Real(0.0));
@@ -62,24 +100,6 @@ template <class M>
 inline typename M::Real new_strength(const M& m, int foot) {
   typedef typename M::Real Real;
   return m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, m.age_brought(foot)) : Real(0.0);
-}
-
-// Displacements and velocities of the modal state, and that of a contact mode that they are projected on (mass-weighted: new
-// contacts are plastic).
-template <class M>
-inline void find_physical(M& m) {
-  for (int r = 0; r < 2 * m.sizes.coordinates; r++) m.physical[r] = m.place_bias(r) + m.along(&ContactMode::to_physical, r);
-}
-template <class M>
-inline void project(M& m) {
-  const int n2 = 2 * m.sizes.coordinates;
-  for (int r = 0; r < n2; r++) m.from_offset[r] = m.physical[r] - m.place_bias(r);
-  for (int r = 0; r < m.sizes.state(); r++) {
-    typename M::Real sum(0.0);
-    for (int c = 0; c < n2; c++) sum = sum + m.product(&ContactMode::from_physical, size_t(r) * n2 + c, m.from_offset[c]);
-    m.state()[r] = sum;
-  }
-  for (int i = 0; i < m.sizes.feet; i++) m.gaps[i] = m.mode->is_held[i] ? typename M::Real(0.0) : m.gap_of(i);
 }
 
 // How the structure follows an impact beyond the mass-weighted map: the velocity b across the normal becomes
@@ -105,7 +125,7 @@ inline typename M::Real follow_impact(M& m, int foot, const Landing<typename M::
 
 // A foot at the ground that approaches it; the state is the modal one, and its gap 0. All but `Landing::none`.
 template <class M>
-inline Landing<typename M::Real> landing_of(const M& m, int foot) {
+inline Landing<typename M::Real> landing_of(M& m, int foot) {
   typedef typename M::Real Real;
   const Real rate = m.rate_of(foot);
   Landing<Real> at{-rate, m.laws.rebound(foot, -rate), pull_if_held(m, foot), new_strength(m, foot), Real(0.0),
@@ -120,9 +140,19 @@ inline Landing<typename M::Real> landing_of(const M& m, int foot) {
 // It bounces. Returns the energy [J] that this takes.
 template <class M>
 inline typename M::Real bounce(M& m, int foot, const Landing<typename M::Real>& at) {
-  const typename M::Real lost = at.lost() + follow_impact(m, foot, at);
+  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, at.after);
+  const typename M::Real lost = at.lost() + follow_impact(m, foot, at) + friction.lost;
   m.shift(&ContactMode::jump, foot, at.after + at.speed);
+  brake(m, foot, friction.impulse);
   return lost;
+}
+
+// It is stopped, and friction brakes it along the ground before the contact mode holds it. Returns the energy [J] that this takes.
+template <class M>
+inline typename M::Real stop_at_ground(M& m, int foot, const Landing<typename M::Real>& at) {
+  const Braking<typename M::Real> friction = braking_of(m, foot, at.speed, typename M::Real(0.0));
+  brake(m, foot, friction.impulse);
+  return at.lost() + at.kept() + friction.lost;
 }
 
 // ---- on numbers alone: what is decided, noted and told
@@ -154,12 +184,17 @@ inline double no_pull(const Modal& m, int foot, double t) {
 // Go over to another contact mode: keep the physical state for ``enter_mode``.
 inline void leave_mode(Modal& m, const ContactMode& to) {
   find_physical(m);
+  for (int i : to.stuck) {
+    if (!m.mode->is_stuck[i]) m.feet[i].place = m.book.place_along(i, m.physical);
+  }
   m.next = &to;
   m.entering = true;
 }
 
-// To the one with one foot more held or let go.
-inline void leave_mode(Modal& m, int foot) { leave_mode(m, m.book.toggled(*m.mode, foot)); }
+// To the one in which a foot is held, along the ground too where it sticks, or let go.
+inline void leave_mode(Modal& m, int foot, bool held, bool sticks = false) {
+  leave_mode(m, m.book.with_foot(*m.mode, foot, held, sticks));
+}
 
 // The smooth inputs that sweeps go through: those that act, or where feet follow others, of the leading feet all of a kind that
 // acts anywhere.
@@ -178,13 +213,29 @@ inline void find_pushing(Modal& m) {
   }
 }
 
+// All inputs that act: friction on feet that slide, and the places of those that stick, too.
+inline void add_along(Modal& m) {
+  const ContactMode& mode = *m.mode;
+  m.inputs = m.acting;
+  m.rubbing.clear();
+  for (int i = 0; i < m.sizes.ways; i++) {
+    m.constant[m.sizes.feet + i] = mode.is_stuck[i];
+    m.values[m.sizes.feet + i] = Row(mode.is_stuck[i] ? m.feet[i].place : 0.0);
+  }
+  for (int i : mode.sliding) {
+    if (m.feet[i].sense == 0.0) continue;
+    m.rubbing.push_back(i);
+    m.inputs.push_back(m.sizes.feet + i);
+  }
+  for (int i : mode.stuck) m.inputs.push_back(m.sizes.feet + i);
+}
+
 // Enter the contact mode ``next`` with the physical state.
 inline void enter_mode(Modal& m) {
-  m.mode = m.next;
+  m.set_mode(*m.next);
   m.entering = false;
   m.film_now = NOT_A_NUMBER;
   const ContactMode& mode = *m.mode;
-  m.bias = &m.biases.of(mode);
   project(m);
   if (m.strong) m.rebase();
   remove_film_momenta(m);
@@ -197,6 +248,7 @@ inline void enter_mode(Modal& m) {
   }
   find_pushing(m);
   for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) m.acting.push_back(i);
+  add_along(m);
 }
 
 // A foot comes to the ground or leaves it; its flight or contact ends here.
@@ -206,21 +258,73 @@ inline void turn_over(Modal& m, int foot, int departure, double t) {
   m.feet[foot].apex.restart(t);
 }
 
+// Whether a foot put on the ground sticks there: once stopped it has nothing along the ground. If not, it slides whither it
+// moves.
+inline bool sticks_at_once(Modal& m, int foot) {
+  if (!m.rubs[foot]) return false;
+  const Mobilities<double> by = mobilities_of(m, foot);
+  double rate = m.along(&ContactMode::slide_rate, foot);
+  if (by.normal > 0.0) rate -= by.across / by.normal * m.rate_of(foot);
+  const bool stands = std::fabs(rate) <= no_slide(m, foot);
+  m.feet[foot].sense = stands ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+  m.feet[foot].slide = UNDER_WAY;
+  return stands;
+}
+
 // Put a foot on the ground; the state is the modal one.
 inline void hold(Modal& m, int foot, double t) {
   m.feet[foot].begin(m.laws, foot, t);
   turn_over(m, foot, UNDER_WAY, t);
-  leave_mode(m, foot);
+  leave_mode(m, foot, true, sticks_at_once(m, foot));
 }
 
-// A held foot that this impact would pull off, or -1: no finite adhesion carries an impulse. A rocking body hands ever
-// smaller impacts from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
-inline int torn_off(const Modal& m, int foot, const Landing<double>& at) {
+// A constraint that an impact with these impulses breaks, or -1: a foot pulled off, for no finite adhesion carries an impulse; or
+// one that sticks (feet + foot), driven along harder than friction holds by its share of the impulse, which slides then whither
+// it is driven. Of feet that slide already an impact on another takes nothing along the ground.
+inline int broken_by(Modal& m, int foot, double normal, double along) {
+  constexpr double NONE = 1e-12;  // of the impulse, what rounding leaves of one that is none
+  const int feet = m.sizes.feet, ni = m.sizes.inputs();
+  const double none = NONE * (normal + std::fabs(along));
+  const auto carried = [&](int c) {
+    return -m.mode->feed[c * ni + feet + foot] * normal - m.mode->slide_feed[c * m.sizes.ways + foot] * along;
+  };
+  for (int k : m.mode->held) {
+    if (carried(k) < -none) return k;
+  }
+  for (int k : m.mode->stuck) {
+    const double push = std::max(carried(k), 0.0), needed = carried(feet + k);
+    if (std::fabs(needed) <= m.laws.friction(k, push, 0.0, 0.0) + none) continue;
+    m.feet[k].sense = needed > 0.0 ? -1.0 : 1.0;
+    return feet + k;
+  }
+  return -1;
+}
+
+// A constraint that this impact breaks, or -1: no finite adhesion carries an impulse. A rocking body hands ever smaller impacts
+// from foot to foot: a blow that could not throw its foot as high as a flight that counts lets none go.
+inline int torn_off(Modal& m, int foot, const Landing<double>& at) {
   if (at.pull < 0.0 && at.speed * at.speed < -2.0 * at.pull * at.mobility * m.settings.rest_height) return -1;
+  if (m.sizes.ways > 0) {
+    const double along = braking_of(m, foot, at.speed, at.after).impulse;
+    return broken_by(m, foot, (at.speed + at.after - mobilities_of(m, foot).across * along) / at.mobility, along);
+  }
   for (int k : m.mode->held) {
     if (m.mode->reaction[foot * m.sizes.feet + k] < -1e-12) return k;
   }
   return -1;
+}
+
+// A foot is pulled off by an impact on another, or driven along the ground where it stuck.
+inline void let_go_by_impact(Modal& m, int constraint) {
+  const int foot = constraint % m.sizes.feet;
+  const bool leaves = constraint < m.sizes.feet;
+  m.log.add(m.clock.time, foot, leaves ? RELEASE : SLIP_BEGINS, m.feet[foot].apex);
+  (leaves ? m.feet[foot].departure : m.feet[foot].slide) = FROM_REST;
+  if (leaves) {
+    m.feet[foot].sense = 0.0;
+    m.feet[foot].end(m.clock.time);
+  }
+  leave_mode(m, foot, !leaves);
 }
 
 // Count flights in a row that are over in no time and lost in the error of a step. A blow moves feet under strong films, whose
@@ -250,11 +354,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   Landing<double> at = landing_of(m, foot);
   const int torn = torn_off(m, foot, at);
   if (torn >= 0) {
-    m.log.add(t, torn, RELEASE, m.feet[torn].apex);
-    m.feet[torn].end(t);
-    m.feet[torn].departure = FROM_REST;
     m.feet[foot].departure = DUE;
-    leave_mode(m, torn);
+    let_go_by_impact(m, torn);
     return true;
   }
   if (at.after == 0.0) at.none = no_pull(m, foot, t);
@@ -263,7 +364,7 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   if (kind != BOUNCE) {
     const double over = kind == REST ? rest_time(t, at) : t;
     const double taken = kind == CAPTURE && m.laws.has(foot, HAS_LATCH) ? at.kept() : 0.0;
-    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, at.lost() + at.kept(), taken);
+    m.log.add(over, foot, kind, apex, speed, 0.0, at.pull, at.strength, stop_at_ground(m, foot, at), taken);
     hold(m, foot, t);
     return true;
   }
@@ -273,7 +374,8 @@ TARSUS_APART inline bool impact(Modal& m, int foot) {
   return true;
 }
 
-// A held foot's pull has outgrown the strength of its contact.
+// A held foot's pull has outgrown the strength of its contact. Where it is friction alone that pulls it off, and without it the foot
+// is pressed down, nothing is consistent (see modal/friction.hpp).
 TARSUS_APART inline void release(Modal& m, int foot) {
   const double t = m.clock.time;
   const double strength = m.laws.has(foot, HAS_LATCH) ? m.laws.strength(foot, t - m.feet[foot].since) : 0.0;
@@ -283,7 +385,77 @@ TARSUS_APART inline void release(Modal& m, int foot) {
   m.note_parts();
   add_film_momenta(m);
   turn_over(m, foot, FROM_REST, t);
-  leave_mode(m, foot);
+  m.feet[foot].sense = 0.0;
+  if (m.rubs[foot]) m.jammed = pull_beside_friction(m, foot) < -CLOSE * force_parts(m, foot);
+  leave_mode(m, foot, false);
+}
+
+// A foot that sticks begins to slide, by what pulls it along, forward or backward.
+inline void begin_to_slide(Modal& m, int foot, double sense, const Bearing<double>& at) {
+  m.log.add(m.clock.time, foot, SLIP_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
+  m.feet[foot].sense = sense;
+  m.feet[foot].slide = FROM_REST;
+  leave_mode(m, foot, true, false);
+}
+
+// More pulls a foot that sticks than its contact bears: off the ground, or along it. Where more pulls it off because it sticks, it
+// slides: its contact holds it without friction. Where friction bears even that, it leaves.
+TARSUS_APART inline void unstick(Modal& m, int foot, bool leaves) {
+  m.note_parts();
+  add_film_momenta(m);
+  const Bearing<double> at = bearing_of(m, foot);
+  const double none = no_margin(m, foot);
+  if (at.margin < -none) {
+    const double pull = pull_beside_friction(m, foot);
+    leaves = std::fabs(at.along) <= at.most || m.strength_now(foot) - pull < none;
+  }
+  if (!leaves) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  remove_film_momenta(m);
+  release(m, foot);
+}
+
+// A foot that slides has come to a stop: it sticks, and `stick_or_turn` decides whether it stays so.
+inline void stop(Modal& m, int foot) {
+  m.stopping = foot;
+  leave_mode(m, foot, true, true);
+}
+
+// It does where friction bears what pulls it along, or it slides on that way.
+TARSUS_APART inline void stick_or_turn(Modal& m, int foot) {
+  add_film_momenta(m);
+  const Bearing<double> at = bearing_of(m, foot);
+  const double none = m.settings.force_zero + ROUNDING * force_parts(m, m.sizes.feet + foot);
+  if (std::fabs(at.along) > at.most + none) return begin_to_slide(m, foot, at.along > 0.0 ? 1.0 : -1.0, at);
+  m.log.add(m.clock.time, foot, STICK_BEGINS, m.feet[foot].apex, 0.0, 0.0, at.along, at.most);
+  m.feet[foot].sense = 0.0;
+  remove_film_momenta(m);
+}
+
+// Whether feet that slide go on as they do, after an impact on others changed their rates: one that it has stopped sticks, and
+// one that it has turned slides the other way. Returns whether a contact has changed.
+inline bool reconsider_slides(Modal& m) {
+  if (m.stopping >= 0) {
+    stick_or_turn(m, std::exchange(m.stopping, -1));
+    return true;
+  }
+  add_film_momenta(m);
+  for (int i : m.rubbing) {
+    Foot& foot = m.feet[i];
+    const double rate = m.along(&ContactMode::slide_rate, i);
+    const bool none = std::fabs(rate) <= no_slide(m, i);
+    const int begun = foot.slide;
+    if (!none) foot.slide = UNDER_WAY;
+    if (begun == UNDER_WAY && none) {
+      stop(m, i);
+      return true;
+    }
+    if (none || foot.sense * rate > 0.0) continue;
+    foot.sense = -foot.sense;
+    m.values[m.sizes.feet + i] = -m.values[m.sizes.feet + i];
+    if (begun == UNDER_WAY) m.log.add(m.clock.time, i, SLIP_BEGINS, foot.apex);
+  }
+  remove_film_momenta(m);
+  return false;
 }
 
 // How each foot that has just left the ground departs, after impacts on the others changed its rate: rising, from rest,
@@ -328,6 +500,7 @@ inline bool rest_on_ground(Modal& m, int foot, bool pressed = false) {
 TARSUS_APART inline bool resolve_due_contacts(Modal& m) {
   m.note_parts();
   if (m.sizes.feet > 1) reconsider_departures(m);
+  if (m.sizes.ways > 0 && reconsider_slides(m)) return true;
   for (const bool first : {true, false}) {  // an impact that has torn another foot off comes before any of that foot
     for (int i : m.mode->free) {
       int& departure = m.feet[i].departure;

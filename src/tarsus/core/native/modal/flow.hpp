@@ -22,6 +22,7 @@ TARSUS_INLINE Row flowing_output(const Modal& m, const StepClass& step, int outp
       odd += combine(step.from_input(output, i), m.values[i]);
     }
   }
+  for (int k : m.mode->stuck) even += step.from_constant(output, m.sizes.feet + k) * m.feet[k].place;
   return even + odd;
 }
 
@@ -45,7 +46,7 @@ TARSUS_INLINE bool flow(Modal& m, const StepClass& step) {
     turn<S>(step.exponential, ns, p, S::get(w + p * S::WIDTH), S::get(w + ns + p * S::WIDTH), x, y);
     x += S::get(m.bias_step->state + p * S::WIDTH);
     y += S::get(m.bias_step->state + ns + p * S::WIDTH);
-    for (int i : m.acting) {
+    for (int i : m.inputs) {
       const double *values = m.value(i), *steady = step.state_constant + i * size + p * S::WIDTH;
       if (m.constant[i]) {
         x += S::get(steady) * values[0];
@@ -76,7 +77,7 @@ TARSUS_INLINE typename S::Pack block_speeds(const Modal& m, int p) {
   turn<S>(mode.blocks, ns, p, S::get(w + at), S::get(w + ns + at), x, y);
   x += S::get(m.bias->inputs + at);
   y += S::get(m.bias->inputs + ns + at);
-  for (int i : m.acting) {
+  for (int i : m.inputs) {
     const double value = m.value(i)[0];
     x += S::get(mode.inputs + i * size + at) * value;
     y += S::get(mode.inputs + i * size + ns + at) * value;
@@ -85,11 +86,11 @@ TARSUS_INLINE typename S::Pack block_speeds(const Modal& m, int p) {
   return S::length(x, y) + change;
 }
 
-// The bound of a foot's margin by the speeds of the blocks in pack p.
+// The bound of an output by the speeds of the blocks in pack p.
 template <class S, class Speeds>
-TARSUS_INLINE double chord_bound(const Modal& m, const StepClass& step, int foot, const Speeds& speeds) {
+TARSUS_INLINE double chord_bound(const Modal& m, const StepClass& step, int output, const Speeds& speeds) {
   const int ns = S::stride(m.sizes.stride);
-  const double* envelope = step.envelope + foot * ns;
+  const double* envelope = step.envelope + output * ns;
   typename S::Pack sum = {};
   for (int p = 0; p < S::packs(ns); p++) sum += S::get(envelope + p * S::WIDTH) * speeds(p);
   return S::sum(sum);

@@ -11,7 +11,7 @@ namespace tarsus::modal {
 inline void scale_inputs(Modal& m, const StepClass& step) {
   const Row share = load(step.share);
   m.degree = 1;
-  for (int i : m.acting) {
+  for (int i : m.inputs) {
     Row power = Row(0.0);
     if (m.constant[i]) {
       power.set(0, m.value(i)[0]);
@@ -25,7 +25,7 @@ inline void scale_inputs(Modal& m, const StepClass& step) {
 }
 
 // line[c] = coefficient of s^c of an output, for c < 8 rows; zero behind.
-inline void expand_output(Modal& m, const StepClass& step, int output, int rows) {
+inline void expand_output(Modal& m, const StepClass& step, int output, int rows, double* line) {
   const ContactMode& mode = *m.mode;
   const int ns = m.sizes.stride, ni = m.sizes.inputs();
   const double *w = m.state(), *ladder = mode.ladder + output * 2 * ns * TERMS;
@@ -36,7 +36,7 @@ inline void expand_output(Modal& m, const StepClass& step, int output, int rows)
       even += load(ladder + 2 * b * TERMS + N * v) * w[b];
       odd += load(ladder + (2 * b + 1) * TERMS + N * v) * w[ns + b];
     }
-    for (int i : m.acting) {
+    for (int i : m.inputs) {
       const double* markov = mode.markov + (output * ni + i) * MARKOV + BEFORE - 1 + N * v;
       const double* share = reinterpret_cast<const double*>(&m.shares[i]);
       if (m.constant[i]) {
@@ -53,7 +53,7 @@ inline void expand_output(Modal& m, const StepClass& step, int output, int rows)
   Row direct = Row(0.0);
   direct.set(0, m.bias->feed[output]);
   sum[0] += direct;
-  for (int i : m.acting) {
+  for (int i : m.inputs) {
     const double feed = mode.feed[output * ni + i], rate = mode.feed_rate[output * ni + i] / step.length;
     if (feed != 0.0) sum[0] += m.powers[i] * feed;
     if (rate == 0.0) continue;
@@ -61,8 +61,8 @@ inline void expand_output(Modal& m, const StepClass& step, int output, int rows)
     for (int c = 0; c < N - 1; c++) slope.set(c, rate * (c + 1.0) * m.powers[i][c + 1]);
     sum[0] += slope;
   }
-  for (int v = 0; v < rows; v++) store(m.line + N * v, sum[v]);
-  store(m.line + N * rows, Row(0.0));
+  for (int v = 0; v < rows; v++) store(line + N * v, sum[v]);
+  store(line + N * rows, Row(0.0));
 }
 
 // 1, x, x^2, ... x^7: by one, two and four places of a row at once, which need not go through memory.
@@ -74,25 +74,27 @@ TARSUS_INLINE Row powers_to_seven(double x) {
   return (one * x + (1.0 - one)) * (two * x2 + (1.0 - two)) * (four * x4 + (1.0 - four));
 }
 
-// The margin of one foot as a function of s on the step at hand.
+// The margin of one event as a function of s on the step at hand: an output, or of a held foot what holds it less an output.
 struct Margin {
   const Modal& m;
-  int foot, rows;
-  bool held, straight;  // straight: what holds it grows linearly with time
+  int event, foot, rows;
+  bool held, slips, straight;  // slips: friction holds it; straight: what holds it grows linearly with time
   double t, h, at_start = 0.0, gain = 0.0;
 
-  Margin(const Modal& modal, const StepClass& step, int i, double time, int terms)
-      : m(modal), foot(i), rows((terms + N - 1) / N), held(m.mode->is_held[i]),
-        straight(!m.laws.has(i, HAS_FORCE) && m.laws.linear_strength()), t(time), h(step.length) {
+  Margin(const Modal& modal, const StepClass& step, int number, double time, int terms)
+      : m(modal), event(number), foot(event % m.sizes.feet), rows((terms + N - 1) / N),
+        held(event < m.sizes.feet ? bool(m.mode->is_held[foot]) : bool(m.mode->is_stuck[foot])), slips(held && event >= m.sizes.feet),
+        straight(!slips && !m.laws.has(foot, HAS_FORCE) && m.laws.linear_strength()), t(time), h(step.length) {
     if (!held || !straight) return;
     at_start = m.laws.strength(foot, t - m.feet[foot].since);
     gain = m.laws.strength(foot, t + h - m.feet[foot].since) - at_start;
   }
 
   // The output over s^first, and its slope.
-  TARSUS_INLINE double output(int first, double s) const {
+  TARSUS_INLINE double output(int first, double s) const { return value_of(m.line + first, s); }
+  TARSUS_INLINE double value_of(const double* line, double s) const {
     const Row p = powers_to_seven(s);
-    const double s8 = p[N - 1] * s, *line = m.line + first;
+    const double s8 = p[N - 1] * s;
     Row f = load(line + N * (rows - 1));
     for (int v = rows - 2; v >= 0; v--) f = f * s8 + load(line + N * v);
     return total(f * p);
@@ -113,7 +115,9 @@ struct Margin {
   double holds(double s) const {
     if (straight) return at_start + gain * s;
     const double* powers = reinterpret_cast<const double*>(&m.volt_powers[foot]);
-    return breaking_pull(m, foot, t + s * h, m.laws.has(foot, HAS_FORCE) ? horner(powers, 0, N, s) : 0.0);
+    const double breaking = breaking_pull(m, foot, t + s * h, m.laws.has(foot, HAS_FORCE) ? horner(powers, 0, N, s) : 0.0);
+    if (!slips) return breaking;
+    return m.laws.friction(foot, breaking - value_of(m.pull_line, s), m.laws.strength(foot, t + s * h - m.feet[foot].since), 0.0);
   }
   double operator()(int first, double s) const { return held ? holds(s) - output(first, s) : output(first, s); }
   // By a central difference what holds a held foot.
@@ -129,7 +133,7 @@ struct Margin {
   // Where a cubic of s over f through four nodes about interval j puts the zero.
   double guess(int j) const {
     const int k = std::min(std::max(j - 2, 0), N - 4);
-    const double *tau = m.nodes.tau + k, *f = reinterpret_cast<const double*>(&m.margin[foot]) + k;
+    const double *tau = m.nodes.tau + k, *f = reinterpret_cast<const double*>(&m.margin[event]) + k;
     const double d01 = f[0] - f[1], d02 = f[0] - f[2], d03 = f[0] - f[3], d12 = f[1] - f[2], d13 = f[1] - f[3], d23 = f[2] - f[3];
     const double f01 = f[0] * f[1], f23 = f[2] * f[3];
     const double sum = f23 * d23 * (tau[1] * f[0] * d02 * d03 - tau[0] * f[1] * d12 * d13) +
@@ -185,17 +189,17 @@ struct Margin {
     value = (*this)(first, s);
   }
 
-  // Power that leads the rise of a foot let go at s = 0: a coefficient at rounding level of the others is none. A pull
+  // Power, ``from`` at least, that leads the rise of a foot let go at s = 0: a coefficient at rounding level of the others is none. A pull
   // that only just outgrows its hold leaves no acceleration to start with: the foot rises with s^3.
-  int lowest_power(int terms, double b) const {
-    int first = 2;
+  int lowest_power(int from, int terms, double b) const {
+    int first = from;
     double size = 0.0, power = 1.0;
     for (int c = first; c < std::min(first + 6, terms); c++) {
       size = std::max(size, std::fabs(m.line[c]) * power);
       power *= b;
     }
     power = 1e-6 * size;
-    while (first < 4 && std::fabs(m.line[first]) <= power) {
+    while (first < from + 2 && std::fabs(m.line[first]) <= power) {
       first++;
       power /= b;
     }
@@ -209,14 +213,16 @@ struct Margin {
     for (int j = doubt.first; j <= doubt.last; j++) {
       const double a = tau[j - 1];
       if (a >= limit) break;
-      double fa = m.margin[foot][j - 1], b = tau[j], fb = m.margin[foot][j];
+      double fa = m.margin[event][j - 1], b = tau[j], fb = m.margin[event][j];
+      if (slips && fa < -zero) return a;
       if (b > limit) {
         b = limit;
         fb = (*this)(0, b);
       }
       // a foot that left the ground at s = 0 comes back at the first zero of f(s) / s^first
-      int first = j == 1 && !held ? std::max(m.feet[foot].departure, 0) : 0;
-      if (first == FROM_REST) first = lowest_power(terms, b);
+      const bool along = event >= m.sizes.feet;
+      int first = j == 1 && !held ? std::max(along ? m.feet[foot].slide : m.feet[foot].departure, 0) : 0;
+      if (first == FROM_REST) first = along ? lowest_power(1, terms, b) : lowest_power(2, terms, b);
       if (fb >= -zero) {
         interior_minimum(first, a, b, fb);
         for (int c = 0; c < first; c++) fb *= b;
@@ -233,45 +239,75 @@ struct Margin {
   }
 };
 
-// The foot with the first event before ``limit`` and its scaled time; -1 where there is none.
+// The first event before ``limit``, its foot and its scaled time; -1 where there is none.
 struct Located {
-  int foot = -1;
+  int foot = -1, event = -1;
   double s = 2.0;
 };
 
-TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int foot, double t, int terms) {
-  const Margin margin(m, step, foot, t, terms);
-  expand_output(m, step, foot, margin.rows);
+// The margin's output along the ground: whither the foot slides, or is pulled.
+TARSUS_APART inline void expand_along(Modal& m, const StepClass& step, const Margin& margin) {
+  const int feet = m.sizes.feet, foot = margin.foot;
+  expand_output(m, step, feet + foot, margin.rows, m.line);
+  if (margin.slips) expand_output(m, step, foot, margin.rows, m.pull_line);
+  const double sign = !margin.slips ? m.feet[foot].sense : margin.event < 2 * feet ? 1.0 : -1.0;
+  for (int c = 0; c < N * margin.rows; c++) m.line[c] *= sign;
+}
+
+TARSUS_INLINE Margin expanded(Modal& m, const StepClass& step, int event, double t, int terms) {
+  const Margin margin(m, step, event, t, terms);
+  const int foot = margin.foot;
+  if (event < m.sizes.feet) {
+    expand_output(m, step, foot, margin.rows, m.line);
+  } else {
+    expand_along(m, step, margin);
+  }
   if (margin.held && m.laws.has(foot, HAS_FORCE)) {
     powers_of(m.nodes, reinterpret_cast<const double*>(&m.volts[foot]), reinterpret_cast<double*>(&m.volt_powers[foot]));
   }
   return margin;
 }
 
-// Of feet that are at their events together the first in their order: those whose margin is zero, as far as it is known, when
-// that of the first one is.
+// Of events that come together the first in the order of their feet, of a foot that it leaves the ground: those whose margin is zero,
+// as far as it is known, when that of the first one is.
 inline int first_in_order(Modal& m, const StepClass& step, double t, const Located& at, int terms) {
   constexpr double APART = 1e-6;  // of a step: farther apart no two are together
-  for (int i = 0; i < at.foot; i++) {
-    if (m.doubts[i].last == 0 || m.doubts[i].at - at.s > APART) continue;
-    if (std::fabs(expanded(m, step, i, t, terms)(0, at.s)) <= m.doubts[i].zero) return i;
+  const int feet = m.sizes.feet;
+  for (int i = 0; i <= at.foot; i++) {
+    for (int e = i; e < m.events() && e != at.event; e += feet) {
+      if (m.doubts[e].last == 0 || m.doubts[e].at - at.s > APART) continue;
+      if (std::fabs(expanded(m, step, e, t, terms)(0, at.s)) <= m.doubts[e].zero) return e;
+    }
   }
-  return at.foot;
+  return at.event;
+}
+
+// Whether nothing pulls a foot along the ground that it could slide by: what friction bears passes 0 because it is about to leave.
+inline bool nothing_along(const Modal& m, const Margin& margin, double s) {
+  return margin.slips && std::fabs(margin.output(0, s)) <= no_margin(m, margin.foot) + ROUNDING * force_parts(m, m.sizes.feet + margin.foot);
 }
 
 inline Located locate(Modal& m, const StepClass& step, double t, double limit, int terms) {
   Located out;
   int found = 0;
-  for (int i = 0; i < m.sizes.feet; i++) {
+  for (int i = 0; i < m.events(); i++) {
     Doubt& doubt = m.doubts[i];
     if (doubt.last == 0) continue;
-    if (doubt.zero == 0.0) doubt.zero = no_margin(m, i);
-    const double s = doubt.at = expanded(m, step, i, t, terms).first_root(doubt, limit, doubt.zero, terms);
+    if (doubt.zero == 0.0) doubt.zero = no_event(m, i);
+    const Margin margin = expanded(m, step, i, t, terms);
+    const double s = doubt.at = margin.first_root(doubt, limit, doubt.zero, terms);
     if (s > limit) continue;
+    if (nothing_along(m, margin, s)) {
+      doubt.last = 0;
+      continue;
+    }
     found++;
-    if (s < out.s) out = {i, s};
+    if (s < out.s) out = {margin.foot, i, s};
   }
-  if (found > 1) out.foot = first_in_order(m, step, t, out, terms);
+  if (found > 1) {
+    out.event = first_in_order(m, step, t, out, terms);
+    out.foot = out.event % m.sizes.feet;
+  }
   return out;
 }
 
@@ -299,7 +335,7 @@ TARSUS_APART bool state_at(Modal& m, const StepClass& step, int terms, double s)
         u += S::get(m.bias->inputs + at) * step.share[0];
         v += S::get(m.bias->inputs + ns + at) * step.share[0];
       }
-      for (int i : m.acting) {
+      for (int i : m.inputs) {
         if (c > 0 && m.constant[i]) continue;
         const double share = m.shares[i][c];
         u += S::get(mode.inputs + i * size + at) * share;

@@ -71,7 +71,7 @@ inline void fill_levels(ContactMode& mode) {
     for (int n = 0; n <= TIMES; n++) {
       flows[n] = exponential_of(block, n == 0 ? 0.0 : std::pow(10.0, -3.0 + 6.0 * (n - 1) / (TIMES - 1.0)) / size);
     }
-    for (int o = 0; o < mode.sizes.feet; o++) {
+    for (int o = 0; o < mode.sizes.constraints(); o++) {
       double& sway = mode.sway[o * ns + b];
       sway = INF;
       if (!rests) continue;
@@ -103,7 +103,7 @@ inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
     }
     for (int c = 0; c < TERMS; c++) {
       for (int e = 0; e < 4; e++) mode.powers[(c * 4 + e) * ns + b] = power.a[e / 2][e % 2];
-      for (int o = 0; o < sizes.feet; o++) {
+      for (int o = 0; o < sizes.constraints(); o++) {
         const double x = mode.outputs[o * 2 * ns + b], y = mode.outputs[o * 2 * ns + ns + b];
         const double first = x * power.a[0][0] + y * power.a[1][0], second = x * power.a[0][1] + y * power.a[1][1];
         mode.ladder[((o * ns + b) * 2) * TERMS + c] = first;
@@ -114,7 +114,7 @@ inline void finish_mode(ContactMode& mode, const std::vector<double>& lengths) {
         }
         for (int s = 0; s < sizes.sources(); s++) {
           const double* in = mode.bias_inputs + s * 2 * ns;
-          mode.bias_markov[(s * sizes.feet + o) * MARKOV + BEFORE + c] += first * in[b] + second * in[ns + b];
+          mode.bias_markov[(s * sizes.constraints() + o) * MARKOV + BEFORE + c] += first * in[b] + second * in[ns + b];
         }
       }
       power = times(power, scaled);
@@ -192,7 +192,7 @@ inline void fill_envelope(StepClass& step, const ContactMode& mode, const Nodes&
       curved[j] = times(block, flow);
       level[j] = times(inverse, flow);
     }
-    for (int o = 0; o < mode.sizes.feet; o++) {
+    for (int o = 0; o < mode.sizes.constraints(); o++) {
       const double x = mode.outputs[o * 2 * ns + b], y = mode.outputs[o * 2 * ns + ns + b];
       double bound = 1.1 * largest_row(x, y, curved, N) * width * width / 8.0;
       if (regular) bound = std::min(bound, 2.2 * largest_row(x, y, level, N));
@@ -275,6 +275,9 @@ inline void fill_direct(StepClass& step, const ContactMode& mode, const Nodes& n
     }
   }
   for (int i = 0; i < 2 * sizes.feet; i++) step.reach[i] = highest(magnitude(step.from_constant(i % sizes.feet, i)));
+  for (int i : mode.sliding) {  // along the ground, at the rate that it comes to at most
+    step.reach[sizes.feet + i] = step.length * highest(magnitude(step.from_constant(sizes.feet + i, sizes.feet + i)));
+  }
 }
 
 inline std::unique_ptr<StepClass> make_step_tables(const ContactMode& mode, const std::vector<double>& lengths, int k,

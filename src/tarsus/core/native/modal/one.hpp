@@ -13,7 +13,7 @@ struct OneFoot {
   bool in_film = false;                 // and the film of the run is not a strong one
 
   explicit OneFoot(const Modal& m) {
-    if (m.sizes.feet != 1) return;
+    if (m.sizes.feet != 1 || m.sizes.ways > 0) return;
     films = m.laws.film_alone() && m.laws.has(0, HAS_MOMENTUM) && !m.laws.has(0, HAS_FORCE) && !m.laws.has(0, USES_RATE);
     in_line = m.laws.linear_strength() && !m.laws.has(0, HAS_FORCE);
   }
@@ -181,7 +181,7 @@ inline Scan scan_bounded(Modal& m, double bound, double limit) {
   Scan out;
   m.doubts[0] = Doubt();
   const bool clear = m.feet[0].departure == UNDER_WAY && !any_not_below(Row(bound), m.margin[0]);
-  if (!clear && find_doubt(m, 0, margin, bound, limit, m.doubts[0])) {
+  if (!clear && find_doubt(m, 0, margin, bound, limit, m.feet[0].departure, m.doubts[0])) {
     out.doubt = true;
     out.interval = m.doubts[0].first;
     out.far = m.nodes.tau[m.doubts[0].last];

@@ -17,19 +17,32 @@ struct Begun : ModalSystem<S> {
     this->begin(run);
     this->count_from_zero(run);
     start_clock(this->clock, this->settings, start.time);
-    FootSet on(this->sizes.feet);
+    FootSet on(this->sizes.constraints());
     for (int i = 0; i < this->sizes.feet; i++) {
       Foot& foot = this->feet[i];
       foot.apex.restart(start.time);
       if (start.held[i]) {
         on.toggle(i);
         foot.since = start.since[i];
+        if (this->rubs[i]) begin_along(run, i, on);
       } else {
         foot.parted = start.time;
         if (start.leaving[i]) foot.departure = FROM_REST;
       }
     }
     this->next = &this->book.require(on);
+  }
+
+ private:
+  // A held foot that has nothing along the ground sticks there.
+  void begin_along(const RunData& run, int i, FootSet& on) {
+    const int n = this->sizes.coordinates;
+    const std::vector<double> place(run.initial, run.initial + n), velocity(run.initial + n, run.initial + 2 * n);
+    const double rate = this->book.place_along(i, velocity);
+    Foot& foot = this->feet[i];
+    foot.place = this->book.place_along(i, place);
+    foot.sense = std::fabs(rate) <= this->settings.speed_zero ? 0.0 : rate > 0.0 ? 1.0 : -1.0;
+    if (foot.sense == 0.0) on.toggle(this->sizes.feet + i);
   }
 };
 

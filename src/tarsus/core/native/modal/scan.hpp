@@ -1,38 +1,32 @@
-// Whether a foot may have an event inside a step: touchdown of a free one, break-off of a held one.
+// Whether a foot may have an event inside a step: touchdown of a free one, break-off of a held one, slip and stick.
 //
 // Each foot has a margin that is positive while nothing happens: the gap of a free foot; of a held one the strength of its
-// contact less the structure's pull and its own smooth force. A foot that has just left the ground starts at zero.
+// contact less the structure's pull and its own smooth force. A foot that has just left the ground starts at zero. Along the
+// ground a foot that slides has its rate, whither it slides; one that sticks has two, what friction bears less what pulls it
+// forward and backward. Margins lie kind by kind (see Modal::events), those of the ground first.
 #pragma once
-#include "modal/flow.hpp"
+#include "modal/friction.hpp"
 
 namespace tarsus::modal {
 
-// Pull that breaks the contact of a foot off [N]: its strength less its smooth force at zero gap.
-template <class Real>
-inline Real breaking_pull(const Modal& m, int foot, const Real& t, const Real& volts) {
-  Real holds = m.laws.strength(foot, t - m.feet[foot].since);
-  if (m.laws.has(foot, HAS_FORCE)) holds -= m.laws.force(foot, Real(0.0), Real(0.0), volts, t);
-  return holds;
+// Below which an event's margin is zero.
+inline double no_event(const Modal& m, int event) {
+  const int feet = m.sizes.feet, foot = event % feet;
+  if (event < feet) return no_margin(m, foot);
+  if (!m.mode->is_stuck[foot]) return no_slide(m, foot);
+  const double steepest = size_of((m.margin[feet + foot] + m.margin[2 * feet + foot]) * 0.5);  // what friction bears, at most
+  return no_margin(m, foot) + ROUNDING * (force_parts(m, feet + foot) + steepest);
 }
 
-// Below which a foot's margin is zero: by the scene's scales, or for all that rounding leaves of what adds up to it.
-inline double no_margin(const Modal& m, int foot) {
-  if (!m.mode->is_held[foot]) return m.no_gap(foot);
-  double parts = m.gap_parts(foot) + std::fabs(m.laws.strength(foot, m.clock.time - m.feet[foot].since));
-  for (int i : m.acting) parts += std::fabs(m.mode->feed[foot * m.sizes.inputs() + i] * m.value(i)[0]);
-  return m.settings.force_zero + ROUNDING * parts;
-}
-
-// Node intervals in which a foot may have its event before the scaled time ``limit``; bound: what its margin may do
-// between two nodes beyond their chord. Returns whether there is any.
-inline bool find_doubt(const Modal& m, int foot, const double* margin, double bound, double limit, Doubt& doubt) {
+// Node intervals in which an event may lie before the scaled time ``limit``; bound: what its margin may do between two nodes
+// beyond their chord; departure: how the foot begins the step. Returns whether there is any.
+inline bool find_doubt(const Modal& m, int event, const double* margin, double bound, double limit, int departure, Doubt& doubt) {
   const double* tau = m.nodes.tau;
-  const int departure = m.feet[foot].departure;
   doubt = Doubt();
   if (departure == UNDER_WAY && lowest(load(margin)) > bound) return false;
   for (int j = 1; j < N && tau[j - 1] < limit; j++) {
     const double local = bound * m.chord[j];
-    if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_margin(m, foot);
+    if (margin[j] < 0.0 && doubt.zero == 0.0) doubt.zero = no_event(m, event);
     const bool crossing = margin[j] < -doubt.zero;
     bool unsure;
     if (j == 1 && departure > UNDER_WAY) {
@@ -66,6 +60,42 @@ struct Scan {
   double far = 0.0;     // end of the last one, in scaled time
 };
 
+// Note an event's margin with the bound of what it does between nodes.
+inline void look(Modal& m, int event, double bound, double limit, int departure, Scan& out) {
+  Doubt& doubt = m.doubts[event];
+  if (!find_doubt(m, event, reinterpret_cast<const double*>(&m.margin[event]), bound, limit, departure, doubt)) return;
+  out.doubt = true;
+  out.interval = std::min(out.interval, doubt.first);
+  out.far = std::max(out.far, m.nodes.tau[doubt.last]);
+}
+
+// The margins of a foot along the ground; bounds: what its pull, and what it does along, may do between nodes.
+inline void look_along(Modal& m, const StepClass& step, int foot, double t, double of_pull, double of_along, double limit, Scan& out) {
+  const int feet = m.sizes.feet, forward = feet + foot, backward = 2 * feet + foot;
+  m.margin[forward] = m.margin[backward] = Row(0.0);
+  m.doubts[forward] = m.doubts[backward] = Doubt();
+  const double sense = m.mode->is_held[foot] ? m.feet[foot].sense : 0.0;
+  if (!m.mode->is_stuck[foot]) {
+    if (sense == 0.0) return;
+    m.margin[forward] = m.outputs[forward] * sense;
+    return look(m, forward, of_along, limit, m.feet[foot].slide, out);
+  }
+  const Row strength = m.laws.strength(foot, m.nodes.times() * step.length + (t - m.feet[foot].since));
+  const Bound<Row> bound = friction_bound(m, foot, m.margin[foot], strength, Row(0.0));
+  const double between = size_of(bound.by_margin) * of_pull + of_along;
+  m.margin[forward] = bound.most - m.outputs[forward];
+  m.margin[backward] = bound.most + m.outputs[forward];
+  for (int event : {forward, backward}) {
+    look(m, event, between, limit, UNDER_WAY, out);
+    if (!(m.margin[event][0] < 0.0) || !(m.margin[event][0] < -no_event(m, event))) continue;
+    m.doubts[event].first = 1;  // what pulls it along has jumped
+    m.doubts[event].last = std::max(m.doubts[event].last, 1);
+    out.doubt = true;
+    out.interval = 1;
+    out.far = std::max(out.far, m.nodes.tau[1]);
+  }
+}
+
 template <class S>
 TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) {
   Scan out;
@@ -75,14 +105,10 @@ TARSUS_APART Scan scan(Modal& m, const StepClass& step, double t, double limit) 
     const bool held = m.mode->is_held[i];
     m.margin[i] = m.outputs[i];
     if (held) m.margin[i] = breaking_pull(m, i, t + m.nodes.times() * step.length, m.volts[i]) - m.outputs[i];
-    const double bound = chord_bound<S>(m, step, i, [speeds](int p) { return S::get(speeds + p * S::WIDTH); });
-    const double* margin = reinterpret_cast<const double*>(&m.margin[i]);
-    Doubt& doubt = m.doubts[i];
-    if (find_doubt(m, i, margin, bound, limit, doubt)) {
-      out.doubt = true;
-      out.interval = std::min(out.interval, doubt.first);
-      out.far = std::max(out.far, m.nodes.tau[doubt.last]);
-    }
+    const auto bound_of = [&](int o) { return chord_bound<S>(m, step, o, [speeds](int p) { return S::get(speeds + p * S::WIDTH); }); };
+    const double bound = bound_of(i);
+    look(m, i, bound, limit, m.feet[i].departure, out);
+    if (m.sizes.ways > 0) look_along(m, step, i, t, bound, bound_of(m.sizes.feet + i), limit, out);
     if (m.settings.track && !held && hides_peak(m, i, bound, limit)) out.coarse = true;
   }
   return out;

@@ -21,8 +21,12 @@ struct Foot : Grip<double> {
   double left = -INF;  // [s] when its pull last outgrew one
   double rose = 0.0;   // [s] when it last came to the ground or left it
   double speeds = 0.0, places = 0.0;  // [m/s], [m] the most that has added up to its rate and its gap at this moment
+  double slides = 0.0;                // [m/s] and to its rate along the ground
   int low = 0;         // flights in a row that are lost in the error of a step
   int departure = UNDER_WAY;
+  // along the ground: where it sticks [m]; whither it slides (+-1), 0 without friction; how a slide begins, as a departure
+  double place = 0.0, sense = 0.0;
+  int slide = UNDER_WAY;
   Apex apex;
 };
 
@@ -86,8 +90,14 @@ struct Modal {
 
   // a step: values of the inputs at the nodes, volts at the feet; outputs without smooth forces, and with them
   std::vector<Row> values, volts, linear, outputs, margin;
+  std::vector<Row> flowing;  // outputs without friction and smooth forces
   std::vector<uint8_t> constant;  // per input
   std::vector<int> acting;        // inputs that act in this contact mode: smooth forces of free feet, drives
+  std::vector<int> inputs;        // the same, then friction of feet that slide, and the places of those that stick
+  std::vector<int> rubbing;       // feet that slide with friction
+  std::vector<uint8_t> rubs;      // whether a foot knows its way along the ground, and friction bears something
+  int stopping = -1;              // a foot that has come to a stop in its slide, and sticks now, unless more pulls it on
+  bool jammed = false;            // friction has no answer: see modal/friction.hpp
   std::vector<double> room;       // of a foot to where its film is infinite [m]; negative: see runs_deep
   std::vector<double> gaps;       // [m]
   std::vector<Doubt> doubts;
@@ -103,6 +113,7 @@ struct Modal {
 
   // landing: Taylor coefficients of an output (zeros behind), inputs by powers of time, those times StepClass::share
   alignas(64) double line[TERMS + 3 * N] = {};
+  alignas(64) double pull_line[TERMS + 3 * N] = {};  // of the pull that bears friction
   alignas(64) double scaled_times[TERMS] = {};
   std::vector<Row> powers, shares, volt_powers;
   int degree = 1;
@@ -119,14 +130,18 @@ struct Modal {
         biases(sizes, b.classes()), physical(2 * sizes.coordinates), from_offset(2 * sizes.coordinates),
         values(sizes.inputs(), Row(0.0)),
         volts(sizes.feet, Row(0.0)), linear(2 * sizes.feet, Row(0.0)), outputs(2 * sizes.feet, Row(0.0)),
-        margin(sizes.feet, Row(0.0)), constant(sizes.inputs(), 0), room(sizes.feet), gaps(sizes.feet),
-        doubts(sizes.feet), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
+        margin(events(), Row(0.0)), constant(sizes.inputs(), 0), rubs(sizes.feet, 0), room(sizes.feet), gaps(sizes.feet),
+        doubts(events()), per_gap(1.0 / s.gap), per_drive(1.0 / s.drive), powers(sizes.inputs(), Row(0.0)), shares(sizes.inputs(), Row(0.0)),
         volt_powers(sizes.feet, Row(0.0)), gathered(2 * sizes.feet, Row(0.0)), moved(sizes.feet, Row(0.0)), memory_(4 * rows(), Row(0.0)), state_(numbers(0)), ahead_(numbers(1)),
         chain_(numbers(2)) {
     for (int j = 1; j < N; j++) chord[j] = (n.tau[j] - n.tau[j - 1]) * (n.tau[j] - n.tau[j - 1]) / (0.2092 * 0.2092);
     values[sizes.last()] = Row(1.0);
     constant[sizes.last()] = 1;
   }
+
+  // Events that feet may have: of every foot that it reaches or leaves the ground, and then, where feet know their way along it,
+  // that it slides forward or stops, and that it slides backward.
+  int events() const { return sizes.feet + 2 * sizes.ways; }
 
   // Whether a foot's pull has outgrown what held it at this very moment.
   // Age [s] that a contact of a foot would begin with now.
@@ -151,7 +166,13 @@ struct Modal {
   TARSUS_INLINE double* value(int input) { return reinterpret_cast<double*>(&values[input]); }
 
   double along(const double* rows, int row) const { return dot(rows + row * sizes.state(), state()); }
-  double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot]; }
+  double gap_of(int foot) const { return along(mode->outputs, foot) + bias->feed[foot] + of_places(foot); }
+  // What the places where feet stick do to an output.
+  double of_places(int output) const {
+    double sum = 0.0;
+    for (int k : mode->stuck) sum += mode->feed[output * sizes.inputs() + sizes.feet + k] * feet[k].place;
+    return sum;
+  }
   double rate_of(int foot) const { return along(mode->outputs, sizes.feet + foot); }
   // Sizes of what adds up to a row times the state.
   double parts(const double* rows, int row) const {
@@ -168,11 +189,12 @@ struct Modal {
   // Note what adds up to the gaps and rates of the free feet: of that an impact, or another contact mode, leaves rounding. A foot
   // alone is not looked at again before it has moved on.
   void note_parts() {
-    if (sizes.feet == 1) return;
+    if (sizes.feet == 1 && sizes.ways == 0) return;
     if (clock.time - noted > settings.least_progress) {
       noted = clock.time;
-      for (Foot& foot : feet) foot.speeds = foot.places = 0.0;
+      for (Foot& foot : feet) foot.speeds = foot.places = foot.slides = 0.0;
     }
+    for (int i = 0; i < sizes.ways; i++) feet[i].slides = std::max(feet[i].slides, parts(mode->slide_rate, i));
     for (int i : mode->free) {
       feet[i].speeds = std::max(feet[i].speeds, rate_parts(i));
       feet[i].places = std::max(feet[i].places, gap_parts(i));
@@ -236,6 +258,14 @@ struct Modal {
   double product(ModeArray array, size_t at, double by) const { return (mode->*array)[at] * by; }
   double along(ModeArray rows, int row) const { return along(mode->*rows, row); }
   void shift(ModeArray rows, int row, double by) { shift(mode->*rows, row, by); }
+  double feed_bias(int output) const { return bias->feed[output]; }
+  double place_of(int foot) const { return feet[foot].place; }
+  double sense_of(int foot) const { return feet[foot].sense; }
+  double strength_now(int foot) const { return laws.strength(foot, clock.time - feet[foot].since); }
+  void set_mode(const ContactMode& to) {
+    mode = &to;
+    bias = &biases.of(to);
+  }
   double held_bias(int foot) const { return bias->held[foot]; }
   double printed_bias(int foot) const { return bias->printed[foot]; }
   double place_bias(int row) const { return bias->offset[row]; }
@@ -284,7 +314,7 @@ struct Modal {
       start[b] = state()[b];
       start[nb + b] = state()[sizes.stride + b];
     }
-    for (int i : acting) store(nodal + N * i, values[i]);
+    for (int i : inputs) store(nodal + N * i, values[i]);
     store(nodal + N * sizes.last(), values[sizes.last()]);
   }
 

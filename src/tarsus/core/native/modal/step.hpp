@@ -80,7 +80,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
   wanted = std::min(wanted, last);
   const double dt = (m.nodes.tau[N - 1] - m.nodes.tau[N - 2]) * h;
   double ahead = event ? 0.0 : INF, drops = 1.0;  // time to the event, as a fraction
-  for (int i = 0; i < m.sizes.feet; i++) {
+  for (int i = 0; i < m.events(); i++) {
     const Row& margin = m.margin[i];
     const double drop = margin[N - 2] - margin[N - 1];
     if (!(drop > 0.0)) continue;
@@ -88,7 +88,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
       ahead = margin[N - 1] * dt;
       drops = drop;
     }
-    if (m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
+    if (i >= m.sizes.feet || m.mode->is_held[i] || !m.laws.has(i, HAS_MOMENTUM)) continue;
     // a film P ~ 1/(g + g0)^2 is 2 P/P' away from where it is infinite: not more than DEEP of that (see runs_deep)
     const double film = growth_at_end(m.nodes, m.values[i]), room = 2.0 * DEEP * (m.values[i][N - 1] + (m.strong ? m.feet[i].base : 0.0)) * dt;
     while (film > 0.0 && lengths[wanted] * film > room && wanted < last) wanted++;
@@ -100,7 +100,7 @@ inline int next_class(const Modal& m, int k, int wanted, double error, double h,
 // What a step came to.
 struct Taken {
   Code code = GOING_ON;
-  int foot = -1;  // with an event at its end
+  int foot = -1, event = -1;  // with an event at its end, and that, as Modal::events counts them
 };
 
 // How far a run may go: to the next kink of a drive or the end or mark, and beyond a kink as far as it may be continued.
@@ -175,6 +175,7 @@ TARSUS_INLINE bool advance(Modal& m, const StepClass& step, const Located& at, c
   if (fraction > 0.0) {
     for (int i = 0; i < m.sizes.feet; i++) {
       if (i != at.foot) m.feet[i].departure = UNDER_WAY;
+      m.feet[i].slide = UNDER_WAY;
     }
   }
   return finite;
@@ -210,7 +211,7 @@ TARSUS_INLINE bool take(Modal& m, const StepClass& step, const Scan& seen, doubl
     scale_inputs(m, step);
     if (seen.doubt) at = locate(m, step, t, limit, terms);
   }
-  taken = {GOING_ON, at.foot};
+  taken = {GOING_ON, at.foot, at.event};
   if (!advance<S>(m, step, at, ahead, limit, terms)) {
     taken.code = NOT_FINITE;
   } else {
@@ -226,6 +227,7 @@ TARSUS_INLINE Taken take_step(Modal& m, const Method& method, const Ahead& ahead
   while (fit(m, ahead, trial)) {
     const StepClass& step = m.take_class(trial.k);
     const double error = method.attempt(m, step, m.clock.time);
+    if (m.jammed) return {JAMMED};
     if (rejects(m, error, trial)) continue;
     const Scan seen = method.scan(m, step, m.clock.time, limit_of(step, ahead));
     if (take<S>(m, step, seen, error, ahead, trial, taken)) break;

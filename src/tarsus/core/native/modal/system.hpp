@@ -42,16 +42,29 @@ bool stays_held(Modal& m, double left) {
     z[ns + b] = mode.blocks[2 * ns + b] * w[b] + mode.blocks[3 * ns + b] * w[ns + b];
   }
   for (int r = 0; r < 2 * ns; r++) z[r] += m.bias->inputs[r];
-  for (int i = 2 * m.sizes.feet; i < m.sizes.last(); i++) {
+  for (int i : m.inputs) {
     for (int r = 0; r < 2 * ns; r++) z[r] += mode.inputs[i * 2 * ns + r] * m.value(i)[0];
   }
+  double sway = 0.0;
+  const auto at_rest = [&](int o) {
+    double level = m.along(mode.outputs, o) + m.bias->feed[o];
+    for (int r = 0; r < 2 * ns; r++) level -= mode.level[o * 2 * ns + r] * z[r];
+    for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) level += mode.feed[o * ni + f] * m.value(f)[0];
+    level += m.of_places(o);
+    sway = 0.0;
+    for (int b = 0; b < mode.blocks_used; b++) sway += mode.sway[o * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
+    return level;
+  };
   for (int i = 0; i < m.sizes.feet; i++) {
-    double most = m.along(mode.outputs, i) + m.bias->feed[i];
-    for (int r = 0; r < 2 * ns; r++) most -= mode.level[i * 2 * ns + r] * z[r];
-    for (int f = 2 * m.sizes.feet; f < m.sizes.last(); f++) most += mode.feed[i * ni + f] * m.value(f)[0];
-    for (int b = 0; b < mode.blocks_used; b++) most += mode.sway[i * ns + b] * std::sqrt(z[b] * z[b] + z[ns + b] * z[ns + b]);
-    const Row margin = breaking_pull(m, i, t + m.nodes.times() * left, Row(m.volts[i][0])) - most;
+    const double pull = at_rest(i), most = pull + sway, least = pull - sway;
+    const Row times = t + m.nodes.times() * left, breaking = breaking_pull(m, i, times, Row(m.volts[i][0])), margin = breaking - most;
     if (any_not_below(Row(m.settings.force_zero), margin)) return false;
+    if (!mode.is_stuck[i]) continue;
+    const double along = std::fabs(at_rest(m.sizes.feet + i)) + sway + m.settings.force_zero;
+    for (const Row& bearing : {margin, breaking - least}) {
+      const Row bound = m.laws.friction(i, bearing, m.laws.strength(i, times - m.feet[i].since), Row(0.0));
+      if (any_not_below(Row(along), bound)) return false;
+    }
   }
   return true;
 }
@@ -88,6 +101,9 @@ struct ModalSystem : Modal {
     settings = units.of(run, sizes.feet);
     per_drive = 1.0 / settings.drive;
     laws.take(run.parameters);
+    stopping = -1;
+    jammed = false;
+    for (int i = 0; i < sizes.feet; i++) rubs[i] = book.has_way(i) && laws.friction(i, 1.0, 1.0, 0.0) != 0.0;
     biases.take(run.sources);
     physical.assign(run.initial, run.initial + 2 * sizes.coordinates);
     for (Foot& foot : feet) {
@@ -99,7 +115,7 @@ struct ModalSystem : Modal {
     clock.mark = settings.period;
     step_class = int(settings.first_class);
     last_launch = 0;
-    next = &book.require(FootSet(sizes.feet));
+    next = &book.require(FootSet(sizes.constraints()));
     entering = check = true;
     take_films(run);
     one.begin(*this);
@@ -118,7 +134,7 @@ struct ModalSystem : Modal {
     step_class = launch_class(*this);
     launching = true;
     refused = {};
-    if (sizes.feet > 1) check = true;
+    if (sizes.feet > 1 || sizes.ways > 0) check = true;
   }
 
   // End of a drive period, or of the run: note the highest gap since the last mark and start anew.
@@ -152,7 +168,7 @@ struct ModalSystem : Modal {
 
   // Whether nothing can happen ahead, and a long step has been made.
   TARSUS_INLINE bool glides(const Ahead& ahead) {
-    return mode->free.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
+    return mode->free.empty() && rubbing.empty() && ahead.reach == INF && !launching && glide<S>(*this, ahead.left);
   }
 
   // One step, trying first the class of a trial, and what happens at its end.
@@ -166,13 +182,19 @@ struct ModalSystem : Modal {
   // The event at the end of a step.
   TARSUS_INLINE Code end(const Taken& taken) {
     if (taken.foot < 0) return taken.code;
-    if (mode->is_held[taken.foot]) {
+    if (mode->is_stuck[taken.foot]) {
+      unstick(*this, taken.foot, taken.event < sizes.feet);
+    } else if (taken.event >= sizes.feet) {
+      note_parts();
+      add_film_momenta(*this);
+      stop(*this, taken.foot);
+    } else if (mode->is_held[taken.foot]) {
       release(*this, taken.foot);
     } else if (!impact(*this, taken.foot)) {
       rest_on_ground(*this, taken.foot, true);
     }
-    check = sizes.feet > 1;
-    return feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
+    check = sizes.feet > 1 || sizes.ways > 0;
+    return jammed ? JAMMED : feet[taken.foot].low < MOST_STALLED ? GOING_ON : STALL;
   }
 
  private:

@@ -4,7 +4,8 @@
 // the structure are ``stride`` 2 x 2 blocks, those that are missing zero; a state is the first components of all blocks
 // and then the second ones. Inputs of a step: film momenta and smooth forces of all feet, drives, the constant 1. What that
 // last one does depends on rest gaps and gravity, which are data of a run: tables hold it per unit of each of these sources,
-// and nothing in the place of the input itself (see modal/bias.hpp).
+// and nothing in the place of the input itself (see modal/bias.hpp). Feet that know their way along the ground slide there or
+// stick: the second input and the second output of such a foot are then those along the ground (see modal/friction.hpp).
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -23,13 +24,16 @@ constexpr int TERMS = 40;   // most Taylor terms kept for landing inside a step
 constexpr int BEFORE = N;   // zeros before the Markov parameters of an output
 constexpr int MARKOV = BEFORE + TERMS;
 
-// Which feet are on the ground, of any number of feet.
+// Which constraints are held, of any number of feet: that foot i is on the ground, and m + i that it sticks there.
 struct FootSet {
   std::vector<uint64_t> words;
 
-  explicit FootSet(int feet = 0) : words(feet / 64 + 1, 0) {}
-  bool has(int foot) const { return words[foot / 64] >> (foot % 64) & 1; }
-  void toggle(int foot) { words[foot / 64] ^= uint64_t(1) << (foot % 64); }
+  explicit FootSet(int constraints = 0) : words(constraints / 64 + 1, 0) {}
+  bool has(int constraint) const { return words[constraint / 64] >> (constraint % 64) & 1; }
+  void toggle(int constraint) { words[constraint / 64] ^= uint64_t(1) << (constraint % 64); }
+  void set(int constraint, bool held) {
+    if (has(constraint) != held) toggle(constraint);
+  }
   bool operator<(const FootSet& other) const { return words < other.words; }
 };
 
@@ -37,7 +41,9 @@ struct Sizes {
   int feet, drives, coordinates;  // m, nd, n
   int stride;                     // blocks that a state has room for
   int outputs;                    // rows of nodes a step gives: gaps or pulls, and their rates too where a law asks for them
+  int ways = 0;                   // feet, where any knows its way along the ground; else 0
 
+  int constraints() const { return feet + ways; }  // that may be held; and outputs that events are functions of
   int inputs() const { return 2 * feet + drives + 1; }
   int last() const { return 2 * feet + drives; }  // the constant 1
   int sources() const { return feet + 1; }        // of what it does: rest gaps, gravity
@@ -77,7 +83,7 @@ struct StepClass {
   double* state_input;    // (inputs, 8, state)
   double* node_bias;      // (sources, outputs, 8): outputs at the nodes per unit of a source
   double* state_bias;     // (sources, state): and the state at the end
-  double* envelope;       // (feet, stride): what an output does beyond its chords per |y'| of a block
+  double* envelope;       // (constraints, stride): what an output does beyond its chords per |y'| of a block
   double* reach;          // (2 feet): farthest that a unit smooth input moves its own foot's gap at any node
   double* growth;         // (TERMS): (rate h)^c / c!
   double* share;          // (8): c! / ((rate h)^c rate)
@@ -89,7 +95,7 @@ struct StepClass {
                      {&node_input, outputs * inputs * N * N}, {&exponential, 4 * stride},
                      {&state_constant, inputs * state}, {&state_input, inputs * N * state},
                      {&node_bias, s.sources() * outputs * N}, {&state_bias, s.sources() * state},
-                     {&envelope, s.feet * stride}, {&reach, 2 * size_t(s.feet)}, {&growth, TERMS}, {&share, N}});
+                     {&envelope, s.constraints() * stride}, {&reach, 2 * size_t(s.feet)}, {&growth, TERMS}, {&share, N}});
   }
   StepClass(const StepClass&) = delete;
 
@@ -106,14 +112,15 @@ struct StepMaker;
 struct ContactMode;
 typedef double* ContactMode::*ModeArray;  // one of its arrays
 
-// The structure with some feet held; rows are per foot or output, states (2 stride) or inputs wide.
+// The structure with some constraints held; rows are per foot or output, states (2 stride) or inputs wide.
 struct ContactMode {
   const Sizes& sizes;
   int number = 0;         // in the order in which contact modes were met
   FootSet feet;
   std::vector<int> held, free;
+  std::vector<int> stuck, sliding;  // held feet that stick; and those that know their way along the ground, and do not
   std::vector<int> leading;  // free feet whose gaps tell those of all others; all of them where they move by themselves
-  std::vector<uint8_t> is_held;
+  std::vector<uint8_t> is_held, is_stuck;
   int blocks_used = 0;
   double rate = 0.0;      // [1/s] largest norm of a block
   int landing_class = 0;  // longest step in which an event can be landed on
@@ -124,31 +131,39 @@ struct ContactMode {
   double *printed, *printed_feed, *printed_damping;
   double* spanned;  // (feet, leading): gap of a free foot per unit of those, beside what it is at rest
   // per unit of a source, source by source: inputs (state), direct parts of outputs (2 feet), place (2 n), direct parts of
-  // the pulls if held and as printed (feet), and outputs (T / rate)^c inputs (feet, MARKOV)
+  // the pulls if held and as printed (feet), and outputs (T / rate)^c inputs (constraints, MARKOV)
   double *bias_inputs, *bias_feed, *bias_offset, *bias_held, *bias_printed, *bias_markov;
-  double* ladder;  // (feet, stride, 2, TERMS): outputs (T / rate)^c
-  double* markov;  // (feet, inputs, MARKOV): outputs (T / rate)^c inputs
+  // along the ground (see tarsus.core.modes): of feet that stick (feet, coordinates), of the others (feet, state), and
+  // (2 feet, feet)
+  double *placed, *slide, *slide_rate, *slide_feed;
+  double* ladder;  // (constraints, stride, 2, TERMS): outputs (T / rate)^c
+  double* markov;  // (constraints, inputs, MARKOV): outputs (T / rate)^c inputs
   double* powers;  // (TERMS, 4, stride): (T / rate)^c
   std::vector<Row> memory;
 
   mutable std::unique_ptr<std::atomic<const StepClass*>[]> steps;
-  mutable std::unique_ptr<std::atomic<const ContactMode*>[]> beside;  // the contact mode with one foot more or less
+  mutable std::unique_ptr<std::atomic<const ContactMode*>[]> beside;  // the contact mode with one constraint more or less
 
   ContactMode(const Sizes& s, FootSet on, std::vector<int> lead, int classes)
-      : sizes(s), feet(std::move(on)), leading(std::move(lead)), is_held(s.feet), steps(new std::atomic<const StepClass*>[classes]()),
-        beside(new std::atomic<const ContactMode*>[s.feet + 1]()), classes_(classes) {
+      : sizes(s), feet(std::move(on)), leading(std::move(lead)), is_held(s.feet), is_stuck(s.feet),
+        steps(new std::atomic<const StepClass*>[classes]()), beside(new std::atomic<const ContactMode*>[s.constraints() + 1]()),
+        classes_(classes) {
     const size_t m = s.feet, ni = s.inputs(), st = s.state(), n2 = 2 * s.coordinates, ns = s.stride, sr = s.sources();
+    const size_t ways = s.ways, all = s.constraints();
     lay_out(memory,
             {{&blocks, 4 * ns}, {&inputs, ni * st}, {&input_norm, ni * ns}, {&outputs, 2 * m * st}, {&feed, 2 * m * ni},
              {&beta, m * st}, {&feed_rate, 2 * m * ni}, {&to_physical, n2 * st}, {&from_physical, st * n2},
              {&held_rows, m * st}, {&held_feed, m * ni}, {&jump, m * st}, {&mobility, m}, {&reaction, m * m},
-             {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, m * st}, {&sway, m * ns}, {&printed, m * st},
-             {&printed_feed, m * ni}, {&printed_damping, m}, {&ladder, m * st * TERMS}, {&markov, m * ni * MARKOV},
+             {&side, m * st}, {&side_rate, m * st}, {&skew, m}, {&level, all * st}, {&sway, all * ns}, {&printed, m * st},
+             {&printed_feed, m * ni}, {&printed_damping, m}, {&ladder, all * st * TERMS}, {&markov, all * ni * MARKOV},
+             {&placed, ways * n2 / 2}, {&slide, ways * st}, {&slide_rate, ways * st}, {&slide_feed, 2 * ways * ways},
              {&powers, TERMS * 4 * ns}, {&bias_inputs, sr * st}, {&bias_feed, sr * 2 * m}, {&bias_offset, sr * n2},
-             {&bias_held, sr * m}, {&bias_printed, sr * m}, {&bias_markov, sr * m * MARKOV}, {&spanned, m * leading.size()}});
+             {&bias_held, sr * m}, {&bias_printed, sr * m}, {&bias_markov, sr * all * MARKOV}, {&spanned, m * leading.size()}});
     for (int i = 0; i < s.feet; i++) {
       is_held[i] = feet.has(i);
+      is_stuck[i] = s.ways > 0 && feet.has(s.feet + i);
       (is_held[i] ? held : free).push_back(i);
+      if (is_stuck[i]) stuck.push_back(i);
     }
   }
   ContactMode(const ContactMode&) = delete;
@@ -176,8 +191,10 @@ class Book {
  public:
   const Sizes sizes;
   const std::vector<double> lengths;  // [s], halving
+  const std::vector<double> tangents; // (ways, coordinates): the place of each foot along the ground
 
-  Book(const Sizes& s, std::vector<double> h) : sizes(s), lengths(std::move(h)) {}
+  Book(const Sizes& s, std::vector<double> h, std::vector<double> t = {})
+      : sizes(s), lengths(std::move(h)), tangents(std::move(t)) {}
   virtual ~Book() = default;
   Book(const Book&) = delete;
 
@@ -189,14 +206,38 @@ class Book {
     return make(feet);
   }
 
-  // The one beside a contact mode: ``foot`` held where it was free, or free where it was held.
-  const ContactMode& toggled(const ContactMode& mode, int foot) {
-    if (const ContactMode* known = mode.beside[foot].load(std::memory_order_acquire)) return *known;
+  // The one beside a contact mode: a constraint held where it was free, or free where it was held.
+  const ContactMode& toggled(const ContactMode& mode, int constraint) {
+    if (const ContactMode* known = mode.beside[constraint].load(std::memory_order_acquire)) return *known;
     FootSet feet = mode.feet;
-    feet.toggle(foot);
+    feet.toggle(constraint);
     const ContactMode& found = require(feet);
-    mode.beside[foot].store(&found, std::memory_order_release);
+    mode.beside[constraint].store(&found, std::memory_order_release);
     return found;
+  }
+
+  // The one in which a foot is held along its normal or not, and along the ground or not.
+  const ContactMode& with_foot(const ContactMode& mode, int foot, bool held, bool stuck) {
+    const bool turns = mode.is_held[foot] != held, sticks = mode.is_stuck[foot] != stuck;
+    if (!turns || !sticks) return turns ? toggled(mode, foot) : sticks ? toggled(mode, sizes.feet + foot) : mode;
+    FootSet feet = mode.feet;
+    feet.set(foot, held);
+    feet.set(sizes.feet + foot, stuck);
+    return require(feet);
+  }
+
+  // Place along the ground of a foot [m], of displacements.
+  template <class Real>
+  Real place_along(int foot, const std::vector<Real>& physical) const {
+    Real sum(0.0);
+    for (int r = 0; r < sizes.coordinates; r++) sum = sum + physical[r] * tangents[size_t(foot) * sizes.coordinates + r];
+    return sum;
+  }
+
+  // Whether a foot knows its way along the ground.
+  bool has_way(int foot) const {
+    const auto row = tangents.begin() + (sizes.ways > 0 ? size_t(foot) * sizes.coordinates : 0);
+    return sizes.ways > 0 && std::any_of(row, row + sizes.coordinates, [](double x) { return x != 0.0; });
   }
 
   TARSUS_INLINE const StepClass& step(const ContactMode& mode, int k) {

@@ -32,15 +32,17 @@ nb::object sample_modal(Book& book, const Nodes& nodes, nb::handle module, const
 }
 
 // Energies up to the end of each recorded step (see EnergySums). carriers: damping (n, n), normals (m, n), loads (nd, n), constant
-// forces (n); acting: signals, laws and the row of the run, or None: then any drive may move, and laws have no shares.
+// forces (n), tangents (ways, n); acting: signals, laws and the row of the run, or None: then any drive may move, and laws have no
+// shares.
 nb::tuple energies_modal(Book& book, const Nodes& nodes, nb::handle carriers, const Doubles& sources,
                          const Doubles& trace, nb::handle acting) {
   const Sizes& s = book.sizes;
   const size_t steps = steps_of(book, sources, trace), n = s.coordinates;
   const auto given = nb::cast<nb::tuple>(carriers);
   const auto part = [&](int i) { return copied(nb::cast<Doubles>(given[i])); };
-  const Carriers by{part(0), part(1), part(2), part(3)};
-  if (by.damping.size() != n * n || by.normals.size() != s.feet * n || by.loads.size() != s.drives * n || by.constant.size() != n) {
+  const Carriers by{part(0), part(1), part(2), part(3), part(4)};
+  if (by.damping.size() != n * n || by.normals.size() != s.feet * n || by.loads.size() != s.drives * n || by.constant.size() != n ||
+      by.tangents.size() != s.ways * n) {
     throw std::invalid_argument("the sizes of a structure and of its book differ");
   }
   std::unique_ptr<Rows> rows;

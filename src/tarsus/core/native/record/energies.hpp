@@ -90,9 +90,9 @@ struct Legendre {
 };
 
 // What of the structure passes energy on: dampers (n, n); directions of the feet (m, n) and of the drives (nd, n), constant
-// forces (n).
+// forces (n); the ways of feet along the ground (ways, n).
 struct Carriers {
-  std::vector<double> damping, normals, loads, constant;
+  std::vector<double> damping, normals, loads, constant, tangents;
 };
 
 // Columns of z that pass one kind of energy on, and the first row of 8 in which they lie in l.
@@ -101,7 +101,8 @@ struct Part {
   int rows() const { return (count + N - 1) / N; }
 };
 
-enum Energy { WORK, DAMPING, RESISTIVE, SMOOTH, ENERGIES };  // of all laws of a kind, in the order in which they are returned
+// Of all laws of a kind, in the order in which they are returned; places where feet stick move the structure, and do no work.
+enum Energy { WORK, DAMPING, RESISTIVE, SMOOTH, FRICTION_WORK, ENERGIES, PLACES = ENERGIES, KINDS };
 
 // An input of a step: its number, what it passes on, the first of its columns, how many: 8, or 1 where it is constant in every step.
 struct Input {
@@ -112,8 +113,8 @@ typedef std::vector<std::vector<double>> Shares;  // of laws that act together, 
 
 // The vectors of the steps of one contact mode, and the forms of their energies.
 //
-// Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); drives; the
-// constant input. The state is counted from where the means of forces would hold it at rest: there it does not move, which of a
+// Columns of z: the state (2 blocks); momenta and smooth forces of the feet that lead (see ContactMode::leading); friction on feet
+// that slide, places of those that stick; drives; the constant input. The state is counted from where the means of forces would hold it at rest: there it does not move, which of a
 // stiff mode were a small difference of large numbers.
 class ModeEnergies {
  public:
@@ -130,6 +131,8 @@ class ModeEnergies {
     for (int kind : {RESISTIVE, SMOOTH}) {
       for (int i : mode.shares() ? mode.leading : mode.free) add_input(kind, kind == SMOOTH ? m + i : i, count);
     }
+    for (int i : mode.sliding) add_input(FRICTION_WORK, m + i, count);
+    for (int i : mode.stuck) add_input(PLACES, m + i, count);
     for (int i = 2 * m; i < mode.sizes.inputs(); i++) add_input(WORK, i, count);
     if (std::any_of(by.damping.begin(), by.damping.end(), [](double c) { return c != 0.0; })) parts_[DAMPING].count = width_;
     for (Part& part : parts_) {
@@ -160,7 +163,11 @@ class ModeEnergies {
     for (int i : mode_.free) {
       Row parts = Row(0.0);  // the inputs have not come to z yet, or have no part in it
       for (int k = 0; k < state_; k += N) parts += load(gaps_.data() + i * size_t(room()) + k) * load(z + k);
-      const double gap = at_rest_[i] + total(parts);
+      double gap = at_rest_[i] + total(parts);
+      for (int k : mode_.stuck) {
+        const int place = mode_.sizes.feet + k;
+        gap += mode_.feed[i * mode_.sizes.inputs() + place] * r.inputs[N * place];
+      }
       low[i] = std::min(low[i], gap);
       high[i] = std::max(high[i], gap);
     }
@@ -170,7 +177,7 @@ class ModeEnergies {
     }
     if (parts_[SMOOTH].count) collect(r.inputs + N * mode_.sizes.feet, false, z + parts_[SMOOTH].first);
     for (const Input& input : inputs_) {
-      if (input.energy != WORK) continue;
+      if (input.energy == RESISTIVE || input.energy == SMOOTH) continue;
       const double* nodal = r.inputs + N * input.number;
       z[input.first] = nodal[0];
       if (input.count == N) store(z + input.first, coefficients(nodal, false));
@@ -228,7 +235,7 @@ class ModeEnergies {
     }
     Motion& motion = last_;
     take_motion(z, book_.lengths[k], along, motion);
-    for (int e : {WORK, RESISTIVE, SMOOTH}) out[e] += work_over(motion, e, z + parts_[e].first);
+    for (int e : {WORK, RESISTIVE, SMOOTH, FRICTION_WORK}) out[e] += work_over(motion, e, z + parts_[e].first);
     if (parts_[DAMPING].count) {
       damp(motion.velocity, damped_);
       out[DAMPING] += taken(motion, damped_);
@@ -275,7 +282,7 @@ class ModeEnergies {
   const int blocks_, state_, coordinates_;
   int width_, rows_ = 0;  // of z, and rows of l
   double rate_ = 0.0;
-  Part parts_[ENERGIES];
+  Part parts_[KINDS];
   std::vector<Input> inputs_;
   std::vector<Rest> rests_;
   std::vector<double> beta_, velocity_, pushes_, filmed_;  // (feet, state), (coordinates, state), (inputs, state), (feet, coordinates)
@@ -623,10 +630,12 @@ class ModeEnergies {
   // Rate at which the structure moves where an input acts.
   Row rate_of(const Motion& motion, const Input& input) const {
     const int m = mode_.sizes.feet;
+    Row out = Row(0.0);
+    if (input.energy == PLACES) return out;
     const double* along = input.number == mode_.sizes.last() ? by_.constant.data()
                           : input.energy == WORK ? by_.loads.data() + size_t(input.number - 2 * m) * coordinates_
-                                                 : by_.normals.data() + size_t(input.number % m) * coordinates_;
-    Row out = Row(0.0);
+                          : input.energy == FRICTION_WORK ? by_.tangents.data() + size_t(input.number - m) * coordinates_
+                                                          : by_.normals.data() + size_t(input.number % m) * coordinates_;
     for (int r = 0; r < coordinates_; r++) out += motion.velocity[r] * along[r];
     return out;
   }
@@ -682,7 +691,8 @@ class LawShares {
   std::vector<int> columns(const Sizes& s) const {
     std::vector<int> out(s.inputs(), N);
     std::fill_n(out.begin(), s.feet, laws_.laws.terms[MOMENTUM].empty() ? 0 : N);
-    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() ? 0 : N);
+    // friction, and the places of feet that stick, have the places of smooth forces
+    std::fill_n(out.begin() + s.feet, s.feet, laws_.laws.terms[FORCE].empty() && s.ways == 0 ? 0 : N);
     for (int d = 0; d < s.drives; d++) {
       const Signals& from = player_.signals;
       const int64_t channel = run_.channels[d];

@@ -281,19 +281,21 @@ inline void within_step(Book& book, const Nodes& nodes, const Halves& halves, co
 }
 
 // Where the structure is at one moment: displacements and velocities (2 n); of each foot gap [m], its rate [m/s] (a held foot
-// has neither), the force [N] of resistive and of smooth laws in the air, and the structure's pull [N] on a held foot.
+// has neither), the force [N] of resistive and of smooth laws in the air, the structure's pull [N] on a held foot, and friction [N]
+// along the ground.
 template <class Real>
 struct Shown {
-  std::vector<Real> place, gap, rate, resistive, smooth, pull;
+  std::vector<Real> place, gap, rate, resistive, smooth, pull, friction;
   std::vector<Real> modal, value, slope;  // what they are made of: the modal state; the inputs, and their rates
 
   explicit Shown(const Sizes& s)
       : place(2 * s.coordinates, Real(0.0)), gap(s.feet, Real(0.0)), rate(gap), resistive(gap), smooth(gap), pull(gap),
-        modal(s.state(), Real(0.0)), value(s.inputs(), Real(0.0)), slope(value) {}
+        friction(gap), modal(s.state(), Real(0.0)), value(s.inputs(), Real(0.0)), slope(value) {}
 };
 
-// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, whether held, of each foot.
-inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet); }
+// Room for one moment: displacements and velocities; gap, rate, resistive and smooth force, pull, contact (see march/kinds.hpp), of
+// each foot; and friction where feet know their way along the ground.
+inline size_t sample_width(const Sizes& s) { return 2 * size_t(s.coordinates) + 6 * size_t(s.feet) + size_t(s.ways); }
 
 // What constant parts of a contact mode's rows come to with these sources.
 template <class Real>
@@ -321,18 +323,27 @@ inline void show_feet(const ContactMode& mode, const Nodes& nodes, double length
     for (size_t k = 0; k < state.size(); k++) to.modal[k] += to.value[i] * mode.beta[i * state.size() + k];
   }
   for (int i = 0; i < m; i++) {
-    to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = Real(0.0);
+    to.gap[i] = to.rate[i] = to.resistive[i] = to.smooth[i] = to.pull[i] = to.friction[i] = Real(0.0);
     const Real along = dot(mode.outputs + size_t(i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, i);
     if (!mode.is_held[i]) {
       to.gap[i] = along;
+      for (int k : mode.stuck) to.gap[i] += to.value[m + k] * mode.feed[i * ni + m + k];
       to.rate[i] = dot(mode.outputs + size_t(m + i) * size.state(), to.modal);
       to.resistive[i] = to.slope[i];
       to.smooth[i] = to.value[m + i];
       continue;
     }
-    to.pull[i] = along;
-    for (int k : acting) to.pull[i] += to.value[k] * mode.feed[i * ni + k] + to.slope[k] * mode.feed_rate[i * ni + k];
+    const auto with_inputs = [&](Real sum, int o) {
+      for (int k : acting) sum += to.value[k] * mode.feed[o * ni + k] + to.slope[k] * mode.feed_rate[o * ni + k];
+      return sum;
+    };
+    to.pull[i] = with_inputs(along, i);
+    if (mode.is_stuck[i]) {
+      const Real pulled = dot(mode.outputs + size_t(m + i) * size.state(), state) + with_sources(from.sources, mode.bias_feed, 2 * m, m + i);
+      to.friction[i] = -with_inputs(pulled, m + i);
+    }
   }
+  for (int i : mode.sliding) to.friction[i] = to.value[m + i];
 }
 
 template <class Real>
@@ -343,9 +354,13 @@ inline void show(const ContactMode& mode, const Nodes& nodes, double length, dou
   for (int r = 0; r < n2; r++) {
     to.place[r] = dot(mode.to_physical + size_t(r) * state.size(), to.modal) + with_sources(from.sources, mode.bias_offset, n2, r);
   }
+  for (int k : mode.stuck) {
+    for (int r = 0; r < n2 / 2; r++) to.place[r] += to.value[mode.sizes.feet + k] * mode.placed[k * (n2 / 2) + r];
+  }
 }
 
-// Inputs that act in a contact mode: momenta and smooth forces of the free feet, where laws have them, and drives.
+// Inputs that act in a contact mode: momenta and smooth forces of the free feet, where laws have them, and drives; friction on feet
+// that slide, and the places of those that stick.
 inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws& laws) {
   std::vector<int> out;
   for (int i : mode.free) {
@@ -355,6 +370,8 @@ inline std::vector<int> acting_inputs(const ContactMode& mode, const ActingLaws&
     if (laws.has(i, HAS_FORCE)) out.push_back(mode.sizes.feet + i);
   }
   for (int i = 2 * mode.sizes.feet; i < mode.sizes.last(); i++) out.push_back(i);
+  for (int i : mode.sliding) out.push_back(mode.sizes.feet + i);
+  for (int i : mode.stuck) out.push_back(mode.sizes.feet + i);
   return out;
 }
 

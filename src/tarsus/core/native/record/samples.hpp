@@ -50,7 +50,9 @@ inline std::vector<double> sample_steps(Book& book, const Nodes& nodes, const Ha
     for (const auto* part : {&shown.gap, &shown.rate, &shown.resistive, &shown.smooth, &shown.pull}) {
       to = std::copy(part->begin(), part->end(), to);
     }
-    for (int i = 0; i < sizes.feet; i++) *to++ = step.mode->is_held[i];
+    for (int i = 0; i < sizes.feet; i++) *to++ = step.mode->is_held[i] ? STUCK : AIR;
+    for (int i : step.mode->sliding) *(to - sizes.feet + i) = SLIPPING;
+    std::copy_n(shown.friction.begin(), sizes.ways, to);
   }
   return out;
 }

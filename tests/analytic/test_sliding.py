@@ -1,0 +1,152 @@
+"""Closed forms of feet that slide and stick under contact modes: blocks, impacts with friction, friction that bears on itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import tarsus as ts
+from sliding_scenes import MASS, slider
+from tarsus.base.events import EventKind
+from tarsus.model.laws import Friction
+from walking_scenes import GRAVITY
+
+MU = 0.3
+PRESS = MASS * GRAVITY
+SPEED = 0.05
+
+
+def of_kind(run: ts.Run, *kinds: EventKind) -> np.ndarray:
+    return run.events[np.isin(run.events["kind"], kinds)]
+
+
+def place(run: ts.Run, *times: float) -> np.ndarray:
+    return run.at(np.array(times)).foot_x[0]
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_block_stops_where_friction_stops_it(sense: float) -> None:
+    run = ts.simulate(slider(speed=sense * SPEED))
+    stick = of_kind(run, EventKind.STICK_BEGINS)
+    assert stick["time"] == pytest.approx([SPEED / (MU * GRAVITY)], rel=1e-12)
+    assert place(run, run.duration) == pytest.approx(sense * SPEED**2 / (2.0 * MU * GRAVITY), rel=1e-10)
+    assert run.ledger.friction == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-10)
+    assert run.ledger.closure < 1e-12
+    series = run.at(np.array([0.5, 2.0]) * stick["time"])
+    assert series.friction[0] == pytest.approx([-sense * MU * PRESS, 0.0], abs=1e-15 * PRESS)
+    assert series.slipping[0].tolist() == [True, False]
+
+
+def test_adhesion_brakes_as_weight_does_and_friction_by_it_alone_does_not() -> None:
+    held = 2e-5
+    both = ts.simulate(slider(speed=SPEED, adhesion=ts.Adhesion(initial=held, rate=0.0)))
+    assert place(both, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * (PRESS + held)), rel=1e-10)
+    alone = {"friction": {"kind": "adhesive", "coefficient": MU}}
+    run = ts.simulate(slider(speed=SPEED, adhesion=ts.Adhesion(initial=held, rate=0.0), **alone))
+    assert place(run, 0.1) == pytest.approx(SPEED**2 * MASS / (2.0 * MU * held), rel=1e-10)
+
+
+@pytest.mark.parametrize("above", [0.999, 1.25])
+def test_a_constant_force_moves_a_block_when_it_is_more_than_friction_bears(above: float) -> None:
+    """As on an incline of which that is the tangent over mu."""
+    push = above * MU * PRESS
+    run = ts.simulate(ts.with_values(slider(), {"signals": {"along": ts.Constant(level=push)}}))
+    slips = of_kind(run, EventKind.SLIP_BEGINS)
+    if above < 1.0:
+        assert not len(slips)
+        assert place(run, 0.1) == pytest.approx(0.0, abs=1e-18)
+        assert run.at(np.array([0.05])).friction[0, 0] == pytest.approx(-push, rel=1e-12)
+        return
+    assert slips["time"].tolist() == [0.0]
+    assert place(run, 0.1) == pytest.approx(0.5 * (push - MU * PRESS) / MASS * 0.1**2, rel=1e-10)
+
+
+def test_a_driven_block_slips_and_sticks_at_the_times_of_its_closed_form() -> None:
+    """v = A/(m w) (cos w t0 - cos w t) - mu g (t - t0) from t0, where A sin w t0 = mu m g."""
+    hz, size = 50.0, 1.6 * MU * PRESS
+    omega = 2.0 * math.pi * hz
+    run = ts.simulate(
+        ts.with_values(slider(), {"signals": {"along": ts.Sine(amplitude=size, frequency=hz)}}), 0.9 / hz
+    )
+    begin = math.asin(MU * PRESS / size) / omega
+
+    def speed(t: float) -> float:
+        return size / (MASS * omega) * (math.cos(omega * begin) - math.cos(omega * t)) - MU * GRAVITY * (t - begin)
+
+    end = brentq(speed, 0.3 / hz, 0.9 / hz, xtol=1e-16)
+    assert of_kind(run, EventKind.SLIP_BEGINS)["time"][0] == pytest.approx(begin, rel=1e-11)
+    # it is pulled back harder than friction bears: it turns without sticking
+    turned = abs(size * math.sin(omega * end)) > MU * PRESS
+    after = run.events[run.events["time"] > begin]
+    assert after["time"][0] == pytest.approx(end, rel=1e-11)
+    assert (after["kind"][0] == EventKind.SLIP_BEGINS) == turned
+    assert run.ledger.closure < 1e-10
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.06])
+def test_an_oblique_impact_brakes_by_mu_times_its_normal_impulse(speed: float) -> None:
+    """Of a point mass: v_t falls by mu (1 + e) v_n at most, and adhesion has no part in it."""
+    fall, e = 0.1, 0.5
+    run = ts.simulate(slider(speed=speed, fall=fall, gap=1e-6, gravity=None), 1e-3)
+    braked = max(speed - MU * (1.0 + e) * fall, 0.0)
+    assert run.events["kind"].tolist() == [EventKind.BOUNCE]
+    lost = 0.5 * MASS * ((1.0 - e**2) * fall**2 + speed**2 - braked**2)
+    assert run.events["energy"][0] == pytest.approx(lost, rel=1e-12)
+    assert run.motion.last[3] == pytest.approx(braked, abs=1e-14 * speed)
+    assert run.ledger.closure < 1e-12
+
+
+def test_an_impact_with_friction_takes_energy_however_the_two_ways_are_coupled() -> None:
+    """Kane's paradox: rates and impulses by Newton's and Coulomb's laws alone may gain some."""
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        coupling, speed = rng.uniform(-0.95, 0.95), rng.normal(0.0, 0.2)
+        laws = {
+            "gravity": None, "restitution": ts.Restitution(coefficient=rng.uniform(0.3, 1.0)),
+            "friction": Friction(coefficient=float(np.exp(rng.uniform(-3.0, 2.0)))),
+        }  # fmt: skip
+        run = ts.simulate(slider(speed=speed, fall=0.1, gap=1e-6, coupling=coupling, **laws), 1e-4)
+        mass, before, after = run.plan.system.mass, np.array([-0.1, speed]), run.motion.last[2:]
+        lost = 0.5 * before @ mass @ before - 0.5 * after @ mass @ after
+        assert run.events["energy"][0] == pytest.approx(lost, rel=1e-9)
+        assert lost > -1e-15 * MASS
+        push, along = mass @ (after - before)
+        assert push > 0.0 and abs(along) <= laws["friction"].coefficient * push * (1.0 + 1e-12)
+        assert after[0] == pytest.approx(laws["restitution"].coefficient * 0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("coupling", [0.6, -0.6])
+def test_friction_bears_on_the_push_that_bears_it(coupling: float) -> None:
+    """m a + mu s N = 0 and N = m g + c a: the block stops with a = -s mu g / (1 + s mu c/m), sooner one way than the other."""
+    run = ts.simulate(slider(speed=SPEED, coupling=coupling))
+    braking = MU * GRAVITY / (1.0 + MU * coupling)
+    assert of_kind(run, EventKind.STICK_BEGINS)["time"] == pytest.approx([SPEED / braking], rel=1e-11)
+    series = run.at(np.array([0.5 * SPEED / braking]))
+    assert series.contact[0, 0] == pytest.approx(PRESS - coupling * MASS * braking, rel=1e-10)
+    assert run.ledger.closure < 1e-12
+
+
+def test_a_block_whose_friction_would_press_it_down_without_end_is_told_to_jam() -> None:
+    """At mu |c| > m no motion follows (Painleve); the run says so, and does not stall."""
+    jammed = ts.simulate(slider(speed=SPEED, coupling=-0.6, friction=Friction(coefficient=2.0)))
+    assert jammed.code.name == "JAMMED" and "friction" in jammed.code.value
+    assert ts.simulate(slider(speed=-SPEED, coupling=-0.6, friction=Friction(coefficient=2.0))).ok
+
+
+@pytest.mark.parametrize("kind", ["stribeck", "rate_weakening"])
+def test_friction_that_falls_with_the_slip_speed_stops_a_block_by_its_integral(kind: str) -> None:
+    law = {"kind": kind, "static": 0.4, "dynamic": 0.2, "speed": 0.02} | (
+        {"exponent": 2.0} if kind == "stribeck" else {}
+    )
+
+    def coefficient(v: float) -> float:
+        return 0.2 + 0.2 * (math.exp(-((v / 0.02) ** 2)) if kind == "stribeck" else 0.02 / (0.02 + v))
+
+    run = ts.simulate(slider(speed=SPEED, friction=law))
+    stop = quad(lambda v: 1.0 / (GRAVITY * coefficient(v)), 0.0, SPEED, epsabs=0.0, epsrel=1e-13)[0]
+    assert of_kind(run, EventKind.STICK_BEGINS)["time"] == pytest.approx([stop], rel=1e-8)
+    assert run.ledger.closure < 1e-8
