@@ -40,9 +40,9 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
     else:
         count = len(given.paths)
         of = [_by_structure if p in given.structure else _integrals for p in range(count)]
-        totals = np.array([one(run, given, found, p) for p, one in enumerate(of)]).reshape(count, 4).T
-        work, damping, resistive, smooth = totals + _jumps(run, found)
-        friction = np.zeros(count)
+        totals = np.array([one(run, given, found, p) for p, one in enumerate(of)]).reshape(count, KINDS).T
+        work, damping, resistive, smooth, rubbed = totals + _jumps(run, found)
+        friction = -rubbed
     losses = found.events[:, E_ENERGY], found.events[:, E_ADHESION]
     impacts, adhesion = (one.sum(axis=0) if len(one) else np.zeros(len(work)) for one in losses)
     kinetic, elastic = _stored(run, given, found)
@@ -57,22 +57,25 @@ def energy_slopes(run: GradientRun, given: Entering, found: Tangents) -> Mapping
     return out
 
 
+KINDS = 5
+"""Energies of recorded steps: work, damping, and the work of resistive forces, of smooth ones and of friction."""
+
+
 def _energies(system: LinearSystem, book: ModeBook, trace: Floats) -> Floats:
-    """Work, damping, resistive and smooth forces' work (4,) over recorded steps."""
+    """Those (KINDS,) of recorded steps."""
     done = integrate(system, book, trace)
-    return np.array(
-        [one[-1] if len(one) else 0.0 for one in (done.work, done.damping, done.resistive, done.smooth)]
-    )
+    kinds = (done.work, done.damping, done.resistive, done.smooth, done.friction)
+    return np.array([one[-1] if len(one) else 0.0 for one in kinds])
 
 
 def _integrals(run: GradientRun, given: Entering, found: Tangents, p: int) -> Floats:
-    """Derivatives (4,) of the energies of all steps, the moments at which they end as they are."""
+    """Derivatives (KINDS,) of the energies of all steps, the moments at which they end as they are."""
     system, book, trace = run.plan.system, run.raw.book.book, run.raw.trace
     moved = _as_recorded(run, found.steps[..., p])
     body = slice(TRACE_HEAD, None)
     largest = np.abs(moved[:, body]).max(initial=0.0)
     sources = given.data.sources[:, p]
-    out = np.zeros(4)
+    out = np.zeros(KINDS)
     if largest > 0.0 or sources.any():
         size = np.abs(trace[:, TRACE_HEAD : TRACE_HEAD + 2 * len(system.mass)]).max(initial=0.0)
         part = size / largest if largest > 0.0 and size > 0.0 else 1.0
@@ -96,7 +99,8 @@ AT_ONCE = 20_000
 
 
 def _by_structure(run: GradientRun, given: Entering, found: Tangents, p: int) -> Floats:
-    """The same along a direction that changes the structure, by Gauss quadrature of how the powers change."""
+    """The same along a direction that changes the structure, by Gauss quadrature of how the powers change; such a robot
+    does not slide."""
     system, book, trace = run.plan.system, run.raw.book.book, run.raw.trace
     change, m, moved = given.structure[p], run.plan.feet, _as_recorded(run, found.steps[..., p])
     points, weights = np.polynomial.legendre.leggauss(POINTS)
@@ -108,7 +112,7 @@ def _by_structure(run: GradientRun, given: Entering, found: Tangents, p: int) ->
     along = (piece[:, None] + 0.5 * (points + 1.0)) * (trace[step, T_FRACTION] / parts[step])[:, None]
     share = (0.5 * weights * (spans / parts)[step, None]).ravel()
     step, along = np.repeat(step, POINTS), along.ravel()
-    out = np.zeros(4)
+    out = np.zeros(KINDS)
     for first in range(0, len(step), AT_ONCE):
         rows, s = step[first : first + AT_ONCE], along[first : first + AT_ONCE]
         times = trace[rows, T_TIME] + s * trace[rows, T_LENGTH]
@@ -126,7 +130,7 @@ def _by_structure(run: GradientRun, given: Entering, found: Tangents, p: int) ->
             ~at.held * (dresistive * at.rate + at.resistive * drate),
             ~at.held * (dsmooth * at.rate + at.smooth * drate),
         )
-        out += [one.sum(axis=0) @ share[first : first + AT_ONCE] for one in powers]
+        out[: len(powers)] += [one.sum(axis=0) @ share[first : first + AT_ONCE] for one in powers]
     return out
 
 
@@ -157,18 +161,18 @@ def _as_recorded(run: GradientRun, steps: Floats) -> Floats:
 
 
 def _jumps(run: GradientRun, found: Tangents) -> Floats:
-    """What moving ends of steps add (4, P): the powers just before them less those just after, times how they move."""
+    """What moving ends of steps add (KINDS, P): the powers just before them less those just after, times how they move."""
     trace, moved = run.raw.trace, found.steps[:, 0]
-    out = np.zeros((4, moved.shape[1]))
+    out = np.zeros((KINDS, moved.shape[1]))
     for r in np.flatnonzero(np.abs(moved).max(axis=1, initial=0.0) > 0.0):
         before = _powers(run, trace[r], np.inf)
-        after = _powers(run, trace[r + 1], -np.inf) if r + 1 < len(trace) else np.zeros(4)
+        after = _powers(run, trace[r + 1], -np.inf) if r + 1 < len(trace) else np.zeros(KINDS)
         out += (before - after)[:, None] * moved[r]
     return out
 
 
 def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
-    """Power (4,) of each energy at the start or end of a recorded step."""
+    """Power (KINDS,) of each energy at the start or end of a recorded step."""
     system, m = run.plan.system, run.plan.feet
     at = sample(system.sources, run.raw.book.book, row[None], np.array([time]))
     values = row[TRACE_HEAD + 2 * len(system.mass) :].reshape(-1, N) @ interpolation(
@@ -180,6 +184,7 @@ def _powers(run: GradientRun, row: Floats, time: float) -> Floats:
         [
             force @ v, v @ system.damping @ v, (at.resistive[:, 0] * at.rate[:, 0])[free].sum(),
             (at.smooth[:, 0] * at.rate[:, 0])[free].sum(),
+            0.0 if system.tangents is None or at.friction is None else at.friction[:, 0] @ (system.tangents.T @ v),
         ]
     )  # fmt: skip
 
