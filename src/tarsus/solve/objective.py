@@ -86,9 +86,8 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
         seeds = number_seeds(log, objective, np.zeros(0), None)
     else:
         seeds = number_seeds(log, objective, times, run.states(times))
-    if (
-        seeds is None or run.plan.laws.remembers
-    ):  # what feet bring along from contact to contact has no way back
+    # what feet bring along from contact to contact, and what slides, has no way back
+    if seeds is None or run.plan.laws.remembers or run.plan.system.tangents is not None:
         return [_forwards(run, objective, times)]
     moved = by_period != 0.0
     if np.isnan(seeds.period):

@@ -212,10 +212,10 @@ class Entering:
 
 
 NO_FRICTION = (
-    "there are no derivatives of a run with friction along the ground but of a walker's: leave out feet.NAME.along or "
-    "ground.friction"
+    "with friction along the ground there are no derivatives by numbers of the structure, and no orbits, but of a "
+    "walker: leave out feet.NAME.along or ground.friction"
 )
-"""Why a robot by contact modes that slides is refused."""
+"""What of a robot by contact modes that slides is refused."""
 
 
 def entering(
@@ -224,7 +224,7 @@ def entering(
     """What enters a run of a plan over ``duration`` [s], with derivatives along any directions of its scene.
 
     Raises InputError for a path that is none, a number that cannot vary, where a drive changes the number of its
-    pieces, and for friction along the ground of a robot that is no walker.
+    pieces, and for a number of the structure of a robot that slides and is no walker.
     """
     found = directions_of(gradients)
     names = list(scene.robot.drives)

@@ -240,7 +240,7 @@ class Instant {
     out.before = at.speed;
     out.pull = at.pull;
     out.strength = at.strength;
-    out.doubtful = landing_in_doubt(laws, foot, at);
+    out.doubtful = landing_in_doubt(laws, foot, at) || braking_of(*this, foot, at.speed, kind == BOUNCE ? at.after : Jet(0.0)).doubtful;
     if (kind == BOUNCE) {
       out.after = at.after;
       out.energy = bounce(*this, foot, at);

@@ -631,6 +631,10 @@ class ModalTangent {
   // The first event of an instant: how its moment moves, and the state with it.
   void begin_instant(size_t event, size_t steps) {
     first_foot_ = first_foot(event, steps);
+    const double kind = record_->events[event].kind;
+    if (!at_shared() && step_.fraction == 0.0 && (kind == SLIP_BEGINS || kind == STICK_BEGINS)) {
+      told_.stay(now_.time.value);  // what pulls the foot along has jumped as the run began
+    }
     if (!at_shared()) {
       const Shown<Row>& shown = shown_at_end();
       meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
