@@ -90,7 +90,7 @@ class GradientRun(Run):
         return self.log
 
     def _tangents(self, times: Floats | None = None, *, energies: bool = False) -> Tangents:
-        """Derivatives with samples at times [s] and, of a walker, energies; else the steps that these are made of."""
+        """Derivatives with samples at times [s], and with energies."""
         if self.plan.legs is not None:
             found = walk_tangents(
                 self.plan, self.duration, self.entered, accuracy=self.accuracy, account=energies, times=times
@@ -100,7 +100,7 @@ class GradientRun(Run):
             )
         settings = settings_of(self.plan, self.duration, self.accuracy or RECORDED, record=True)
         return tangents(
-            self.plan, self.raw.book, self.entered, self.raw, settings, times=times, steps=energies
+            self.plan, self.raw.book, self.entered, self.raw, settings, times=times, energies=energies
         )
 
     def sampled(self, times: Floats) -> Floats:

@@ -36,18 +36,17 @@ class Tangents:
 
     events (ne, 12, P): of the event rows; samples (nt, 2n + 5m, P): of displacements, velocities, gaps, gap rates,
     resistive and smooth forces and pulls at sample times; flags (nf, 3): number of an event, reason, number of a path
-    or -1 for all. Of recorded runs: steps (nr, width, P) where asked for: of the end of every step [s], its start state
-    and its nodal inputs. Of walkers: marks (nm, 3 + nb + 2 m, P): of their rows; since (m, P) [s]: begins of the
-    contacts at the end; energies (5, P): as in samples of a run, where an account was asked for.
+    or -1 for all; energies, where they were asked for: of recorded runs (5, P) [J], by drives and weight, taken by
+    dampers, and by resistive and smooth forces, of walkers (5, P) as in samples of a run. Of walkers: marks
+    (nm, 3 + nb + 2 m, P): of their rows; since (m, P) [s]: begins of the contacts at the end.
     """
 
     events: Floats
     samples: Floats
     flags: NDArray[np.int64]
-    steps: Floats = field(default_factory=_nothing)
+    energies: Floats = field(default_factory=_nothing)
     marks: Floats = field(default_factory=_nothing)
     since: Floats = field(default_factory=_nothing)
-    energies: Floats = field(default_factory=_nothing)
 
     def of_run(self, events: int, marks: int) -> Tangents:
         """Those of a walker's run with so many events and marks. The engine cuts some steps of the run that it makes
@@ -89,7 +88,7 @@ def tangents(
     start: float = 0.0,
     contacts: Contacts | None = None,
     times: Floats | None = None,
-    steps: bool = False,
+    energies: bool = False,
 ) -> Tangents:
     """Derivatives of a recorded run by what entered it: a march of the engine over its steps and events."""
     laws, n, m = plan.laws.by_programs, len(plan.system.mass), plan.feet
@@ -97,16 +96,16 @@ def tangents(
     begin = (contacts or Contacts()).begin(m, start)
 
     def engine(first: int) -> Sequence[Any]:
-        structural = [
-            (given.derived(p, book), p - first) for p in given.structure if first <= p < first + LANES
-        ]
+        own = [p for p in given.structure if first <= p < first + LANES]
+        structural = [(given.derived(p, book), p - first) for p in own]
+        powers = (plan.system, {p - first: given.structure[p] for p in own}) if energies else ()
         return _native.tangents_modal(
             book.book.native, NODES, nodes, given.row.signals, laws, settings, given.row, begin,
-            given.data.lanes(first), structural, recorded, when, steps,
+            given.data.lanes(first), structural, recorded, when, powers,
         )  # fmt: skip
 
-    width = 1 + 2 * _native.modal_stride(n) + 8 * (2 * m + plan.drives + 1)
-    return _in_lanes(given, {"events": 12, "samples": 2 * n + 5 * m, "steps": width}, engine)
+    found = _in_lanes(given, {"events": 12, "samples": 2 * n + 5 * m, "energies": 1}, engine)
+    return replace(found, energies=found.energies[:, 0])
 
 
 def walk_tangents(

@@ -74,8 +74,7 @@ class Replayed:
     def energies(self) -> Integrals:
         """Energy integrals up to the end of every step; the work of laws that act together told apart."""
         book, rows, laws = self.log.book, self.acting.rows, self.acting.plan.laws
-        acting = (rows.signals, laws.native, rows) if laws.together else None
-        return replay.integrate(book.system, book.book, self.log.trace, acting)
+        return replay.integrate(book.system, book.book, self.log.trace, (rows.signals, laws.native, rows))
 
     def states(self, times: Floats) -> Sampled:
         """States and contact forces at times [s], increasing."""

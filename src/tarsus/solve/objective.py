@@ -80,7 +80,7 @@ def _parts(run: GradientRun, objective: str | NumberOf, times: Floats | None) ->
     log = Log(rows, np.zeros((*rows.shape, 1)), run.end_time, run.period, by_period)
     if isinstance(objective, str):
         data = run.entered.data
-        edges_move = any(one.any() for one in (data.begin, data.end, data.loops, data.changes[:, 2]))
+        edges_move = any(one.any() for one in (data.begin, data.end, data.loops))
         seeds = measure_seeds(log, run.foot_names, objective, edges_move)
     elif times is None:
         seeds = number_seeds(log, objective, np.zeros(0), None)

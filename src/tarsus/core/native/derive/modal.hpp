@@ -4,6 +4,7 @@
 // reported, is in derive/shell.hpp.
 #pragma once
 #include "derive/instant.hpp"
+#include "derive/modal_power.hpp"
 #include "march/window.hpp"
 
 namespace tarsus::modal {
@@ -19,7 +20,6 @@ struct RunRecord {
 
 struct TangentResult {
   std::vector<Row> events, samples;  // (events, EVENT_WIDTH), (times, sample width less held)
-  std::vector<Row> steps;            // (rows, 1 + 2 stride + 8 inputs): end of the step [s], its start state and inputs
   std::vector<TangentFlag> flags;
 };
 
@@ -35,7 +35,7 @@ class ModalTangent {
         structural_(structural), now_(book, laws_, settings_, sources_of(run, data, book.sizes), structural_),
         told_(settings_, sizes_.feet, run.scales[1], data.period), dw_(sizes_.state(), Row(0.0)),
         gaps_(sizes_.feet, Row(0.0)), channel_values_(channels * N), channel_slopes_(channels * N), channels_(channels), value_(sizes_), slope_(sizes_),
-        value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_) {
+        value_room_(sizes_), slope_room_(sizes_), inside_structure_(sizes_), by_structure_(sizes_), shown_(sizes_), last_(sizes_) {
     value_.sources.assign(run.sources, run.sources + sizes_.sources());
     slope_.sources = data.sources;
     FootSet on(sizes_.constraints());
@@ -55,10 +55,12 @@ class ModalTangent {
     moving_ = true;
   }
 
-  TangentResult run(const RunRecord& record, const double* times, size_t count, bool keep) {
+  // powers: whose sums are asked for, or none.
+  TangentResult run(const RunRecord& record, const double* times, size_t count, PowerSlopes* powers) {
     told_.events.assign(record.count * EVENT_WIDTH, Row(0.0));
     samples_.assign(count * tangent_width(sizes_), Row(0.0));
     record_ = &record;
+    powers_ = powers;
     size_t sample = 0;
     drives_.edges_at(now_.time.value, [&](int lane) { told_.flag(0, EDGE_AT_START, lane); });
     size_t event = happen(0, 0);
@@ -71,17 +73,18 @@ class ModalTangent {
       }
       begin_step(step);
       linearise(step);
-      if (keep) keep_step();
       const bool last = r + 1 == record.rows;
       while (sample < count && (last || times[sample] < steps.row(r + 1)[0])) {
         take_sample(step, std::min(std::max((times[sample] - step.time) / step.length, 0.0), step.fraction), sample);
         sample++;
       }
       track(step, event);
+      if (powers != nullptr) track_powers(step);
       end_step(step);
       event = happen(event, r + 1);
     }
-    return {std::move(told_.events), std::move(samples_), std::move(kept_), std::move(told_.flags)};
+    if (powers != nullptr && moved_end_) powers->add_moving(last_, end_moves_);
+    return {std::move(told_.events), std::move(samples_), std::move(told_.flags)};
   }
 
   // One smooth input: its slopes at the nodes, and its own tangents at fixed gaps and rates.
@@ -144,7 +147,11 @@ class ModalTangent {
   int first_foot_ = -1;      // whose event this instant is
   size_t event_ = 0;         // the next one
   const RunRecord* record_ = nullptr;
-  std::vector<Row> samples_, kept_;  // as in TangentResult; of every step kept, see keep_step
+  std::vector<Row> samples_;  // as in TangentResult
+  PowerSlopes* powers_ = nullptr;
+  Shown<double> last_;             // at the end of the last step, where powers are asked for;
+  bool moved_end_ = false;         // whether that moves, and how
+  Row end_moves_ = Row(0.0);
 
   static std::vector<Jet> sources_of(const RunData& run, const DataTangents& data, const Sizes& sizes) {
     std::vector<Jet> out;
@@ -220,7 +227,7 @@ class ModalTangent {
       const Cursor &was = left[c], &now = drives_.player.cursor[c];
       if (!drives_.passed(was, now, step_.time)) continue;
       if (!told_.meet_kink(event_, slope_of(drives_.beginning(int(c), now)), step_.time)) continue;
-      if (!kept_.empty()) kept_[kept_.size() - kept_width()] = told_.shared;
+      move_end();
       each_jump(int(c), drives_.value(int(c), was, Jet(step_.time)).value, channel_values_[N * c], [&](int k, double by) {
         dw_[k] += told_.shared * by;
       });
@@ -404,12 +411,29 @@ class ModalTangent {
     laws_.add_explicit(one.hook(m), one.foot, one.arguments, one.count(m), c < 0 ? nullptr : &channel_slopes_[N * c], one.own);
   }
 
-  size_t kept_width() const { return 1 + slope_.state.size() + slope_.inputs.size(); }
-  void keep_step() {
-    std::vector<Row>& to = kept_;
-    to.push_back(Row(0.0));  // of its end: set where an event or a kink ends it
-    to.insert(to.end(), slope_.state.begin(), slope_.state.end());
-    to.insert(to.end(), slope_.inputs.begin(), slope_.inputs.end());
+  // The moment at which the last step has ended moves.
+  void move_end() {
+    end_moves_ = told_.shared;
+    moved_end_ = any_less(Row(0.0), magnitude(end_moves_));
+  }
+
+  // What the powers over a step add to the energies.
+  void track_powers(const Recorded& step) {
+    const auto values = [&](double s) -> const Shown<double>& {
+      within_step(book_, nodes_, halves_, *step.mode, step.step_class, s, acting_, value_, value_room_, flown_);
+      show(*step.mode, nodes_, step.length, s, acting_, value_, flown_, by_structure_);
+      return by_structure_;
+    };
+    if (moved_end_) {
+      powers_->add_moving(last_, end_moves_);
+      powers_->add_moving(values(0.0), -end_moves_);
+      moved_end_ = false;
+    }
+    powers_->add_step(step.length, step.fraction, step.mode->rate, [&](double s) {
+      const Shown<Row>& tangents = shown_at(step, s);
+      return std::pair<const Shown<double>*, const Shown<Row>*>(&values(s), &tangents);
+    });
+    last_ = values(step.fraction);
   }
 
   // Tangents of what is shown at scaled time s of the step, until the next are asked for.
@@ -616,7 +640,7 @@ class ModalTangent {
       meet(event, first_foot_, now_.mode->is_held[first_foot_] ? shown.pull[first_foot_] : shown.gap[first_foot_]);
     }
     depart();
-    if (!kept_.empty()) kept_[kept_.size() - kept_width()] = told_.shared;
+    move_end();
   }
 
   double plain_gap(int i) const {

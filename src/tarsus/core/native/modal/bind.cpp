@@ -260,7 +260,6 @@ void bind_modal(nb::module_& m) {
   nb::class_<KeptDerivedBook, DerivedBook>(m, "DerivedBook").def(nb::init<KeptBook&, nb::object>(), nb::keep_alive<1, 2>());
   m.def("run_modal", &run_batch, nb::arg("book"), nb::arg("nodes"), nb::arg("signals"), nb::arg("laws"), nb::arg("settings"),
         nb::arg("rows"), nb::arg("begin").none());
-  m.def("modal_stride", &modal_stride);
 }
 
 }  // namespace tarsus

@@ -21,11 +21,6 @@ struct Recorded {
   const double *state, *inputs;
 };
 
-inline Recorded recorded(Book& book, const double* row) {
-  const double* state = row + TRACE_HEAD;
-  return {row[0], row[1], row[2], &book.numbered(int(row[3])), int(row[4]), state, state + 2 * book.sizes.coordinates};
-}
-
 // Recorded steps one after the other: contact modes are asked for but once.
 class Recording {
  public:
