@@ -298,11 +298,12 @@ class ModeEnergies {
   Motion last_;
 
   void add_input(int energy, int number, const std::vector<int>& count) {
+    const int columns = energy == PLACES ? 1 : energy == FRICTION_WORK ? N : count[number];
     Part& part = parts_[energy];
     if (part.count == 0) part.first = width_;
-    if (count[number]) inputs_.push_back({number, energy, width_, count[number]});
-    part.count += count[number];
-    width_ += count[number];
+    if (columns) inputs_.push_back({number, energy, width_, columns});
+    part.count += columns;
+    width_ += columns;
   }
 
   // Rows of the contact mode without the room that states have, and the constant input as these sources make it.
